@@ -1,0 +1,78 @@
+//! The one error type of the library. Each message says what is wrong, where, and how to mend it.
+
+use std::path::PathBuf;
+
+/// Result of every fallible call of this library.
+pub type Result<T> = std::result::Result<T, Error>;
+
+/// What went wrong. The text of each variant is complete: it can be shown to a user as it is.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A scene, or a file that a scene names, is not usable.
+    #[error("{at}: {problem}; {mend}")]
+    Scene {
+        /// File and line, or the part of the scene: `scene.toml:12`, `mesh 2 ("floor")`.
+        at: String,
+        /// What is wrong, with the offending value.
+        problem: String,
+        /// What the user can do about it.
+        mend: String,
+    },
+
+    /// The scene asks for more than the device has. Raised before any work starts.
+    #[error("{what} is {asked}, over the limit of {limit} of {device}; {mend}")]
+    DeviceLimit {
+        what: String,
+        asked: u64,
+        limit: u64,
+        device: String,
+        mend: String,
+    },
+
+    /// No Vulkan driver, or no device that camlux can use.
+    #[error("no usable Vulkan device: {problem}; {mend}")]
+    NoDevice { problem: String, mend: String },
+
+    /// A Vulkan call failed.
+    #[error("Vulkan: {call} failed with {result}; {mend}")]
+    Vulkan {
+        call: &'static str,
+        result: ash::vk::Result,
+        mend: &'static str,
+    },
+
+    /// Device memory ran out or could not be bound.
+    #[error("device memory for {what} ({bytes} bytes): {problem}; render a smaller image or RSM, or choose another device")]
+    Memory {
+        what: String,
+        bytes: u64,
+        problem: String,
+    },
+
+    /// An output file could not be written. Nothing is left under its final name.
+    #[error("{}: cannot write: {problem}; {mend}", path.display())]
+    Output {
+        path: PathBuf,
+        problem: String,
+        mend: String,
+    },
+
+    /// The caller's progress callback asked to stop.
+    #[error("the render was cancelled; the renderer can be used again")]
+    Cancelled,
+}
+
+impl Error {
+    pub(crate) fn scene(
+        at: impl Into<String>,
+        problem: impl Into<String>,
+        mend: impl Into<String>,
+    ) -> Self {
+        Error::Scene {
+            at: at.into(),
+            problem: problem.into(),
+            mend: mend.into(),
+        }
+    }
+}

@@ -1,0 +1,3 @@
+pub mod error;
+pub mod scene;
+pub use error::{Error, Result};

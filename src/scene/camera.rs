@@ -1,0 +1,82 @@
+//! The pinhole camera.
+
+use glam::DVec3;
+
+/// A pinhole camera. Pixel (0, 0) is the upper left one and its centre lies at (0.5, 0.5).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    /// Width, height.
+    pub resolution_px: [u32; 2],
+    /// C, the camera centre.
+    pub position_m: DVec3,
+    pub look_at_m: DVec3,
+    pub up: DVec3,
+    pub lens: Lens,
+}
+
+/// How the camera maps directions to pixels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lens {
+    /// Full vertical field of view, square pixels, principal point in the middle.
+    FovY { fov_y_deg: f64 },
+    /// Measured intrinsics.
+    Intrinsics(Intrinsics),
+}
+
+/// Pinhole intrinsics in pixels: x_px = fx·X/Z + cx, y_px = fy·Y/Z + cy with X right, Y down, Z forward.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intrinsics {
+    pub fx: f64,
+    pub fy: f64,
+    pub cx: f64,
+    pub cy: f64,
+}
+
+/// The camera's axes, unit vectors in world space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraBasis {
+    pub right: DVec3,
+    pub down: DVec3,
+    pub forward: DVec3,
+}
+
+impl Camera {
+    /// The intrinsics that the lens amounts to at this resolution.
+    pub fn intrinsics_px(&self) -> Intrinsics {
+        match self.lens {
+            Lens::Intrinsics(intrinsics) => intrinsics,
+            Lens::FovY { fov_y_deg } => {
+                let [width, height] = self.resolution_px.map(f64::from);
+                let f = 0.5 * height / (0.5 * fov_y_deg.to_radians()).tan();
+                Intrinsics {
+                    fx: f,
+                    fy: f,
+                    cx: 0.5 * width,
+                    cy: 0.5 * height,
+                }
+            }
+        }
+    }
+
+    /// The camera's axes. Meaningful for a validated camera only.
+    pub fn basis(&self) -> CameraBasis {
+        let forward = (self.look_at_m - self.position_m).normalize();
+        let right = forward.cross(self.up).normalize();
+        CameraBasis {
+            right,
+            down: forward.cross(right),
+            forward,
+        }
+    }
+
+    /// Direction through a point of the image plane, scaled so that its component along the view axis is 1.
+    pub fn ray_direction(&self, x_px: f64, y_px: f64) -> DVec3 {
+        let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
+        let CameraBasis {
+            right,
+            down,
+            forward,
+        } = self.basis();
+        forward + right * ((x_px - cx) / fx) + down * ((y_px - cy) / fy)
+    }
+}

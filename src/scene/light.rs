@@ -1,0 +1,46 @@
+//! The lights of a scene.
+
+use glam::DVec3;
+
+use super::Bands;
+
+/// A light source L.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Light {
+    /// Emits P_L evenly over the sphere.
+    Point { position_m: DVec3, power_w: Bands },
+    /// Emits P_L into a cone.
+    Spot {
+        position_m: DVec3,
+        /// Axis of the cone; any length but zero.
+        direction: DVec3,
+        cone: SpotCone,
+        power_w: Bands,
+    },
+    /// Parallel light: irradiance E_L on a surface that faces it.
+    Directional {
+        /// Direction in which the light travels; any length but zero.
+        direction: DVec3,
+        irradiance_w_m2: Bands,
+    },
+}
+
+/// Opening of a spot light: full intensity up to the inner half angle, falling to 0 at the outer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpotCone {
+    /// θ_i
+    pub inner_half_angle_deg: f64,
+    /// θ_o
+    pub outer_half_angle_deg: f64,
+}
+
+impl Light {
+    /// The word that names this kind in scene files.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Light::Point { .. } => "point",
+            Light::Spot { .. } => "spot",
+            Light::Directional { .. } => "directional",
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Surface reflectance: modified Phong with an optional diffuse texture.
+
+use super::Bands;
+
+/// Modified Phong BRDF: f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    pub name: String,
+    /// k_d, diffuse reflectance per band, 0 to 1. Multiplied by the texture where there is one.
+    pub kd: Bands,
+    /// k_s, specular reflectance per band, 0 to 1.
+    pub ks: Bands,
+    /// s, the Phong exponent.
+    pub shininess: f64,
+    /// Index into [`Scene::textures`](super::Scene::textures).
+    pub kd_texture: Option<usize>,
+}
+
+impl Material {
+    /// A purely diffuse material.
+    pub fn lambert(name: impl Into<String>, kd: Bands) -> Self {
+        Material {
+            name: name.into(),
+            kd,
+            ks: [0.0; 3],
+            shininess: 1.0,
+            kd_texture: None,
+        }
+    }
+
+    /// Whether the specular term is there at all.
+    pub fn is_specular(&self) -> bool {
+        self.ks.iter().any(|&ks| ks > 0.0)
+    }
+}
+
+/// A diffuse texture, linear reflectance (already decoded from sRGB), sampled bilinearly with repetition and without
+/// mip levels: pixels are point samples, as they are in the reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Texture {
+    pub name: String,
+    /// Width, height.
+    pub size_px: [u32; 2],
+    /// Row by row from the top (v = 1 − row/height, the OBJ convention); width × height values.
+    pub linear_rgb: Vec<[f32; 3]>,
+}

@@ -1,0 +1,37 @@
+//! Triangle meshes.
+
+use glam::DVec3;
+
+/// A triangle mesh in world space.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Mesh {
+    pub name: String,
+    /// World positions, metres.
+    pub positions_m: Vec<DVec3>,
+    /// One shading normal per position, any length but zero; empty: flat shading.
+    pub normals: Vec<DVec3>,
+    /// One (u, v) per position, v up; empty: no texture can be seen on this mesh.
+    pub texcoords: Vec<[f64; 2]>,
+    /// Three indices into `positions_m` per triangle.
+    pub triangles: Vec<[u32; 3]>,
+    /// One index into [`Scene::materials`](super::Scene::materials) per triangle.
+    pub triangle_materials: Vec<u32>,
+}
+
+impl Mesh {
+    /// A flat-shaded mesh of one material.
+    pub fn from_slices(
+        name: impl Into<String>,
+        positions_m: &[[f64; 3]],
+        triangles: &[[u32; 3]],
+        material: u32,
+    ) -> Self {
+        Mesh {
+            name: name.into(),
+            positions_m: positions_m.iter().copied().map(DVec3::from).collect(),
+            triangles: triangles.to_vec(),
+            triangle_materials: vec![material; triangles.len()],
+            ..Mesh::default()
+        }
+    }
+}

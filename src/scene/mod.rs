@@ -1,0 +1,90 @@
+//! What is lit: camera, sensor, lights, meshes, materials, and which indirect light is wanted.
+//!
+//! Lengths are metres, angles in the scene description are degrees, powers watts. Positions are f64 so that a scene far
+//! from the origin keeps its detail. Build a [`Scene`] from slices, or load one with [`Scene::load`].
+
+mod camera;
+mod light;
+mod material;
+mod mesh;
+
+pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
+pub use light::{Light, SpotCone};
+pub use material::{Material, Texture};
+pub use mesh::Mesh;
+
+/// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
+pub type Bands = [f64; 3];
+
+/// Everything a frame is computed from.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    pub camera: Camera,
+    /// Without a sensor no energy layer is made.
+    pub sensor: Option<Sensor>,
+    pub lights: Vec<Light>,
+    pub meshes: Vec<Mesh>,
+    /// Indexed by [`Mesh::triangle_materials`].
+    pub materials: Vec<Material>,
+    /// Indexed by [`Material::kd_texture`].
+    pub textures: Vec<Texture>,
+    /// Without it the frame holds direct light only.
+    pub indirect: Option<Indirect>,
+}
+
+/// What turns the irradiance on a pixel into energy: Q_C = E_C · pixel area · duty cycle · exposure time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sensor {
+    /// Width and height of a pixel, micrometres.
+    pub pixel_pitch_um: [f64; 2],
+    pub exposure_time_s: f64,
+    /// Share of the exposure in which the signal is on, 0 to 1.
+    pub duty_cycle: f64,
+}
+
+impl Sensor {
+    /// SensorPixelArea, m².
+    pub fn pixel_area_m2(&self) -> f64 {
+        self.pixel_pitch_um[0] * self.pixel_pitch_um[1] * 1e-12
+    }
+
+    /// Q_C / E_C: joules per W/m² of irradiance on the pixel.
+    pub fn joule_per_irradiance(&self) -> f64 {
+        self.pixel_area_m2() * self.duty_cycle * self.exposure_time_s
+    }
+}
+
+/// How the single bounce is computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Indirect {
+    pub estimator: Estimator,
+    /// Texels along one edge of a face of the reflective shadow map.
+    pub rsm_size: u32,
+}
+
+/// The two named estimators of the indirect light. See `docs/model.md`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimator {
+    /// The CamSim document's equation: the mean over the RSM, without distance falloff between Q and P.
+    RsmAverage,
+    /// The same integral with its measure kept (Keller 1997): converges to the true single bounce.
+    InstantRadiosity,
+}
+
+impl Estimator {
+    /// Every estimator, in the order of the documentation.
+    pub const ALL: [Estimator; 2] = [Estimator::RsmAverage, Estimator::InstantRadiosity];
+
+    /// The name used in scene files, on the command line and in image headers.
+    pub fn name(self) -> &'static str {
+        match self {
+            Estimator::RsmAverage => "rsm-average",
+            Estimator::InstantRadiosity => "instant-radiosity",
+        }
+    }
+
+    /// The estimator of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|e| e.name() == name)
+    }
+}
