@@ -58,6 +58,10 @@ pub enum Error {
         mend: String,
     },
 
+    /// The engine contradicts itself.
+    #[error("internal error: {problem}; this is a bug in camlux, please report it with the scene")]
+    Internal { problem: String },
+
     /// The caller's progress callback asked to stop.
     #[error("the render was cancelled; the renderer can be used again")]
     Cancelled,
@@ -73,6 +77,12 @@ impl Error {
             at: at.into(),
             problem: problem.into(),
             mend: mend.into(),
+        }
+    }
+
+    pub(crate) fn internal(problem: impl Into<String>) -> Self {
+        Error::Internal {
+            problem: problem.into(),
         }
     }
 }

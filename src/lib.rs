@@ -1,3 +1,4 @@
 pub mod error;
 pub mod scene;
+mod vulkan;
 pub use error::{Error, Result};

@@ -1,0 +1,198 @@
+// Indirect radiance: tiled VPL accumulation. Each invocation keeps a handful of receivers in registers and sweeps the
+// VPLs past them; each VPL is fetched once per subgroup or workgroup.
+//
+// The sum has three levels (tile, dispatch, image), so that its rounding does not grow with the number of VPLs.
+
+// Receivers of an invocation, chosen by measurement: more hide the latency of the division, fewer spill registers.
+#if PHONG GLOSSY
+const RECEIVERS: u32 = 4u;
+#else
+const RECEIVERS: u32 = 8u;
+#endif
+// VPLs summed before their sum is added to the dispatch's. Dispatches cover a multiple of it.
+const TILE_VPLS: u32 = 64u;
+const WORKGROUP: u32 = 64u;
+
+struct GatherParameters {
+    // C
+    camera_position: vec3<f32>,
+    // Into the list of receivers.
+    first_receiver: u32,
+    receiver_count: u32,
+    first_vpl: u32,
+    vpl_count: u32,
+}
+
+@group(0) @binding(0) var position_mesh: texture_2d<f32>;
+@group(0) @binding(1) var normal_geometric: texture_2d<f32>;
+@group(0) @binding(2) var kd_material: texture_2d<f32>;
+@group(0) @binding(3) var ks_shininess: texture_2d<f32>;
+@group(0) @binding(4) var indirect_radiance: texture_storage_2d<rgba32float, read_write>;
+@group(0) @binding(5) var<storage, read> receivers: array<u32>;
+#if GLOSSY
+@group(0) @binding(6) var<storage, read> vpls: array<GlossyVpl>;
+#else
+@group(0) @binding(6) var<storage, read> vpls: array<Vpl>;
+#endif
+var<immediate> parameters: GatherParameters;
+
+// P, n_P, the mirror direction of v, s, and the sums of the receivers.
+var<private> position: array<vec3<f32>, RECEIVERS>;
+var<private> normal: array<vec3<f32>, RECEIVERS>;
+var<private> tile_diffuse: array<vec3<f32>, RECEIVERS>;
+var<private> diffuse: array<vec3<f32>, RECEIVERS>;
+#if PHONG
+var<private> mirror: array<vec3<f32>, RECEIVERS>;
+var<private> shininess: array<f32, RECEIVERS>;
+var<private> tile_specular: array<vec3<f32>, RECEIVERS>;
+var<private> specular: array<vec3<f32>, RECEIVERS>;
+#endif
+
+// One VPL against every receiver. No branches: on a vector unit they skip nothing.
+#if GLOSSY
+fn accumulate(vpl: GlossyVpl) {
+#else
+fn accumulate(vpl: Vpl) {
+#endif
+    for (var i = 0u; i < RECEIVERS; i++) {
+        let offset = vpl.position - position[i];
+        let distance_squared = dot(offset, offset);
+        let receiver_side = max(dot(normal[i], offset), 0.0);
+        let vpl_side = -dot(vpl.normal, offset);
+#if AVERAGE
+        let inverse_distance = inverseSqrt(max(distance_squared, 1e-30));
+        // cosθ_{P→Q}, and f_Q = 0 below Q's horizon.
+        let weight = select(0.0, receiver_side * inverse_distance, vpl_side > 0.0);
+#else
+        // cosθ_{P→Q}·cosθ_{Q→P}/d² with one division and no root. P = Q gives 0/1e-37.
+        let weight = receiver_side * max(vpl_side, 0.0) / max(distance_squared * distance_squared, 1e-37);
+#endif
+#if PHONG GLOSSY
+#if AVERAGE
+        let direction = offset * inverse_distance;
+#else
+        let direction = offset * inverseSqrt(max(distance_squared, 1e-30));
+#endif
+#endif
+#if GLOSSY
+        let radiance = (vpl.diffuse + vpl.specular * phong_lobe(vpl.mirror, -direction, vpl.shininess)) * weight;
+#else
+        let radiance = vpl.diffuse * weight;
+#endif
+        tile_diffuse[i] += radiance;
+#if PHONG
+        tile_specular[i] += radiance * phong_lobe(mirror[i], direction, shininess[i]);
+#endif
+    }
+}
+
+fn pixel_of(slot: u32) -> vec2<u32> {
+    let width = textureDimensions(position_mesh).x;
+    let last = parameters.first_receiver + parameters.receiver_count - 1u;
+    let number = receivers[min(parameters.first_receiver + slot, last)];
+    return vec2<u32>(number % width, number / width);
+}
+
+#if TILE
+#if GLOSSY
+var<workgroup> tile_vpls: array<GlossyVpl, TILE_VPLS>;
+#else
+var<workgroup> tile_vpls: array<Vpl, TILE_VPLS>;
+#endif
+#endif
+
+@compute @workgroup_size(64)
+fn compute_main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+    @builtin(subgroup_invocation_id) lane: u32,
+) {
+    // Neighbouring lanes take neighbouring receivers.
+    let first_slot = group.x * (WORKGROUP * RECEIVERS) + local;
+    for (var i = 0u; i < RECEIVERS; i++) {
+        let pixel = pixel_of(first_slot + i * WORKGROUP);
+        position[i] = textureLoad(position_mesh, pixel, 0).xyz;
+        normal[i] = textureLoad(normal_geometric, pixel, 0).xyz;
+        diffuse[i] = vec3<f32>(0.0);
+#if PHONG
+        let to_camera = normalize(parameters.camera_position - position[i]);
+        // r·v is symmetric: the mirror of l against v is the mirror of v against l.
+        mirror[i] = 2.0 * dot(normal[i], to_camera) * normal[i] - to_camera;
+        shininess[i] = textureLoad(ks_shininess, pixel, 0).w;
+        specular[i] = vec3<f32>(0.0);
+#endif
+    }
+
+    let end = parameters.first_vpl + parameters.vpl_count;
+    for (var tile = parameters.first_vpl; tile < end; tile += TILE_VPLS) {
+        for (var i = 0u; i < RECEIVERS; i++) {
+            tile_diffuse[i] = vec3<f32>(0.0);
+#if PHONG
+            tile_specular[i] = vec3<f32>(0.0);
+#endif
+        }
+#if BROADCAST8
+        for (var first = tile; first < tile + TILE_VPLS; first += 8u) {
+            let mine = vpls[first + lane];
+#repeat LANE 8
+            accumulate(from_lane_LANE(mine));
+#endrepeat
+        }
+#endif
+#if BROADCAST4
+        for (var first = tile; first < tile + TILE_VPLS; first += 4u) {
+            let mine = vpls[first + lane];
+#repeat LANE 4
+            accumulate(from_lane_LANE(mine));
+#endrepeat
+        }
+#endif
+#if TILE
+        workgroupBarrier();
+        tile_vpls[local] = vpls[tile + local];
+        workgroupBarrier();
+        for (var i = 0u; i < TILE_VPLS; i++) {
+            accumulate(tile_vpls[i]);
+        }
+#endif
+        for (var i = 0u; i < RECEIVERS; i++) {
+            diffuse[i] += tile_diffuse[i];
+#if PHONG
+            specular[i] += tile_specular[i];
+#endif
+        }
+    }
+
+    for (var i = 0u; i < RECEIVERS; i++) {
+        let slot = first_slot + i * WORKGROUP;
+        if (slot < parameters.receiver_count) {
+            let pixel = pixel_of(slot);
+            var radiance = textureLoad(kd_material, pixel, 0).rgb / PI * diffuse[i];
+#if PHONG
+            let ks = textureLoad(ks_shininess, pixel, 0).rgb;
+            radiance += ks * ((shininess[i] + 2.0) / (2.0 * PI)) * specular[i];
+#endif
+            let sum = textureLoad(indirect_radiance, pixel).rgb + radiance;
+            textureStore(indirect_radiance, pixel, vec4<f32>(sum, 0.0));
+        }
+    }
+}
+
+#if BROADCAST8 BROADCAST4
+#repeat LANE 8
+#if GLOSSY
+fn from_lane_LANE(mine: GlossyVpl) -> GlossyVpl {
+    return GlossyVpl(
+        subgroupBroadcast(mine.position, LANEu), subgroupBroadcast(mine.shininess, LANEu),
+        subgroupBroadcast(mine.normal, LANEu), subgroupBroadcast(mine.diffuse, LANEu),
+        subgroupBroadcast(mine.specular, LANEu), subgroupBroadcast(mine.mirror, LANEu));
+}
+#else
+fn from_lane_LANE(mine: Vpl) -> Vpl {
+    return Vpl(
+        subgroupBroadcast(mine.position, LANEu), subgroupBroadcast(mine.normal, LANEu),
+        subgroupBroadcast(mine.diffuse, LANEu));
+}
+#endif
+#endrepeat
+#endif

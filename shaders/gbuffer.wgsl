@@ -1,0 +1,27 @@
+// What the camera sees at each pixel's centre.
+
+struct GBuffer {
+    // P; mesh id (0: no surface).
+    @location(0) position_mesh: vec4<f32>,
+    // n_P; the geometric normal, packed.
+    @location(1) normal: vec4<f32>,
+    // k_d; material id.
+    @location(2) kd_material: vec4<f32>,
+#if PHONG
+    // k_s; s.
+    @location(3) ks_shininess: vec4<f32>,
+#endif
+}
+
+@fragment
+fn fragment_main(raster: Raster) -> GBuffer {
+    let hit = hit_surface(raster);
+    var pixel: GBuffer;
+    pixel.position_mesh = vec4<f32>(hit.position, draw.mesh_id);
+    pixel.normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
+    pixel.kd_material = vec4<f32>(hit.kd, draw.material_id);
+#if PHONG
+    pixel.ks_shininess = vec4<f32>(draw.ks, draw.shininess);
+#endif
+    return pixel;
+}

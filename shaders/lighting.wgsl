@@ -1,0 +1,67 @@
+// What the lighting passes share: lights and virtual point lights as they lie in memory. Lengths are local units.
+
+const PI: f32 = 3.14159265358979;
+
+// One face of a light's map: the direction of (u, v) in [−1, 1]² is forward + half_extent·(u·right + v·up).
+struct LightFace {
+    right: vec3<f32>,
+    up: vec3<f32>,
+    forward: vec3<f32>,
+}
+
+struct Light {
+    // L; directional: the centre of the map's plane.
+    position: vec3<f32>,
+    // Tangent of the half opening of a face; directional: half the edge of the map's plane.
+    half_extent: f32,
+    // Unit vector: axis of the cone (spot), direction in which the light travels (directional).
+    axis: vec3<f32>,
+    // θ_o, rad; spot only.
+    outer_half_angle: f32,
+    // I_0 per band over the local unit squared, so that I_0/d² is W/m²; directional: E_L, W/m².
+    intensity: vec3<f32>,
+    // 1/(θ_o − θ_i); huge where they are equal; spot only.
+    inverse_penumbra: f32,
+    faces: array<LightFace, 6>,
+    face_count: u32,
+    // Texels along a face's edge of the map that the shadow test reads.
+    shadow_size: u32,
+    // Texels along a face's edge of the RSM.
+    rsm_size: u32,
+    // ΣΔΩ over the RSM: the measure of the emission domain.
+    emission_measure: f32,
+    // 1 for a directional light, else 0.
+    is_parallel: u32,
+}
+
+// A virtual point light on a matte surface.
+struct Vpl {
+    // Q
+    position: vec3<f32>,
+    // n_Q
+    normal: vec3<f32>,
+    // What it sends in every direction of its hemisphere. rsm-average: radiance times the texel's share of the domain,
+    // (k_d/π)·L_{L→Q}·cosθ_{Q→L}·ΔΩ/ΣΔΩ. instant-radiosity: intensity per cosine, (k_d/π)·I·ΔΩ.
+    diffuse: vec3<f32>,
+}
+
+// A virtual point light on a surface with a specular lobe.
+struct GlossyVpl {
+    position: vec3<f32>,
+    // s, the Phong exponent.
+    shininess: f32,
+    normal: vec3<f32>,
+    diffuse: vec3<f32>,
+    // As `diffuse`, with k_s·(s+2)/(2π) in the place of k_d/π; the lobe is left to the gather.
+    specular: vec3<f32>,
+    // Direction of mirror reflection of the light at Q.
+    mirror: vec3<f32>,
+}
+
+fn unpack_direction(packed: f32) -> vec3<f32> {
+    let row = floor(packed / 4096.0);
+    let flat = vec2<f32>(packed - row * 4096.0, row) / 4095.0 * 2.0 - 1.0;
+    let z = 1.0 - abs(flat.x) - abs(flat.y);
+    let fold = max(-z, 0.0);
+    return normalize(vec3<f32>(flat - select(vec2<f32>(-fold), vec2<f32>(fold), flat >= vec2<f32>(0.0)), z));
+}

@@ -1,0 +1,36 @@
+// The reflective shadow map (Dachsbacher & Stamminger 2005): what the light sees in each texel of its emission domain.
+
+// Per texel: ΔΩ (sr; directional: ΔA_perp, local units²) of its part inside the emission domain, and the mean of s(θ) there.
+@group(0) @binding(6) var<storage, read> emission: array<vec2<f32>>;
+
+struct Rsm {
+    // Q; the geometric normal, packed (negative: no surface).
+    @location(0) position: vec4<f32>,
+    // n_Q.
+    @location(1) normal: vec4<f32>,
+    // k_d; L_{L→Q} over the light's axial intensity I_0: s/d² (directional: 1).
+    @location(2) kd_irradiance: vec4<f32>,
+#if PHONG
+    // k_s; s.
+    @location(3) ks_shininess: vec4<f32>,
+#endif
+}
+
+@fragment
+fn fragment_main(raster: Raster) -> Rsm {
+    let hit = hit_surface(raster);
+    let column_row = vec2<u32>(raster.position.xy);
+    let falloff = emission[view.first_texel + column_row.y * view.size_px + column_row.x].y;
+    let to_light = hit.position - view.origin;
+    // Parallel light does not thin out with distance.
+    let irradiance = falloff / select(dot(to_light, to_light), 1.0, view.is_parallel == 1u);
+
+    var texel: Rsm;
+    texel.position = vec4<f32>(hit.position, pack_direction(hit.geometric_normal));
+    texel.normal = vec4<f32>(hit.shading_normal, 0.0);
+    texel.kd_irradiance = vec4<f32>(hit.kd, irradiance);
+#if PHONG
+    texel.ks_shininess = vec4<f32>(draw.ks, draw.shininess);
+#endif
+    return texel;
+}

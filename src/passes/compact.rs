@@ -1,0 +1,91 @@
+//! Stable compaction of items into a matte and a glossy list, shared by the passes that make lists.
+
+use crate::{
+    Error, Result,
+    vulkan::{
+        Buffer, BufferUse, Device, Pipelines, Recorder, Resource,
+        shaders::{Compaction, ListLengths, Module},
+    },
+};
+
+/// What a compaction needs beside its items and its lists.
+pub(crate) struct Compactor {
+    item_count: u32,
+    group_count: u32,
+    groups: Buffer,
+    lengths: Buffer,
+    readback: Buffer,
+}
+
+impl Compactor {
+    /// For up to `item_count` items.
+    pub fn new(device: &Device, item_count: u32) -> Result<Compactor> {
+        let group = Module::find("compact", &["scan"])?.constant("GROUP")?;
+        let group_count = item_count.div_ceil(group);
+        let bytes = u64::from(group_count) * size_of::<ListLengths>() as u64;
+        let one = size_of::<ListLengths>() as u64;
+        Ok(Compactor {
+            item_count,
+            group_count,
+            groups: Buffer::new(device, "group counts", bytes, BufferUse::Device)?,
+            lengths: Buffer::new(device, "list lengths", one, BufferUse::Device)?,
+            readback: Buffer::new(device, "list lengths", one, BufferUse::Readback)?,
+        })
+    }
+
+    /// The same for fewer items.
+    pub fn set_item_count(&mut self, item_count: u32) -> Result<()> {
+        let group = Module::find("compact", &["scan"])?.constant("GROUP")?;
+        let group_count = item_count.div_ceil(group);
+        if u64::from(group_count) * size_of::<ListLengths>() as u64 > self.groups.bytes {
+            return Err(Error::internal("a compaction has more items than room"));
+        }
+        (self.item_count, self.group_count) = (item_count, group_count);
+        Ok(())
+    }
+
+    /// Records the three kernels of `pass`; `count_words` and `write_words` are the words of its permutations.
+    pub fn record<'r>(
+        &'r self,
+        recorder: &mut Recorder<'r>,
+        pipelines: &Pipelines,
+        pass: &'static str,
+        count_words: &[&str],
+        write_words: &[&str],
+        resources: &[(&str, Resource<'r>)],
+    ) -> Result<()> {
+        let count = pipelines.compute(pass, &[&["count"], count_words].concat())?;
+        let scan = pipelines.compute("compact", &["scan"])?;
+        let write = pipelines.compute(pass, &[&["write"], write_words].concat())?;
+        let mut all = vec![
+            ("groups", Resource::Buffer(&self.groups)),
+            ("lengths", Resource::Buffer(&self.lengths)),
+        ];
+        all.extend_from_slice(resources);
+        let parameters = Compaction {
+            item_count: self.item_count,
+            group_count: self.group_count,
+        };
+        let groups = [self.group_count, 1, 1];
+        recorder.pass(pass, |recorder| {
+            recorder.dispatch(&count, &all, &parameters, groups)?;
+            recorder.barrier();
+            recorder.dispatch(&scan, &all, &parameters, [1, 1, 1])?;
+            recorder.barrier();
+            recorder.dispatch(&write, &all, &parameters, groups)?;
+            let bytes = size_of::<ListLengths>() as u64;
+            recorder.copy_buffer(&self.lengths, &self.readback, 0, bytes);
+            Ok(())
+        })
+    }
+
+    /// The lengths of the lists, after the submission.
+    pub fn lengths(&self) -> Result<ListLengths> {
+        Ok(self
+            .readback
+            .read::<ListLengths>(1)?
+            .first()
+            .copied()
+            .unwrap_or_default())
+    }
+}

@@ -1,0 +1,89 @@
+//! G-buffer pass: what the camera sees at each pixel's centre.
+
+use super::surface::{RasterPass, Surfaces};
+use crate::{
+    Result,
+    plan::Plan,
+    vulkan::{Buffer, Device, Image, ImageShape, Pipelines, Recorder, Resource, Target},
+};
+
+/// Images of the camera's size.
+pub(crate) struct GBuffer {
+    /// P, local; mesh id (0: no surface).
+    pub position_mesh: Image,
+    /// n_P; the geometric normal, packed.
+    pub normal_geometric: Image,
+    /// k_d; material id.
+    pub kd_material: Image,
+    /// k_s; s. Only where some material is specular.
+    pub ks_shininess: Option<Image>,
+    depth: Image,
+}
+
+impl GBuffer {
+    pub fn new(device: &Device, plan: &Plan) -> Result<GBuffer> {
+        let shape = ImageShape::plain(plan.resolution_px);
+        let image = |what| Image::new(device, what, shape);
+        Ok(GBuffer {
+            position_mesh: image("G-buffer positions")?,
+            normal_geometric: image("G-buffer normals")?,
+            kd_material: image("G-buffer k_d")?,
+            ks_shininess: plan
+                .is_specular
+                .then(|| image("G-buffer k_s"))
+                .transpose()?,
+            depth: Image::new(device, "G-buffer depth", shape.depth())?,
+        })
+    }
+
+    fn colors(&self) -> Vec<&Image> {
+        let images = [
+            &self.position_mesh,
+            &self.normal_geometric,
+            &self.kd_material,
+        ];
+        images.into_iter().chain(&self.ks_shininess).collect()
+    }
+
+    /// The images under the names that the shaders give them.
+    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let mut resources = vec![
+            ("position_mesh", Resource::Image(&self.position_mesh)),
+            ("normal_geometric", Resource::Image(&self.normal_geometric)),
+            ("kd_material", Resource::Image(&self.kd_material)),
+        ];
+        if let Some(image) = &self.ks_shininess {
+            resources.push(("ks_shininess", Resource::Image(image)));
+        }
+        resources
+    }
+}
+
+/// Fills the G-buffer with the surfaces as seen from `view`.
+pub(crate) fn draw<'r>(
+    recorder: &mut Recorder<'r>,
+    pipelines: &Pipelines,
+    plan: &Plan,
+    surfaces: &'r Surfaces,
+    view: &'r Buffer,
+    gbuffer: &'r GBuffer,
+) -> Result<()> {
+    let colors = gbuffer.colors();
+    recorder.prepare_images(&colors);
+    recorder.prepare_images(&[&gbuffer.depth]);
+    recorder.pass("gbuffer", |recorder| {
+        let pass = RasterPass {
+            name: "gbuffer",
+            pipelines,
+            brdf: Some(plan.brdf_word()),
+            color_count: colors.len(),
+        };
+        let target = Target {
+            colors: &colors,
+            depth: &gbuffer.depth,
+            layer: 0,
+            clear: &[[0.0; 4]; 4],
+        };
+        surfaces.draw(recorder, &pass, &target, view, &[])
+    })
+}

@@ -1,0 +1,51 @@
+//! Receivers pass: the pixels that show a surface, those with a specular lobe apart.
+
+use super::{compact::Compactor, gbuffer::GBuffer};
+use crate::{
+    Result,
+    plan::Plan,
+    vulkan::{Buffer, BufferUse, Device, Pipelines, Recorder, Resource, shaders::ListLengths},
+};
+
+/// Pixel numbers (row · width + column): matte ones, then glossy ones.
+pub(crate) struct Receivers {
+    pub pixels: Buffer,
+    compactor: Compactor,
+}
+
+impl Receivers {
+    pub fn new(device: &Device, plan: &Plan) -> Result<Receivers> {
+        let [width, height] = plan.resolution_px;
+        let count = width * height;
+        Ok(Receivers {
+            pixels: Buffer::new(
+                device,
+                "list of pixels",
+                4 * u64::from(count),
+                BufferUse::Device,
+            )?,
+            compactor: Compactor::new(device, count)?,
+        })
+    }
+
+    /// How many pixels there are of either kind, after the submission.
+    pub fn lengths(&self) -> Result<ListLengths> {
+        self.compactor.lengths()
+    }
+}
+
+/// Lists the pixels of the G-buffer that show a surface.
+pub(crate) fn list<'r>(
+    recorder: &mut Recorder<'r>,
+    pipelines: &Pipelines,
+    plan: &Plan,
+    gbuffer: &'r GBuffer,
+    receivers: &'r Receivers,
+) -> Result<()> {
+    let brdf = [plan.brdf_word()];
+    let mut resources = gbuffer.resources();
+    resources.push(("receivers", Resource::Buffer(&receivers.pixels)));
+    receivers
+        .compactor
+        .record(recorder, pipelines, "receivers", &brdf, &brdf, &resources)
+}

@@ -1,0 +1,91 @@
+//! RSM pass: the reflective shadow map (Dachsbacher & Stamminger 2005) of a light.
+
+use super::surface::{RasterPass, Surfaces};
+use crate::{
+    Result,
+    plan::Plan,
+    vulkan::{Buffer, Device, Image, ImageShape, Pipelines, Recorder, Resource, Target},
+};
+
+/// A position image's pixel that shows no surface.
+pub(crate) const NO_SURFACE: [f32; 4] = [0.0, 0.0, 0.0, -1.0];
+
+/// Images with one layer per face of the light.
+pub(crate) struct Rsm {
+    /// Q, local; the geometric normal, packed.
+    pub position: Image,
+    /// n_Q
+    pub normal: Image,
+    /// k_d; L_{L→Q} over the light's axial intensity.
+    pub kd_irradiance: Image,
+    /// k_s; s. Only where some material is specular.
+    pub ks_shininess: Option<Image>,
+    depth: Image,
+}
+
+impl Rsm {
+    /// Room for the light with the most faces; the others use the first layers.
+    pub fn new(device: &Device, plan: &Plan, size: u32, max_faces: u32) -> Result<Rsm> {
+        let shape = ImageShape::layers(size, max_faces);
+        let image = |what| Image::new(device, what, shape);
+        Ok(Rsm {
+            position: image("RSM positions")?,
+            normal: image("RSM normals")?,
+            kd_irradiance: image("RSM k_d and irradiance")?,
+            ks_shininess: plan.is_specular.then(|| image("RSM k_s")).transpose()?,
+            depth: Image::new(device, "RSM depth", shape.depth())?,
+        })
+    }
+
+    pub fn colors(&self) -> Vec<&Image> {
+        let images = [&self.position, &self.normal, &self.kd_irradiance];
+        images.into_iter().chain(&self.ks_shininess).collect()
+    }
+
+    /// The images under the names that the shaders give them.
+    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let mut resources = vec![
+            ("rsm_position", Resource::Image(&self.position)),
+            ("rsm_normal", Resource::Image(&self.normal)),
+            ("rsm_kd_irradiance", Resource::Image(&self.kd_irradiance)),
+        ];
+        if let Some(image) = &self.ks_shininess {
+            resources.push(("rsm_ks_shininess", Resource::Image(image)));
+        }
+        resources
+    }
+}
+
+/// Draws the surfaces as seen through each of the light's faces. `emission` holds ΔΩ and s of every texel.
+pub(crate) fn draw<'r>(
+    recorder: &mut Recorder<'r>,
+    pipelines: &Pipelines,
+    plan: &Plan,
+    surfaces: &'r Surfaces,
+    faces: &'r [Buffer],
+    emission: &'r Buffer,
+    rsm: &'r Rsm,
+) -> Result<()> {
+    let colors = rsm.colors();
+    recorder.prepare_images(&colors);
+    recorder.prepare_images(&[&rsm.depth]);
+    recorder.pass("rsm", |recorder| {
+        let pass = RasterPass {
+            name: "rsm",
+            pipelines,
+            brdf: Some(plan.brdf_word()),
+            color_count: colors.len(),
+        };
+        for (layer, view) in faces.iter().enumerate() {
+            let target = Target {
+                colors: &colors,
+                depth: &rsm.depth,
+                layer: layer as u32,
+                clear: &[NO_SURFACE, [0.0; 4], [0.0; 4], [0.0; 4]],
+            };
+            let emission = ("emission", Resource::Buffer(emission));
+            surfaces.draw(recorder, &pass, &target, view, &[emission])?;
+        }
+        Ok(())
+    })
+}

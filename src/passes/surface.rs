@@ -1,0 +1,196 @@
+//! The scene's surfaces on the device, and how the three raster passes draw them.
+
+use crate::{
+    Result,
+    local_space::LocalSpace,
+    plan::Plan,
+    scene::{Mesh, Scene, Texture},
+    vulkan::{
+        Buffer, Device, Image, ImageShape, Pipelines, Recorder, Resource, Target,
+        shaders::{Draw, View},
+    },
+};
+
+/// Vertices, triangles and textures of a scene, in device memory.
+pub(crate) struct Surfaces {
+    positions: Buffer,
+    indices: Buffer,
+    normals: Buffer,
+    texcoords: Buffer,
+    textures: Vec<(Image, Buffer)>,
+    ranges: Vec<Range>,
+}
+
+/// Triangles of one mesh and one material.
+struct Range {
+    first_triangle: u32,
+    triangle_count: u32,
+    is_smooth: bool,
+    texture: Option<usize>,
+    draw: Draw,
+}
+
+/// Which of the raster passes draws: its shader, and how much of a surface it writes.
+pub(crate) struct RasterPass<'p> {
+    pub name: &'static str,
+    pub pipelines: &'p Pipelines,
+    /// The word for the BRDF; `None`: positions only, which need neither normals nor textures.
+    pub brdf: Option<&'static str>,
+    pub color_count: usize,
+}
+
+impl Surfaces {
+    /// Copies a scene's surfaces to the device.
+    pub fn upload(
+        device: &Device,
+        scene: &Scene,
+        plan: &Plan,
+        space: &LocalSpace,
+    ) -> Result<Surfaces> {
+        let mut lists = Lists::default();
+        for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
+            lists.add(scene, plan, space, mesh_index, mesh);
+        }
+        let textures = if plan.is_textured {
+            scene.textures.as_slice()
+        } else {
+            &[]
+        };
+        let upload = |texture: &Texture| {
+            let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
+            let texels: Vec<[f32; 4]> = texture.linear_rgb.iter().map(rgba).collect();
+            let image = Image::new(device, "texture", ImageShape::plain(texture.size_px))?;
+            Ok((image, Buffer::upload(device, "texture", &texels)?))
+        };
+        Ok(Surfaces {
+            positions: Buffer::upload(device, "positions", &lists.positions)?,
+            indices: Buffer::upload(device, "indices", &lists.indices)?,
+            normals: Buffer::upload(device, "normals", &lists.normals)?,
+            texcoords: Buffer::upload(device, "texcoords", &lists.texcoords)?,
+            textures: textures.iter().map(upload).collect::<Result<_>>()?,
+            ranges: lists.ranges,
+        })
+    }
+
+    /// Fills the textures; once, before anything is drawn.
+    pub fn record_textures<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        let images: Vec<&Image> = self.textures.iter().map(|(image, _)| image).collect();
+        recorder.prepare_images(&images);
+        for (image, texels) in &self.textures {
+            recorder.copy_to_image(texels, image);
+        }
+    }
+
+    /// Draws every surface as seen from a view.
+    pub fn draw<'r>(
+        &'r self,
+        recorder: &mut Recorder<'r>,
+        pass: &RasterPass,
+        target: &Target<'r>,
+        view: &'r Buffer,
+        more_resources: &[(&str, Resource<'r>)],
+    ) -> Result<()> {
+        recorder.render(target, |recorder| {
+            for range in &self.ranges {
+                let words: &[&str] = match pass.brdf {
+                    None => &[],
+                    Some(brdf) => &[
+                        brdf,
+                        if range.is_smooth { "smooth" } else { "flat" },
+                        if range.texture.is_some() { "textured" } else { "" },
+                    ],
+                };
+                let pipeline = pass.pipelines.raster(pass.name, words, pass.color_count)?;
+                let mut resources = vec![
+                    ("view", Resource::Buffer(view)),
+                    ("positions", Resource::Buffer(&self.positions)),
+                    ("indices", Resource::Buffer(&self.indices)),
+                    ("normals", Resource::Buffer(&self.normals)),
+                    ("texcoords", Resource::Buffer(&self.texcoords)),
+                ];
+                let texture = range.texture.and_then(|index| self.textures.get(index));
+                if let Some((image, _)) = texture {
+                    resources.push(("kd_texture", Resource::Image(image)));
+                }
+                resources.extend_from_slice(more_resources);
+                recorder.bind_raster(&pipeline, &resources)?;
+                recorder.draw(
+                    &pipeline,
+                    &range.draw,
+                    range.first_triangle,
+                    range.triangle_count,
+                );
+            }
+            Ok(())
+        })
+    }
+}
+
+/// The buffer of a view.
+pub(crate) fn upload_view(device: &Device, view: &View) -> Result<Buffer> {
+    Buffer::upload(device, "view", std::slice::from_ref(view))
+}
+
+#[derive(Default)]
+struct Lists {
+    positions: Vec<[f32; 4]>,
+    indices: Vec<u32>,
+    /// As many as positions where some mesh is smooth, else none.
+    normals: Vec<[f32; 4]>,
+    /// As many as positions where there are textures, else none.
+    texcoords: Vec<[f32; 2]>,
+    ranges: Vec<Range>,
+}
+
+impl Lists {
+    fn add(
+        &mut self,
+        scene: &Scene,
+        plan: &Plan,
+        space: &LocalSpace,
+        mesh_index: usize,
+        mesh: &Mesh,
+    ) {
+        let first_vertex = self.positions.len() as u32;
+        for (i, &position_m) in mesh.positions_m.iter().enumerate() {
+            let [x, y, z] = space.to_local(position_m);
+            self.positions.push([x, y, z, 0.0]);
+            if plan.is_smooth {
+                let normal = mesh.normals.get(i).copied().unwrap_or_default();
+                let normal = normal.normalize_or_zero().as_vec3();
+                self.normals.push(normal.extend(0.0).to_array());
+            }
+            if plan.is_textured {
+                let texcoord = mesh.texcoords.get(i).copied().unwrap_or_default();
+                self.texcoords.push(texcoord.map(|c| c as f32));
+            }
+        }
+        // A stable sort: triangles of one material become one draw, in their own order.
+        let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
+        order.sort_by_key(|&triangle| mesh.triangle_materials[triangle]);
+        for same in order.chunk_by(|&a, &b| mesh.triangle_materials[a] == mesh.triangle_materials[b])
+        {
+            let material_index = mesh.triangle_materials[same[0]];
+            let material = &scene.materials[material_index as usize];
+            let first_triangle = (self.indices.len() / 3) as u32;
+            for &triangle in same {
+                let corners = mesh.triangles[triangle];
+                self.indices.extend(corners.map(|corner| first_vertex + corner));
+            }
+            self.ranges.push(Range {
+                first_triangle,
+                triangle_count: same.len() as u32,
+                is_smooth: !mesh.normals.is_empty(),
+                texture: material.kd_texture.filter(|_| !mesh.texcoords.is_empty()),
+                draw: Draw {
+                    kd: material.kd.map(|kd| kd as f32),
+                    mesh_id: (mesh_index + 1) as f32,
+                    ks: material.ks.map(|ks| ks as f32),
+                    shininess: material.shininess as f32,
+                    material_id: (material_index + 1) as f32,
+                    ..Draw::default()
+                },
+            });
+        }
+    }
+}

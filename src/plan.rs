@@ -1,0 +1,289 @@
+//! What a scene needs: derived from it before any work starts, printed on request, and the only thing that picks passes
+//! and kernel permutations.
+
+use std::fmt;
+
+use crate::{
+    Error, Result,
+    emission::EmissionDomain,
+    scene::{BoundingSphere, Estimator, Light, Scene},
+    vulkan::{
+        DeviceInfo, DeviceKind,
+        shaders::{GlossyVpl, Vpl},
+    },
+};
+
+/// Bytes of a pixel of every image.
+const PIXEL_BYTES: u64 = 16;
+/// A shadow map of a light's own has about the pixels' angular size, within these bounds.
+const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
+
+/// The passes and permutations that a frame takes on a device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    pub resolution_px: [u32; 2],
+    /// Some material has a specular lobe.
+    pub is_specular: bool,
+    /// Some mesh has shading normals.
+    pub is_smooth: bool,
+    /// Some visible material has a texture.
+    pub is_textured: bool,
+    pub lights: Vec<LightPlan>,
+    pub indirect: Option<IndirectPlan>,
+    /// Joules per W/m² on the pixel, with a sensor.
+    pub joule_per_irradiance: Option<f64>,
+}
+
+/// What one light takes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightPlan {
+    pub kind: &'static str,
+    /// Faces that the light emits into.
+    pub faces: u32,
+    /// Edge of a face of the map that the shadow test reads.
+    pub shadow_size: u32,
+    /// That map is the RSM; else it is a plain map of its own.
+    pub shadow_from_rsm: bool,
+}
+
+/// What the indirect light takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IndirectPlan {
+    pub estimator: Estimator,
+    pub rsm_size: u32,
+    pub kernel: GatherKernel,
+}
+
+/// How the gather hands VPLs to its lanes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GatherKernel {
+    /// Each of 8 lanes loads a VPL and broadcasts it: CPU drivers of 256 bits.
+    Broadcast8,
+    /// The same with 4 lanes: CPU drivers of 128 bits.
+    Broadcast4,
+    /// Tiles in workgroup memory: GPUs.
+    Tile,
+}
+
+impl GatherKernel {
+    pub const ALL: [GatherKernel; 3] = [
+        GatherKernel::Broadcast8,
+        GatherKernel::Broadcast4,
+        GatherKernel::Tile,
+    ];
+
+    /// The word of the shader permutation.
+    pub fn name(self) -> &'static str {
+        match self {
+            GatherKernel::Broadcast8 => "broadcast8",
+            GatherKernel::Broadcast4 => "broadcast4",
+            GatherKernel::Tile => "tile",
+        }
+    }
+
+    /// Whether the kernel gives right results on the device: a broadcast counts on the number of lanes.
+    pub fn runs_on(self, device: &DeviceInfo) -> bool {
+        match self {
+            GatherKernel::Broadcast8 => device.limits.subgroup_lanes == 8,
+            GatherKernel::Broadcast4 => device.limits.subgroup_lanes == 4,
+            GatherKernel::Tile => true,
+        }
+    }
+
+    /// The fastest kernel for the device: lavapipe does one scalar load per lane from workgroup memory, GPUs do one for all.
+    pub fn best_for(device: &DeviceInfo) -> Self {
+        let is_cpu = device.kind == DeviceKind::Cpu;
+        Self::ALL
+            .into_iter()
+            .find(|kernel| kernel.runs_on(device) && (is_cpu || *kernel == GatherKernel::Tile))
+            .unwrap_or(GatherKernel::Tile)
+    }
+}
+
+impl Plan {
+    /// Plans a frame of a valid scene.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for an invalid scene, [`Error::DeviceLimit`] where the device cannot hold what the scene asks for.
+    pub fn new(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
+        scene.validate()?;
+        let used = || {
+            let materials = scene.meshes.iter().flat_map(|m| &m.triangle_materials);
+            materials.filter_map(|&index| scene.materials.get(index as usize))
+        };
+        let is_textured = scene.meshes.iter().any(|mesh| {
+            !mesh.texcoords.is_empty()
+                && mesh.triangle_materials.iter().any(|&index| {
+                    let material = scene.materials.get(index as usize);
+                    material.is_some_and(|m| m.kd_texture.is_some())
+                })
+        });
+        let bounds = scene_sphere(scene);
+        let lights = scene
+            .lights
+            .iter()
+            .map(|light| LightPlan::new(scene, light, &bounds, device))
+            .collect();
+        let plan = Plan {
+            resolution_px: scene.camera.resolution_px,
+            is_specular: used().any(|material| material.is_specular()),
+            is_smooth: scene.meshes.iter().any(|mesh| !mesh.normals.is_empty()),
+            is_textured,
+            lights,
+            indirect: scene.indirect.map(|indirect| IndirectPlan {
+                estimator: indirect.estimator,
+                rsm_size: indirect.rsm_size,
+                kernel: GatherKernel::best_for(device),
+            }),
+            joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
+        };
+        plan.check_limits(scene, device)?;
+        Ok(plan)
+    }
+
+    /// The word of the shader permutations that tells whether there is a specular term.
+    pub(crate) fn brdf_word(&self) -> &'static str {
+        if self.is_specular { "phong" } else { "lambert" }
+    }
+
+    fn check_limits(&self, scene: &Scene, device: &DeviceInfo) -> Result<()> {
+        let limits = &device.limits;
+        let check = |what: &str, asked: u64, limit: u64, mend: &str| {
+            if asked <= limit {
+                return Ok(());
+            }
+            Err(Error::DeviceLimit {
+                what: what.into(),
+                asked,
+                limit,
+                device: device.name.clone(),
+                mend: mend.into(),
+            })
+        };
+        let smaller_image = "render a smaller image, or choose another device";
+        let smaller_rsm = "set a smaller rsm_size, or choose another device";
+        let [width, height] = self.resolution_px;
+        let pixels = u64::from(width) * u64::from(height);
+        let max_image_px = limits.max_image_px.into();
+        check("the image's width (px)", width.into(), max_image_px, smaller_image)?;
+        check("the image's height (px)", height.into(), max_image_px, smaller_image)?;
+        check(
+            "an image of the G-buffer (bytes)",
+            pixels * PIXEL_BYTES,
+            limits.max_allocation_bytes,
+            smaller_image,
+        )?;
+        check(
+            "the list of pixels (bytes)",
+            pixels * 4,
+            limits.max_storage_buffer_bytes,
+            smaller_image,
+        )?;
+        if let Some(IndirectPlan { rsm_size, .. }) = self.indirect {
+            check("rsm_size (texels)", rsm_size.into(), max_image_px, smaller_rsm)?;
+            let faces = self.lights.iter().map(|light| light.faces).max().unwrap_or(0);
+            let texels = u64::from(faces) * u64::from(rsm_size) * u64::from(rsm_size);
+            check(
+                "an image of the RSM (bytes)",
+                texels * PIXEL_BYTES,
+                limits.max_allocation_bytes,
+                smaller_rsm,
+            )?;
+            let record = if self.is_specular {
+                size_of::<GlossyVpl>()
+            } else {
+                size_of::<Vpl>()
+            };
+            check(
+                "the list of VPLs (bytes)",
+                texels * record as u64,
+                limits.max_storage_buffer_bytes,
+                smaller_rsm,
+            )?;
+        }
+        let vertices: u64 = scene.meshes.iter().map(|m| m.positions_m.len() as u64).sum();
+        let triangles: u64 = scene.meshes.iter().map(|m| m.triangles.len() as u64).sum();
+        let fewer = "simplify the meshes, or choose another device";
+        let storage = limits.max_storage_buffer_bytes;
+        check("the list of vertices (bytes)", vertices * 16, storage, fewer)?;
+        check("the list of triangles (bytes)", triangles * 12, storage, fewer)
+    }
+}
+
+/// The sphere around the scene; a scene without surfaces has one of no size.
+pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
+    scene.bounding_sphere().unwrap_or(BoundingSphere {
+        centre_m: glam::DVec3::ZERO,
+        radius_m: 0.0,
+    })
+}
+
+impl LightPlan {
+    fn new(scene: &Scene, light: &Light, bounds: &BoundingSphere, device: &DeviceInfo) -> Self {
+        let [width, height] = scene.camera.resolution_px;
+        let fine_enough = width
+            .max(height)
+            .next_multiple_of(64)
+            .clamp(*SHADOW_SIZE.start(), *SHADOW_SIZE.end())
+            .min(device.limits.max_image_px);
+        let rsm_size = scene.indirect.map(|indirect| indirect.rsm_size);
+        // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
+        // draw shadows with steps of twenty pixels.
+        let from_rsm = rsm_size.filter(|&size| size >= fine_enough);
+        LightPlan {
+            kind: light.kind(),
+            faces: EmissionDomain::face_count(light, bounds),
+            shadow_size: from_rsm.unwrap_or(fine_enough),
+            shadow_from_rsm: from_rsm.is_some(),
+        }
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let [width, height] = self.resolution_px;
+        let brdf = if self.is_specular { "Phong" } else { "Lambert" };
+        writeln!(f, "passes")?;
+        writeln!(f, "  gbuffer    {width} x {height} px, {brdf}")?;
+        for (index, light) in self.lights.iter().enumerate() {
+            let LightPlan {
+                kind,
+                faces,
+                shadow_size,
+                ..
+            } = light;
+            if let Some(indirect) = self.indirect {
+                let size = indirect.rsm_size;
+                writeln!(f, "  rsm        light {index} ({kind}): {faces} x {size}² texels")?;
+            }
+            if light.shadow_from_rsm {
+                writeln!(f, "             read by the shadow test too")?;
+            } else {
+                writeln!(f, "  shadow     light {index} ({kind}): {faces} x {shadow_size}² texels")?;
+            }
+            writeln!(f, "  direct     light {index}, {brdf}")?;
+        }
+        if let Some(indirect) = self.indirect {
+            let name = indirect.estimator.name();
+            writeln!(f, "  vpl        texels with flux, compacted")?;
+            writeln!(f, "  receivers  pixels with a surface, compacted")?;
+            writeln!(f, "  gather     {name}, kernel {}", indirect.kernel.name())?;
+        }
+        if self.joule_per_irradiance.is_some() {
+            writeln!(f, "  sensor")?;
+        }
+        writeln!(f, "left out")?;
+        let absent = [
+            (!self.is_specular, "specular terms: no material has k_s"),
+            (!self.is_smooth, "shading normals: no mesh has any"),
+            (!self.is_textured, "textures: no material on a mesh with texcoords has one"),
+            (self.indirect.is_none(), "RSM, VPLs and gather: the scene has no [indirect]"),
+            (self.joule_per_irradiance.is_none(), "sensor: the scene has no [sensor]"),
+            (true, "visibility between VPLs and pixels: not modelled, see docs/model.md"),
+        ];
+        for (_, what) in absent.iter().filter(|(is_absent, _)| *is_absent) {
+            writeln!(f, "  {what}")?;
+        }
+        Ok(())
+    }
+}

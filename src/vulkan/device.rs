@@ -1,0 +1,217 @@
+//! The logical device, its queue and its memory allocator.
+
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use ash::{khr, vk};
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+
+use super::{
+    failed,
+    instance::{DeviceInfo, DeviceKind, Instance},
+};
+use crate::{Error, Result};
+
+/// Which device to open.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum DeviceChoice {
+    /// A discrete GPU before an integrated one before a CPU driver.
+    #[default]
+    Best,
+    /// Place in [`Device::list`].
+    Index(usize),
+    /// Part of the device's name, upper and lower case alike.
+    Name(String),
+}
+
+/// How to open a device.
+#[derive(Debug, Clone, Default)]
+pub struct DeviceOptions {
+    pub choice: DeviceChoice,
+    /// Turn the Khronos validation layer on; read what it says with [`Device::validation_messages`].
+    pub validation: bool,
+}
+
+/// An open Vulkan device. Clones share it.
+#[derive(Clone)]
+pub struct Device {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    raw: ash::Device,
+    push_descriptor: khr::push_descriptor::Device,
+    queue: Mutex<vk::Queue>,
+    queue_family: u32,
+    /// Taken out before the device is destroyed.
+    allocator: Mutex<Option<Allocator>>,
+    info: DeviceInfo,
+    instance: Arc<Instance>,
+}
+
+impl Device {
+    /// Every Vulkan device of this machine, also those that camlux cannot use.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] where there is no Vulkan loader, driver or device.
+    pub fn list() -> Result<Vec<DeviceInfo>> {
+        let devices = Instance::new(false)?.devices()?;
+        Ok(devices.into_iter().map(|(_, info)| info).collect())
+    }
+
+    /// The device that [`DeviceChoice`] names in a list.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] where none fits, or the one that fits lacks what camlux needs.
+    pub fn choose<'l>(list: &'l [DeviceInfo], choice: &DeviceChoice) -> Result<&'l DeviceInfo> {
+        let names = || {
+            let name = |info: &DeviceInfo| format!("{} \"{}\"", info.index, info.name);
+            let names: Vec<String> = list.iter().map(name).collect();
+            format!("choose one of: {}", names.join(", "))
+        };
+        let none = |problem: String| Error::NoDevice {
+            problem,
+            mend: names(),
+        };
+        let chosen = match choice {
+            DeviceChoice::Best => list
+                .iter()
+                .filter(|info| info.unusable.is_none())
+                .min_by_key(|info| info.kind)
+                .ok_or_else(|| Error::NoDevice {
+                    problem: list
+                        .iter()
+                        .filter_map(|info| Some(format!("{} lacks {}", info.name, info.unusable.as_ref()?)))
+                        .collect::<Vec<_>>()
+                        .join(", "),
+                    mend: "update the driver, or install a CPU driver, on Debian: apt-get install mesa-vulkan-drivers".into(),
+                })?,
+            DeviceChoice::Index(index) => list
+                .iter()
+                .find(|info| info.index == *index)
+                .ok_or_else(|| none(format!("there is no device {index}")))?,
+            DeviceChoice::Name(name) => list
+                .iter()
+                .find(|info| info.name.to_lowercase().contains(&name.to_lowercase()))
+                .ok_or_else(|| none(format!("no device is called \"{name}\"")))?,
+        };
+        match &chosen.unusable {
+            None => Ok(chosen),
+            Some(lack) => Err(none(format!("{} lacks {lack}", chosen.name))),
+        }
+    }
+
+    /// Opens a device.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] where none fits; [`Error::Vulkan`] where the driver fails.
+    pub fn open(options: &DeviceOptions) -> Result<Device> {
+        let instance = Instance::new(options.validation)?;
+        let devices = instance.devices()?;
+        let list: Vec<DeviceInfo> = devices.iter().map(|(_, info)| info.clone()).collect();
+        let info = Device::choose(&list, &options.choice)?.clone();
+        let physical = devices[info.index].0;
+        let queue_family = instance
+            .queue_family(physical)
+            .ok_or_else(|| Error::NoDevice {
+                problem: format!("{} has no queue for graphics and compute", info.name),
+                mend: "choose another device".into(),
+            })?;
+
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(queue_family)
+            .queue_priorities(&[1.0])];
+        let extensions = [khr::push_descriptor::NAME.as_ptr()];
+        let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
+            .dynamic_rendering(true)
+            .synchronization2(true);
+        let create = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(&extensions)
+            .push_next(&mut features13);
+        // SAFETY: extension and features were found by `Instance::lacks`; all pointers live until after the call.
+        let raw = unsafe { instance.raw.create_device(physical, &create, None) }
+            .map_err(failed("vkCreateDevice"))?;
+        // SAFETY: one queue of this family was asked for.
+        let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: raw.clone(),
+            physical_device: physical,
+            debug_settings: Default::default(),
+            buffer_device_address: false,
+            allocation_sizes: Default::default(),
+        });
+        let shared = Shared {
+            push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &raw),
+            raw,
+            queue: Mutex::new(queue),
+            queue_family,
+            allocator: Mutex::new(None),
+            info,
+            instance,
+        };
+        let allocator = allocator.map_err(|error| Error::Memory {
+            what: "the allocator".into(),
+            bytes: 0,
+            problem: error.to_string(),
+        })?;
+        *lock(&shared.allocator) = Some(allocator);
+        Ok(Device {
+            shared: Arc::new(shared),
+        })
+    }
+
+    /// What the device is.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.shared.info
+    }
+
+    /// Warnings and errors of the Khronos validation layer since the device was opened; empty without it.
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.shared.instance.messages()
+    }
+
+    pub(super) fn raw(&self) -> &ash::Device {
+        &self.shared.raw
+    }
+
+    pub(super) fn push_descriptor(&self) -> &khr::push_descriptor::Device {
+        &self.shared.push_descriptor
+    }
+
+    pub(super) fn queue(&self) -> MutexGuard<'_, vk::Queue> {
+        lock(&self.shared.queue)
+    }
+
+    pub(super) fn queue_family(&self) -> u32 {
+        self.shared.queue_family
+    }
+
+    /// Runs `use_it` on the allocator, which is there as long as the device is.
+    pub(super) fn with_allocator<T>(&self, use_it: impl FnOnce(&mut Allocator) -> T) -> Option<T> {
+        lock(&self.shared.allocator).as_mut().map(use_it)
+    }
+
+    /// Whether host and device share their memory and caches.
+    pub(crate) fn is_cpu(&self) -> bool {
+        self.shared.info.kind == DeviceKind::Cpu
+    }
+}
+
+/// A panic while the lock was held leaves nothing half done here: the guarded values are handles.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner)
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        // SAFETY: buffers, images, pipelines and recorders hold a clone of the device, so none is left.
+        unsafe {
+            let _ = self.raw.device_wait_idle();
+            drop(lock(&self.allocator).take());
+            self.raw.destroy_device(None);
+        }
+    }
+}

@@ -1,0 +1,315 @@
+//! The Vulkan instance and the devices that it offers.
+
+use std::{
+    ffi::{CStr, c_void},
+    fmt,
+    sync::{Arc, Mutex},
+};
+
+use ash::{ext, khr, vk};
+
+use super::failed;
+use crate::{Error, Result};
+
+const INSTALL_DRIVER: &str =
+    "install a Vulkan driver, on Debian: apt-get install libvulkan1 mesa-vulkan-drivers";
+
+/// What a Vulkan device is, and whether camlux can use it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DeviceInfo {
+    /// Place in the loader's list.
+    pub index: usize,
+    pub name: String,
+    pub kind: DeviceKind,
+    /// Name and version of the driver.
+    pub driver: String,
+    /// Vulkan version that the device offers.
+    pub api_version: String,
+    pub limits: DeviceLimits,
+    /// What camlux needs and this device lacks; `None`: it can be used.
+    pub unusable: Option<String>,
+}
+
+/// Order of preference: a discrete GPU first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum DeviceKind {
+    Discrete,
+    Integrated,
+    Virtual,
+    Cpu,
+    Other,
+}
+
+impl fmt::Display for DeviceKind {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(match self {
+            DeviceKind::Discrete => "discrete GPU",
+            DeviceKind::Integrated => "integrated GPU",
+            DeviceKind::Virtual => "virtual GPU",
+            DeviceKind::Cpu => "CPU driver",
+            DeviceKind::Other => "other",
+        })
+    }
+}
+
+/// The limits that bound what can be rendered.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct DeviceLimits {
+    /// Largest width and height of an image.
+    pub max_image_px: u32,
+    pub max_image_layers: u32,
+    /// Largest range of a storage buffer that a shader can see.
+    pub max_storage_buffer_bytes: u64,
+    pub max_allocation_bytes: u64,
+    /// Workgroup memory.
+    pub shared_memory_bytes: u32,
+    pub subgroup_lanes: u32,
+    /// Nanoseconds of one tick of a GPU timestamp.
+    pub timestamp_period_ns: f32,
+}
+
+/// A live instance; with validation it collects what the Khronos layer has to say.
+pub(super) struct Instance {
+    pub raw: ash::Instance,
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    /// Boxed, for the layer holds a pointer to it.
+    messages: Box<Mutex<Vec<String>>>,
+    // The loader must outlive everything that was made from it.
+    _entry: ash::Entry,
+}
+
+impl Instance {
+    pub fn new(validation: bool) -> Result<Arc<Self>> {
+        // SAFETY: loading the Vulkan loader runs its initialisers, which is what it is there for.
+        let entry = unsafe { ash::Entry::load() }.map_err(|error| Error::NoDevice {
+            problem: format!("the Vulkan loader cannot be opened ({error})"),
+            mend: INSTALL_DRIVER.into(),
+        })?;
+        let application = vk::ApplicationInfo::default()
+            .engine_name(c"camlux")
+            .api_version(vk::API_VERSION_1_3);
+        let messages: Box<Mutex<Vec<String>>> = Box::default();
+        let mut messenger_info = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
+                    | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            )
+            .message_type(
+                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+                    | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+            )
+            .pfn_user_callback(Some(collect_message))
+            .user_data(std::ptr::from_ref(messages.as_ref()).cast_mut().cast());
+        let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features =
+            vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
+        let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
+        let extensions = [ext::debug_utils::NAME.as_ptr()];
+        let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+        if validation {
+            info = info
+                .enabled_layer_names(&layers)
+                .enabled_extension_names(&extensions)
+                .push_next(&mut messenger_info)
+                .push_next(&mut features);
+        }
+        // SAFETY: all pointers in `info` live until after the call; `messages` lives as long as the instance.
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice {
+                problem: "the Vulkan loader found no driver".into(),
+                mend: INSTALL_DRIVER.into(),
+            },
+            vk::Result::ERROR_LAYER_NOT_PRESENT => Error::NoDevice {
+                problem: "the Khronos validation layer is not installed".into(),
+                mend: "turn validation off, or on Debian: apt-get install vulkan-validationlayers"
+                    .into(),
+            },
+            result => failed("vkCreateInstance")(result),
+        })?;
+        let mut instance = Instance {
+            raw,
+            messenger: None,
+            messages,
+            _entry: entry,
+        };
+        if validation {
+            let functions = ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
+            messenger_info.p_next = std::ptr::null();
+            // SAFETY: the extension is enabled; the callback's data lives as long as the instance.
+            let messenger =
+                unsafe { functions.create_debug_utils_messenger(&messenger_info, None) }
+                    .map_err(failed("vkCreateDebugUtilsMessengerEXT"))?;
+            instance.messenger = Some((functions, messenger));
+        }
+        Ok(Arc::new(instance))
+    }
+
+    /// What the validation layer said so far.
+    pub fn messages(&self) -> Vec<String> {
+        match self.messages.lock() {
+            Ok(messages) => messages.clone(),
+            Err(poisoned) => poisoned.into_inner().clone(),
+        }
+    }
+
+    pub fn devices(&self) -> Result<Vec<(vk::PhysicalDevice, DeviceInfo)>> {
+        // SAFETY: the instance is live.
+        let found = unsafe { self.raw.enumerate_physical_devices() }
+            .map_err(failed("vkEnumeratePhysicalDevices"))?;
+        if found.is_empty() {
+            return Err(Error::NoDevice {
+                problem: "the Vulkan loader found no device".into(),
+                mend: INSTALL_DRIVER.into(),
+            });
+        }
+        let describe = |(index, device): (usize, &vk::PhysicalDevice)| {
+            (*device, self.describe(index, *device))
+        };
+        Ok(found.iter().enumerate().map(describe).collect())
+    }
+
+    fn describe(&self, index: usize, device: vk::PhysicalDevice) -> DeviceInfo {
+        let mut driver = vk::PhysicalDeviceDriverProperties::default();
+        let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut maintenance3 = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut driver)
+            .push_next(&mut subgroup)
+            .push_next(&mut maintenance3);
+        // SAFETY: the instance is live and the device is its own.
+        unsafe {
+            self.raw
+                .get_physical_device_properties2(device, &mut properties);
+        }
+        let properties = properties.properties;
+        let limits = properties.limits;
+        let version = properties.api_version;
+        DeviceInfo {
+            index,
+            name: text(properties.device_name_as_c_str()),
+            kind: match properties.device_type {
+                vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
+                vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
+                vk::PhysicalDeviceType::VIRTUAL_GPU => DeviceKind::Virtual,
+                vk::PhysicalDeviceType::CPU => DeviceKind::Cpu,
+                _ => DeviceKind::Other,
+            },
+            driver: format!(
+                "{} {}",
+                text(driver.driver_name_as_c_str()),
+                text(driver.driver_info_as_c_str())
+            ),
+            api_version: format!(
+                "{}.{}.{}",
+                vk::api_version_major(version),
+                vk::api_version_minor(version),
+                vk::api_version_patch(version)
+            ),
+            limits: DeviceLimits {
+                max_image_px: limits
+                    .max_image_dimension2_d
+                    .min(limits.max_framebuffer_width)
+                    .min(limits.max_framebuffer_height),
+                max_image_layers: limits.max_image_array_layers,
+                max_storage_buffer_bytes: limits.max_storage_buffer_range.into(),
+                max_allocation_bytes: maintenance3.max_memory_allocation_size,
+                shared_memory_bytes: limits.max_compute_shared_memory_size,
+                subgroup_lanes: subgroup.subgroup_size,
+                timestamp_period_ns: limits.timestamp_period,
+            },
+            unusable: self.lacks(device, &properties),
+        }
+    }
+
+    /// What camlux needs and the device does not have.
+    fn lacks(
+        &self,
+        device: vk::PhysicalDevice,
+        properties: &vk::PhysicalDeviceProperties,
+    ) -> Option<String> {
+        if properties.api_version < vk::API_VERSION_1_3 {
+            return Some("Vulkan 1.3".into());
+        }
+        // SAFETY: the instance is live and the device is its own.
+        let extensions = unsafe { self.raw.enumerate_device_extension_properties(device) };
+        let has_push_descriptor = extensions.unwrap_or_default().iter().any(|extension| {
+            extension.extension_name_as_c_str() == Ok(khr::push_descriptor::NAME)
+        });
+        if !has_push_descriptor {
+            return Some("VK_KHR_push_descriptor".into());
+        }
+        let mut features13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut features13);
+        // SAFETY: as above.
+        unsafe {
+            self.raw
+                .get_physical_device_features2(device, &mut features);
+        }
+        if features13.dynamic_rendering == 0 || features13.synchronization2 == 0 {
+            return Some("dynamic rendering and synchronization2".into());
+        }
+        let Some(_) = self.queue_family(device) else {
+            return Some("a queue for graphics and compute with timestamps".into());
+        };
+        // SAFETY: as above.
+        let format = unsafe {
+            self.raw.get_physical_device_format_properties(
+                device,
+                vk::Format::R32G32B32A32_SFLOAT,
+            )
+        };
+        let wanted = vk::FormatFeatureFlags::COLOR_ATTACHMENT
+            | vk::FormatFeatureFlags::STORAGE_IMAGE
+            | vk::FormatFeatureFlags::SAMPLED_IMAGE;
+        (!format.optimal_tiling_features.contains(wanted))
+            .then(|| "rendering to 32-bit float images".into())
+    }
+
+    /// A queue family that draws, computes and takes timestamps.
+    pub fn queue_family(&self, device: vk::PhysicalDevice) -> Option<u32> {
+        // SAFETY: the instance is live and the device is its own.
+        let families = unsafe {
+            self.raw
+                .get_physical_device_queue_family_properties(device)
+        };
+        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        families
+            .iter()
+            .position(|f| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)
+            .map(|index| index as u32)
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: devices hold an `Arc` of the instance, so nothing made from it is left.
+        unsafe {
+            if let Some((functions, messenger)) = self.messenger.take() {
+                functions.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.raw.destroy_instance(None);
+        }
+    }
+}
+
+fn text(name: std::result::Result<&CStr, impl fmt::Debug>) -> String {
+    name.map(|name| name.to_string_lossy().into_owned())
+        .unwrap_or_default()
+}
+
+/// Called by the validation layer.
+unsafe extern "system" fn collect_message(
+    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT,
+    messages: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the layer hands valid data, and `messages` is the instance's own list, which outlives it.
+    let (data, messages) = unsafe { (&*data, &*messages.cast::<Mutex<Vec<String>>>()) };
+    // SAFETY: a message is a C string that lives as long as the call.
+    let text = unsafe { data.message_as_c_str() };
+    if let (Some(text), Ok(mut messages)) = (text, messages.lock()) {
+        messages.push(text.to_string_lossy().into_owned());
+    }
+    vk::FALSE
+}

@@ -1,0 +1,318 @@
+//! Buffers and images that free themselves.
+
+use ash::vk;
+use gpu_allocator::{
+    MemoryLocation,
+    vulkan::{Allocation, AllocationCreateDesc, AllocationScheme},
+};
+
+use super::{
+    Device, failed,
+    shaders::{Plain, bytes_of, values_of},
+};
+use crate::{Error, Result};
+
+/// What a buffer is for, which decides where it lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BufferUse {
+    /// Written and read by shaders only.
+    Device,
+    /// Filled by the host once, then read by shaders.
+    Upload,
+    /// Written by the device, then read by the host.
+    Readback,
+}
+
+/// A buffer of device memory.
+pub(crate) struct Buffer {
+    device: Device,
+    pub(super) raw: vk::Buffer,
+    /// Taken out when freed.
+    allocation: Option<Allocation>,
+    pub bytes: u64,
+}
+
+impl Buffer {
+    /// A buffer of at least `bytes` bytes; never empty, for Vulkan has no empty buffers.
+    pub fn new(device: &Device, what: &str, bytes: u64, usage: BufferUse) -> Result<Buffer> {
+        let bytes = bytes.max(16);
+        let info = vk::BufferCreateInfo::default()
+            .size(bytes)
+            .usage(
+                vk::BufferUsageFlags::STORAGE_BUFFER
+                    | vk::BufferUsageFlags::UNIFORM_BUFFER
+                    | vk::BufferUsageFlags::TRANSFER_SRC
+                    | vk::BufferUsageFlags::TRANSFER_DST,
+            )
+            .sharing_mode(vk::SharingMode::EXCLUSIVE);
+        // SAFETY: the device is live.
+        let raw = unsafe { device.raw().create_buffer(&info, None) }
+            .map_err(failed("vkCreateBuffer"))?;
+        // From here on the buffer is destroyed on every way out.
+        let mut buffer = Buffer {
+            device: device.clone(),
+            raw,
+            allocation: None,
+            bytes,
+        };
+        // SAFETY: device and buffer are live.
+        let requirements = unsafe { device.raw().get_buffer_memory_requirements(raw) };
+        let location = match usage {
+            BufferUse::Device => MemoryLocation::GpuOnly,
+            BufferUse::Upload => MemoryLocation::CpuToGpu,
+            BufferUse::Readback => MemoryLocation::GpuToCpu,
+        };
+        let allocation = allocate(device, what, requirements, location, true)?;
+        // SAFETY: the memory was allocated for this buffer's requirements and is bound once.
+        unsafe {
+            device
+                .raw()
+                .bind_buffer_memory(raw, allocation.memory(), allocation.offset())
+        }
+        .map_err(failed("vkBindBufferMemory"))?;
+        buffer.allocation = Some(allocation);
+        Ok(buffer)
+    }
+
+    /// A buffer filled with values.
+    pub fn upload<T: Plain>(device: &Device, what: &str, values: &[T]) -> Result<Buffer> {
+        let mut buffer = Buffer::new(
+            device,
+            what,
+            size_of_val(values) as u64,
+            BufferUse::Upload,
+        )?;
+        let bytes = bytes_of(values);
+        buffer
+            .allocation
+            .as_mut()
+            .and_then(Allocation::mapped_slice_mut)
+            .and_then(|memory| memory.get_mut(..bytes.len()))
+            .ok_or_else(|| Error::internal(format!("{what} is not mapped")))?
+            .copy_from_slice(bytes);
+        Ok(buffer)
+    }
+
+    /// The bytes of a readback buffer, after the submission that wrote it has completed.
+    pub fn mapped_bytes(&self) -> Result<&[u8]> {
+        self.allocation
+            .as_ref()
+            .and_then(Allocation::mapped_slice)
+            .and_then(|memory| memory.get(..self.bytes as usize))
+            .ok_or_else(|| Error::internal("a buffer to be read back is not mapped"))
+    }
+
+    /// The values of a readback buffer; as [`Buffer::mapped_bytes`].
+    pub fn read<T: Plain>(&self, count: usize) -> Result<Vec<T>> {
+        let bytes = self.mapped_bytes()?;
+        let wanted = (count * size_of::<T>()).min(bytes.len());
+        Ok(values_of(&bytes[..wanted]))
+    }
+}
+
+impl Drop for Buffer {
+    fn drop(&mut self) {
+        // SAFETY: recorders wait for their submissions, so the device no longer uses the buffer.
+        unsafe { self.device.raw().destroy_buffer(self.raw, None) };
+        free(&self.device, self.allocation.take());
+    }
+}
+
+/// Size and kind of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ImageShape {
+    pub size_px: [u32; 2],
+    /// `None`: a plain 2D image; `Some(n)`: an array of n layers.
+    pub layers: Option<u32>,
+    /// Depth instead of four floats.
+    pub is_depth: bool,
+}
+
+impl ImageShape {
+    pub fn plain(size_px: [u32; 2]) -> Self {
+        ImageShape {
+            size_px,
+            layers: None,
+            is_depth: false,
+        }
+    }
+
+    pub fn layers(size: u32, layers: u32) -> Self {
+        ImageShape {
+            size_px: [size, size],
+            layers: Some(layers),
+            is_depth: false,
+        }
+    }
+
+    pub fn depth(self) -> Self {
+        ImageShape {
+            is_depth: true,
+            ..self
+        }
+    }
+
+    pub fn layer_count(&self) -> u32 {
+        self.layers.unwrap_or(1)
+    }
+
+    /// Pixels of all layers.
+    pub fn pixel_count(&self) -> u64 {
+        let [width, height] = self.size_px.map(u64::from);
+        width * height * u64::from(self.layer_count())
+    }
+
+    pub(super) fn aspect(&self) -> vk::ImageAspectFlags {
+        if self.is_depth {
+            vk::ImageAspectFlags::DEPTH
+        } else {
+            vk::ImageAspectFlags::COLOR
+        }
+    }
+
+    pub(super) fn format(&self) -> vk::Format {
+        if self.is_depth {
+            DEPTH_FORMAT
+        } else {
+            COLOR_FORMAT
+        }
+    }
+}
+
+/// Every colour image: four floats, so that what a pass writes is what the next one reads.
+pub(super) const COLOR_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+pub(super) const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
+
+/// An image, with a view of all of it and one of each layer.
+pub(crate) struct Image {
+    device: Device,
+    pub(super) raw: vk::Image,
+    allocation: Option<Allocation>,
+    pub(super) view: vk::ImageView,
+    pub(super) layer_views: Vec<vk::ImageView>,
+    pub shape: ImageShape,
+}
+
+impl Image {
+    pub fn new(device: &Device, what: &str, shape: ImageShape) -> Result<Image> {
+        let usage = if shape.is_depth {
+            vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT
+        } else {
+            vk::ImageUsageFlags::COLOR_ATTACHMENT
+                | vk::ImageUsageFlags::SAMPLED
+                | vk::ImageUsageFlags::STORAGE
+                | vk::ImageUsageFlags::TRANSFER_SRC
+                | vk::ImageUsageFlags::TRANSFER_DST
+        };
+        let [width, height] = shape.size_px;
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(shape.format())
+            .extent(vk::Extent3D {
+                width,
+                height,
+                depth: 1,
+            })
+            .mip_levels(1)
+            .array_layers(shape.layer_count())
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(usage)
+            .sharing_mode(vk::SharingMode::EXCLUSIVE);
+        // SAFETY: the device is live.
+        let raw = unsafe { device.raw().create_image(&info, None) }
+            .map_err(failed("vkCreateImage"))?;
+        // From here on the image is destroyed on every way out.
+        let mut image = Image {
+            device: device.clone(),
+            raw,
+            allocation: None,
+            view: vk::ImageView::null(),
+            layer_views: Vec::new(),
+            shape,
+        };
+        // SAFETY: device and image are live.
+        let requirements = unsafe { device.raw().get_image_memory_requirements(raw) };
+        let allocation = allocate(device, what, requirements, MemoryLocation::GpuOnly, false)?;
+        // SAFETY: the memory was allocated for this image's requirements and is bound once.
+        unsafe {
+            device
+                .raw()
+                .bind_image_memory(raw, allocation.memory(), allocation.offset())
+        }
+        .map_err(failed("vkBindImageMemory"))?;
+        image.allocation = Some(allocation);
+        let kind = match shape.layers {
+            None => vk::ImageViewType::TYPE_2D,
+            Some(_) => vk::ImageViewType::TYPE_2D_ARRAY,
+        };
+        image.view = image.make_view(kind, 0, shape.layer_count())?;
+        for layer in 0..shape.layer_count() {
+            let view = image.make_view(vk::ImageViewType::TYPE_2D, layer, 1)?;
+            image.layer_views.push(view);
+        }
+        Ok(image)
+    }
+
+    fn make_view(&self, kind: vk::ImageViewType, first: u32, count: u32) -> Result<vk::ImageView> {
+        let info = vk::ImageViewCreateInfo::default()
+            .image(self.raw)
+            .view_type(kind)
+            .format(self.shape.format())
+            .subresource_range(vk::ImageSubresourceRange {
+                aspect_mask: self.shape.aspect(),
+                base_mip_level: 0,
+                level_count: 1,
+                base_array_layer: first,
+                layer_count: count,
+            });
+        // SAFETY: device and image are live, and the layers are the image's own.
+        unsafe { self.device.raw().create_image_view(&info, None) }
+            .map_err(failed("vkCreateImageView"))
+    }
+}
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        // SAFETY: recorders wait for their submissions, so the device no longer uses image or views; destroying a null
+        // handle does nothing.
+        unsafe {
+            for &view in self.layer_views.iter().chain([&self.view]) {
+                self.device.raw().destroy_image_view(view, None);
+            }
+            self.device.raw().destroy_image(self.raw, None);
+        }
+        free(&self.device, self.allocation.take());
+    }
+}
+
+fn allocate(
+    device: &Device,
+    what: &str,
+    requirements: vk::MemoryRequirements,
+    location: MemoryLocation,
+    linear: bool,
+) -> Result<Allocation> {
+    let request = AllocationCreateDesc {
+        name: what,
+        requirements,
+        location,
+        linear,
+        allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+    };
+    device
+        .with_allocator(|allocator| allocator.allocate(&request))
+        .ok_or_else(|| Error::internal("the device is closed"))?
+        .map_err(|error| Error::Memory {
+            what: what.into(),
+            bytes: requirements.size,
+            problem: error.to_string(),
+        })
+}
+
+fn free(device: &Device, allocation: Option<Allocation>) {
+    if let Some(allocation) = allocation {
+        // Freeing fails only for memory that is not the allocator's own.
+        let _ = device.with_allocator(|allocator| allocator.free(allocation));
+    }
+}

@@ -1,0 +1,38 @@
+//! The Vulkan layer: device, memory, pipelines and command recording. All of the engine's `unsafe` but the C ABI's lies
+//! here. It knows no scene and no pass.
+//!
+//! Conventions that keep it small: one queue; every image lives in layout GENERAL; passes are separated by full memory
+//! barriers; descriptors are pushed, by the names that the shaders give their bindings.
+
+mod device;
+mod instance;
+mod memory;
+mod pipeline;
+mod recorder;
+pub(crate) mod shaders;
+
+pub use device::{Device, DeviceChoice, DeviceOptions};
+pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
+pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
+pub(crate) use pipeline::{ComputePipeline, Pipelines, RasterPipeline};
+pub(crate) use recorder::{PassTimes, Recorder, Resource, Target};
+
+use crate::Error;
+
+/// Turns a Vulkan result into the library's error. `call` is the Vulkan function's name.
+pub(crate) fn failed(call: &'static str) -> impl FnOnce(ash::vk::Result) -> Error {
+    use ash::vk::Result as Vk;
+    move |result| Error::Vulkan {
+        call,
+        result,
+        mend: match result {
+            Vk::ERROR_DEVICE_LOST => {
+                "the driver gave the device up: create a new one, and if it happens again render a smaller image or RSM"
+            }
+            Vk::ERROR_OUT_OF_DEVICE_MEMORY | Vk::ERROR_OUT_OF_HOST_MEMORY => {
+                "render a smaller image or RSM, or choose another device"
+            }
+            _ => "update the driver, or choose another device",
+        },
+    }
+}

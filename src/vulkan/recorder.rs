@@ -1,0 +1,532 @@
+//! One command buffer: recorded, submitted, waited for.
+
+use std::{any::Any, marker::PhantomData, sync::Arc};
+
+use ash::vk;
+
+use super::{
+    Buffer, ComputePipeline, Device, Image, RasterPipeline, failed,
+    pipeline::Parts,
+    shaders::{BindingKind, Plain, bytes_of},
+};
+use crate::{Error, Result};
+
+/// GPU milliseconds of each pass, in the order of recording.
+pub(crate) type PassTimes = Vec<(&'static str, f64)>;
+
+/// What a shader's binding is bound to.
+#[derive(Clone, Copy)]
+pub(crate) enum Resource<'r> {
+    Buffer(&'r Buffer),
+    /// A part of a buffer: first byte, bytes.
+    Range(&'r Buffer, u64, u64),
+    Image(&'r Image),
+}
+
+/// What a draw writes to.
+pub(crate) struct Target<'r> {
+    pub colors: &'r [&'r Image],
+    pub depth: &'r Image,
+    /// Layer of all of them.
+    pub layer: u32,
+    /// What the pixels without a surface hold, per colour image.
+    pub clear: &'r [[f32; 4]],
+}
+
+/// A command buffer while it is recorded. Everything that it names must live until it was submitted (`'r`); submitting
+/// waits for the device, so nothing is in use afterwards.
+pub(crate) struct Recorder<'r> {
+    device: Device,
+    pool: vk::CommandPool,
+    commands: vk::CommandBuffer,
+    fence: vk::Fence,
+    queries: vk::QueryPool,
+    query_capacity: u32,
+    passes: Vec<&'static str>,
+    /// Pipelines in use.
+    pipelines: Vec<Arc<dyn Any + Send + Sync>>,
+    resources: PhantomData<&'r ()>,
+}
+
+impl<'r> Recorder<'r> {
+    /// A command buffer in which up to `pass_capacity` passes are timed; further ones run untimed.
+    pub fn new(device: &Device, pass_capacity: u32) -> Result<Self> {
+        let raw = device.raw();
+        // From here on what was made is destroyed on every way out.
+        let mut recorder = Recorder {
+            device: device.clone(),
+            pool: vk::CommandPool::null(),
+            commands: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+            query_capacity: 2 * pass_capacity.max(1),
+            passes: Vec::new(),
+            pipelines: Vec::new(),
+            resources: PhantomData,
+        };
+        let pool = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(device.queue_family())
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY (all calls below): the device is live, and what they take was made from it just before.
+        recorder.pool = unsafe { raw.create_command_pool(&pool, None) }
+            .map_err(failed("vkCreateCommandPool"))?;
+        let allocate = vk::CommandBufferAllocateInfo::default()
+            .command_pool(recorder.pool)
+            .command_buffer_count(1);
+        // SAFETY: as above.
+        let buffers = unsafe { raw.allocate_command_buffers(&allocate) }
+            .map_err(failed("vkAllocateCommandBuffers"))?;
+        recorder.commands = buffers.first().copied().unwrap_or_default();
+        // SAFETY: as above.
+        recorder.fence = unsafe { raw.create_fence(&vk::FenceCreateInfo::default(), None) }
+            .map_err(failed("vkCreateFence"))?;
+        let queries = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::TIMESTAMP)
+            .query_count(recorder.query_capacity);
+        // SAFETY: as above.
+        recorder.queries = unsafe { raw.create_query_pool(&queries, None) }
+            .map_err(failed("vkCreateQueryPool"))?;
+        let begin = vk::CommandBufferBeginInfo::default()
+            .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: as above.
+        unsafe {
+            raw.begin_command_buffer(recorder.commands, &begin)
+                .map_err(failed("vkBeginCommandBuffer"))?;
+            raw.cmd_reset_query_pool(
+                recorder.commands,
+                recorder.queries,
+                0,
+                recorder.query_capacity,
+            );
+        }
+        Ok(recorder)
+    }
+
+    /// Brings new images into the layout that they keep. Their contents are undefined.
+    pub fn prepare_images(&mut self, images: &[&'r Image]) {
+        let barriers: Vec<_> = images
+            .iter()
+            .map(|image| {
+                vk::ImageMemoryBarrier2::default()
+                    .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                    .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                    .dst_access_mask(
+                        vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
+                    )
+                    .old_layout(vk::ImageLayout::UNDEFINED)
+                    .new_layout(vk::ImageLayout::GENERAL)
+                    .image(image.raw)
+                    .subresource_range(whole(image))
+            })
+            .collect();
+        let dependency = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+        // SAFETY: the command buffer is being recorded and the images live until it was submitted.
+        unsafe {
+            self.device
+                .raw()
+                .cmd_pipeline_barrier2(self.commands, &dependency);
+        }
+    }
+
+    /// Sets every pixel to zero.
+    pub fn clear_image(&mut self, image: &'r Image) {
+        let zero = vk::ClearColorValue { float32: [0.0; 4] };
+        // SAFETY: as above.
+        unsafe {
+            self.device.raw().cmd_clear_color_image(
+                self.commands,
+                image.raw,
+                vk::ImageLayout::GENERAL,
+                &zero,
+                &[whole(image)],
+            );
+        }
+    }
+
+    /// Sets every byte to zero.
+    pub fn clear_buffer(&mut self, buffer: &'r Buffer) {
+        // SAFETY: as above.
+        unsafe {
+            self.device
+                .raw()
+                .cmd_fill_buffer(self.commands, buffer.raw, 0, vk::WHOLE_SIZE, 0);
+        }
+    }
+
+    /// All work so far comes before all work from here on.
+    pub fn barrier(&mut self) {
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let barriers = [vk::MemoryBarrier2::default()
+            .src_stage_mask(all)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+            .dst_stage_mask(all)
+            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)];
+        let dependency = vk::DependencyInfo::default().memory_barriers(&barriers);
+        // SAFETY: the command buffer is being recorded.
+        unsafe {
+            self.device
+                .raw()
+                .cmd_pipeline_barrier2(self.commands, &dependency);
+        }
+    }
+
+    /// Records a pass: after what came before it, timed under its name.
+    pub fn pass(
+        &mut self,
+        name: &'static str,
+        record: impl FnOnce(&mut Self) -> Result<()>,
+    ) -> Result<()> {
+        self.barrier();
+        let query = 2 * self.passes.len() as u32;
+        let is_timed = query < self.query_capacity;
+        if is_timed {
+            self.passes.push(name);
+            self.timestamp(query);
+        }
+        record(self)?;
+        if is_timed {
+            self.timestamp(query + 1);
+        }
+        Ok(())
+    }
+
+    fn timestamp(&mut self, query: u32) {
+        // SAFETY: the query lies in the pool and was reset at the start of this command buffer.
+        unsafe {
+            self.device.raw().cmd_write_timestamp2(
+                self.commands,
+                vk::PipelineStageFlags2::ALL_COMMANDS,
+                self.queries,
+                query,
+            );
+        }
+    }
+
+    /// Runs `groups` workgroups. `resources` are taken by the names of the shader's bindings; those that this
+    /// permutation does not have are left out.
+    pub fn dispatch<T: Plain>(
+        &mut self,
+        pipeline: &Arc<ComputePipeline>,
+        resources: &[(&str, Resource<'r>)],
+        immediate: &T,
+        groups: [u32; 3],
+    ) -> Result<()> {
+        let [x, y, z] = groups;
+        if x == 0 || y == 0 || z == 0 {
+            return Ok(());
+        }
+        let point = vk::PipelineBindPoint::COMPUTE;
+        self.pipelines.push(pipeline.clone());
+        self.bind(point, &pipeline.parts, resources)?;
+        self.push(&pipeline.parts, immediate);
+        // SAFETY: pipeline and everything it reads are bound; the limits were checked by the plan.
+        unsafe { self.device.raw().cmd_dispatch(self.commands, x, y, z) };
+        Ok(())
+    }
+
+    /// Clears the target and draws into it what `record` draws.
+    pub fn render(
+        &mut self,
+        target: &Target<'r>,
+        record: impl FnOnce(&mut Self) -> Result<()>,
+    ) -> Result<()> {
+        let [width, height] = target.depth.shape.size_px;
+        let area = vk::Rect2D {
+            offset: vk::Offset2D::default(),
+            extent: vk::Extent2D { width, height },
+        };
+        let attachment = |image: &Image, clear| {
+            vk::RenderingAttachmentInfo::default()
+                .image_view(image.layer_views[target.layer as usize])
+                .image_layout(vk::ImageLayout::GENERAL)
+                .load_op(vk::AttachmentLoadOp::CLEAR)
+                .store_op(vk::AttachmentStoreOp::STORE)
+                .clear_value(clear)
+        };
+        let colors: Vec<_> = target
+            .colors
+            .iter()
+            .zip(target.clear)
+            .map(|(image, &float32)| {
+                let color = vk::ClearColorValue { float32 };
+                attachment(image, vk::ClearValue { color })
+            })
+            .collect();
+        // Reversed depth: 0 is infinitely far.
+        let depth = attachment(target.depth, vk::ClearValue::default());
+        let rendering = vk::RenderingInfo::default()
+            .render_area(area)
+            .layer_count(1)
+            .color_attachments(&colors)
+            .depth_attachment(&depth);
+        let viewport = vk::Viewport {
+            width: width as f32,
+            height: height as f32,
+            max_depth: 1.0,
+            ..vk::Viewport::default()
+        };
+        let raw = self.device.raw().clone();
+        // SAFETY: the command buffer is being recorded and the images live until it was submitted.
+        unsafe {
+            raw.cmd_begin_rendering(self.commands, &rendering);
+            raw.cmd_set_viewport(self.commands, 0, &[viewport]);
+            raw.cmd_set_scissor(self.commands, 0, &[area]);
+        }
+        let result = record(self);
+        // SAFETY: rendering was begun above.
+        unsafe { raw.cmd_end_rendering(self.commands) };
+        result
+    }
+
+    /// Binds a raster pipeline and its resources for the draws that follow.
+    pub fn bind_raster(
+        &mut self,
+        pipeline: &Arc<RasterPipeline>,
+        resources: &[(&str, Resource<'r>)],
+    ) -> Result<()> {
+        self.pipelines.push(pipeline.clone());
+        self.bind(
+            vk::PipelineBindPoint::GRAPHICS,
+            &pipeline.parts,
+            resources,
+        )
+    }
+
+    /// Draws triangles of the bound index buffer, three corners each.
+    pub fn draw<T: Plain>(
+        &mut self,
+        pipeline: &RasterPipeline,
+        immediate: &T,
+        first_triangle: u32,
+        triangle_count: u32,
+    ) {
+        self.push(&pipeline.parts, immediate);
+        // SAFETY: called between `bind_raster` and the end of the rendering.
+        unsafe {
+            self.device.raw().cmd_draw(
+                self.commands,
+                3 * triangle_count,
+                1,
+                3 * first_triangle,
+                0,
+            );
+        }
+    }
+
+    /// Copies a buffer's first bytes into the whole of an image.
+    pub fn copy_to_image(&mut self, from: &'r Buffer, to: &'r Image) {
+        // SAFETY: the buffer holds as many pixels as the image, both live until the submission.
+        unsafe {
+            self.device.raw().cmd_copy_buffer_to_image(
+                self.commands,
+                from.raw,
+                to.raw,
+                vk::ImageLayout::GENERAL,
+                &[image_copy(to)],
+            );
+        }
+    }
+
+    /// Copies the whole of an image to the start of a buffer.
+    pub fn copy_from_image(&mut self, from: &'r Image, to: &'r Buffer) {
+        // SAFETY: the buffer was made for the image's pixels, both live until the submission.
+        unsafe {
+            self.device.raw().cmd_copy_image_to_buffer(
+                self.commands,
+                from.raw,
+                vk::ImageLayout::GENERAL,
+                to.raw,
+                &[image_copy(from)],
+            );
+        }
+    }
+
+    /// Copies the first `bytes` bytes of a buffer to another at `to_offset`.
+    pub fn copy_buffer(&mut self, from: &'r Buffer, to: &'r Buffer, to_offset: u64, bytes: u64) {
+        let region = vk::BufferCopy {
+            src_offset: 0,
+            dst_offset: to_offset,
+            size: bytes,
+        };
+        // SAFETY: both ranges lie in their buffers, which live until the submission.
+        unsafe {
+            self.device
+                .raw()
+                .cmd_copy_buffer(self.commands, from.raw, to.raw, &[region]);
+        }
+    }
+
+    /// Hands the work to the device and waits until it is done. What was written can then be read by the host.
+    pub fn submit(mut self) -> Result<PassTimes> {
+        self.barrier();
+        let host = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let dependency = vk::DependencyInfo::default().memory_barriers(&host);
+        let raw = self.device.raw();
+        let commands =
+            [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        // SAFETY: the command buffer is complete, and everything it names is alive for `'r`.
+        unsafe {
+            raw.cmd_pipeline_barrier2(self.commands, &dependency);
+            raw.end_command_buffer(self.commands)
+                .map_err(failed("vkEndCommandBuffer"))?;
+            raw.queue_submit2(*self.device.queue(), &submit, self.fence)
+                .map_err(failed("vkQueueSubmit2"))?;
+            raw.wait_for_fences(&[self.fence], true, u64::MAX)
+                .map_err(failed("vkWaitForFences"))?;
+        }
+        let mut ticks = vec![0u64; 2 * self.passes.len()];
+        if !ticks.is_empty() {
+            // SAFETY: the submission is complete, so the queries that it wrote are available.
+            unsafe {
+                raw.get_query_pool_results(
+                    self.queries,
+                    0,
+                    &mut ticks,
+                    vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+                )
+            }
+            .map_err(failed("vkGetQueryPoolResults"))?;
+        }
+        let period_ms = f64::from(self.device.info().limits.timestamp_period_ns) * 1e-6;
+        let milliseconds = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * period_ms;
+        Ok(self
+            .passes
+            .iter()
+            .copied()
+            .zip(ticks.chunks_exact(2).map(milliseconds))
+            .collect())
+    }
+
+    fn push<T: Plain>(&mut self, parts: &Parts, immediate: &T) {
+        let bytes = bytes_of(std::slice::from_ref(immediate));
+        let bytes = &bytes[..bytes.len().min(parts.immediate_bytes as usize)];
+        if !bytes.is_empty() {
+            // SAFETY: the range is the pipeline layout's own.
+            unsafe {
+                self.device.raw().cmd_push_constants(
+                    self.commands,
+                    parts.layout,
+                    parts.stages,
+                    0,
+                    bytes,
+                );
+            }
+        }
+    }
+
+    fn bind(
+        &mut self,
+        point: vk::PipelineBindPoint,
+        parts: &Parts,
+        resources: &[(&str, Resource<'r>)],
+    ) -> Result<()> {
+        let mut buffers = Vec::with_capacity(parts.bindings.len());
+        let mut images = Vec::with_capacity(parts.bindings.len());
+        for binding in &parts.bindings {
+            let resource = resources.iter().find(|(name, _)| *name == binding.name);
+            let fail = |what| {
+                let (pass, name) = (parts.name, binding.name);
+                Err(Error::internal(format!("{pass}: binding {name} {what}")))
+            };
+            let is_image = matches!(
+                binding.kind,
+                BindingKind::SampledImage | BindingKind::StorageImage
+            );
+            match (resource, is_image) {
+                (Some((_, Resource::Image(image))), true) => {
+                    images.push([vk::DescriptorImageInfo::default()
+                        .image_view(image.view)
+                        .image_layout(vk::ImageLayout::GENERAL)]);
+                }
+                (Some((_, Resource::Buffer(buffer))), false) => {
+                    buffers.push([range_of(buffer, 0, buffer.bytes)]);
+                }
+                (Some((_, Resource::Range(buffer, first, bytes))), false) => {
+                    buffers.push([range_of(buffer, *first, *bytes)]);
+                }
+                (Some(_), _) => return fail("has a resource of the other kind"),
+                (None, _) => return fail("has no resource"),
+            }
+        }
+        let (mut buffers, mut images) = (buffers.iter(), images.iter());
+        let writes: Vec<_> = parts
+            .bindings
+            .iter()
+            .map(|binding| {
+                let write = vk::WriteDescriptorSet::default()
+                    .dst_binding(binding.binding)
+                    .descriptor_type(binding.kind.descriptor_type());
+                match binding.kind {
+                    BindingKind::SampledImage | BindingKind::StorageImage => {
+                        write.image_info(images.next().map_or(&[], |info| info))
+                    }
+                    _ => write.buffer_info(buffers.next().map_or(&[], |info| info)),
+                }
+            })
+            .collect();
+        let raw = self.device.raw();
+        // SAFETY: pipeline, layout and resources are live until the submission, and the writes match the layout.
+        unsafe {
+            raw.cmd_bind_pipeline(self.commands, point, parts.raw);
+            self.device.push_descriptor().cmd_push_descriptor_set(
+                self.commands,
+                point,
+                parts.layout,
+                0,
+                &writes,
+            );
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Recorder<'_> {
+    fn drop(&mut self) {
+        let raw = self.device.raw();
+        // SAFETY: the work was never submitted, or was waited for, or the device is lost; null handles are ignored.
+        unsafe {
+            raw.destroy_query_pool(self.queries, None);
+            raw.destroy_fence(self.fence, None);
+            raw.destroy_command_pool(self.pool, None);
+        }
+    }
+}
+
+fn range_of(buffer: &Buffer, offset: u64, range: u64) -> vk::DescriptorBufferInfo {
+    vk::DescriptorBufferInfo {
+        buffer: buffer.raw,
+        offset,
+        range,
+    }
+}
+
+fn whole(image: &Image) -> vk::ImageSubresourceRange {
+    vk::ImageSubresourceRange {
+        aspect_mask: image.shape.aspect(),
+        base_mip_level: 0,
+        level_count: 1,
+        base_array_layer: 0,
+        layer_count: image.shape.layer_count(),
+    }
+}
+
+fn image_copy(image: &Image) -> vk::BufferImageCopy {
+    let [width, height] = image.shape.size_px;
+    vk::BufferImageCopy::default()
+        .image_subresource(vk::ImageSubresourceLayers {
+            aspect_mask: image.shape.aspect(),
+            mip_level: 0,
+            base_array_layer: 0,
+            layer_count: image.shape.layer_count(),
+        })
+        .image_extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        })
+}

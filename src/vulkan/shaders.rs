@@ -1,0 +1,126 @@
+//! The compiled shader modules and the structs that they share with the host, as `build.rs` reflected them.
+
+use std::ffi::CStr;
+
+use crate::{Error, Result};
+
+/// Types whose bytes may be copied to and from device memory.
+///
+/// # Safety
+/// The type must be `repr(C)` or a primitive, without padding, and valid for every bit pattern.
+pub(crate) unsafe trait Plain: Copy + 'static {}
+
+// SAFETY: primitives without padding, valid for every bit pattern.
+unsafe impl Plain for f32 {}
+// SAFETY: as above.
+unsafe impl Plain for u32 {}
+// SAFETY: arrays have no padding between elements.
+unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
+
+/// The bytes of a slice.
+pub(crate) fn bytes_of<T: Plain>(values: &[T]) -> &[u8] {
+    // SAFETY: `Plain` types have no padding, so all of these bytes are initialised; the lifetime is the slice's.
+    unsafe { std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values)) }
+}
+
+/// Copies bytes into values; a rest shorter than a value is left out.
+pub(crate) fn values_of<T: Plain>(bytes: &[u8]) -> Vec<T> {
+    let count = bytes.len() / size_of::<T>();
+    let mut values = Vec::<T>::with_capacity(count);
+    // SAFETY: the capacity holds `count` values, as many bytes are there, and `Plain` types take any bit pattern.
+    unsafe {
+        std::ptr::copy_nonoverlapping(
+            bytes.as_ptr(),
+            values.as_mut_ptr().cast(),
+            count * size_of::<T>(),
+        );
+        values.set_len(count);
+    }
+    values
+}
+
+/// One compiled permutation.
+#[derive(Debug)]
+pub(crate) struct Module {
+    /// Pass and words of the permutation: `gather_tile_average_lambert_matte`.
+    pub name: &'static str,
+    pub entry: &'static CStr,
+    pub stage: Stage,
+    /// Zero but for compute modules.
+    pub workgroup_size: [u32; 3],
+    pub immediate_bytes: u32,
+    pub bindings: &'static [Binding],
+    /// The module's named u32 constants.
+    constants: &'static [(&'static str, u32)],
+    spirv: &'static [u8],
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Stage {
+    Vertex,
+    Fragment,
+    Compute,
+}
+
+/// A resource that a module names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Binding {
+    pub binding: u32,
+    pub name: &'static str,
+    pub kind: BindingKind,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BindingKind {
+    Uniform,
+    StorageRead,
+    StorageWrite,
+    SampledImage,
+    StorageImage,
+}
+
+impl Module {
+    /// The module of a pass with the words of its permutation; empty words are left out.
+    pub fn find(pass: &str, words: &[&str]) -> Result<&'static Module> {
+        let mut name = String::from(pass);
+        for word in words.iter().filter(|word| !word.is_empty()) {
+            name.push('_');
+            name.push_str(word);
+        }
+        MODULES
+            .iter()
+            .find(|module| module.name == name)
+            .ok_or_else(|| Error::internal(format!("there is no shader module {name}")))
+    }
+
+    /// A u32 constant of the shader's source.
+    pub fn constant(&self, name: &str) -> Result<u32> {
+        self.constants
+            .iter()
+            .find(|(label, _)| *label == name)
+            .map(|(_, value)| *value)
+            .ok_or_else(|| Error::internal(format!("{} has no constant {name}", self.name)))
+    }
+
+    pub fn words(&self) -> Vec<u32> {
+        values_of(self.spirv)
+    }
+}
+
+include!(concat!(env!("CAMLUX_SPIRV"), "/shaders.rs"));
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn permutation_names_are_unique() {
+        for (i, module) in MODULES.iter().enumerate() {
+            assert!(
+                MODULES[..i].iter().all(|other| other.name != module.name),
+                "{} twice",
+                module.name
+            );
+        }
+    }
+}
