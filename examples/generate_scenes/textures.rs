@@ -1,0 +1,60 @@
+//! Two diffuse textures that repeat without a seam. Whole numbers only, so that every machine makes the same pixels.
+
+use image::{Rgb, RgbImage};
+
+/// Edge of both textures.
+const SIZE_PX: u32 = 256;
+
+/// Brightest sRGB value: a reflectance of 0.86, since no surface reflects all light.
+const BRIGHTEST: i32 = 238;
+
+/// Floor tiles, four by four, light and dark in turn, with a grout line between them.
+pub fn tiles() -> RgbImage {
+    const TILE_PX: u32 = SIZE_PX / 4;
+    const GROUT_PX: u32 = 3;
+    RgbImage::from_fn(SIZE_PX, SIZE_PX, |x, y| {
+        let (column, row) = (x / TILE_PX, y / TILE_PX);
+        if x % TILE_PX < GROUT_PX || y % TILE_PX < GROUT_PX {
+            return shade([120, 116, 110], grain(x, y, 8));
+        }
+        let tile = if (column + row) % 2 == 0 {
+            [214, 206, 190]
+        } else {
+            [96, 104, 112]
+        };
+        shade(tile, grain(column, row, 24) + grain(x, y, 10))
+    })
+}
+
+/// Bricks in running bond, eight courses of four, with mortar between them.
+pub fn bricks() -> RgbImage {
+    const LENGTH_PX: u32 = SIZE_PX / 4;
+    const HEIGHT_PX: u32 = SIZE_PX / 8;
+    const MORTAR_PX: u32 = 4;
+    RgbImage::from_fn(SIZE_PX, SIZE_PX, |x, y| {
+        let row = y / HEIGHT_PX;
+        let shifted = (x + row % 2 * LENGTH_PX / 2) % SIZE_PX;
+        if shifted % LENGTH_PX < MORTAR_PX || y % HEIGHT_PX < MORTAR_PX {
+            return shade([176, 168, 156], grain(x, y, 14));
+        }
+        shade(
+            [168, 92, 68],
+            grain(shifted / LENGTH_PX, row, 44) + grain(x, y, 16),
+        )
+    })
+}
+
+/// An sRGB colour made lighter or darker.
+fn shade(srgb: [i32; 3], change: i32) -> Rgb<u8> {
+    Rgb(srgb.map(|value| (value + change).clamp(0, BRIGHTEST) as u8))
+}
+
+/// A number from −range/2 to range/2 that depends on the place only. Hash: Mueller's integer mixer.
+fn grain(x: u32, y: u32, range: i32) -> i32 {
+    let mut hash = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b) ^ range as u32;
+    for _ in 0..2 {
+        hash = (hash ^ (hash >> 16)).wrapping_mul(0x45d9_f3b5);
+    }
+    hash ^= hash >> 16;
+    (hash % (range as u32 + 1)) as i32 - range / 2
+}
