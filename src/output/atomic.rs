@@ -65,8 +65,8 @@ impl OutputFile {
         fs::rename(&self.temporary, &self.target).map_err(|error| self.failed(&error))
     }
 
-    /// The error that a failed write to this file amounts to.
-    pub(crate) fn failed(&self, error: &dyn std::fmt::Display) -> Error {
+    /// The error to return when a write to this file failed.
+    pub fn failed(&self, error: &dyn std::fmt::Display) -> Error {
         output_error(
             &self.path,
             error.to_string(),
