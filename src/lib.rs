@@ -2,3 +2,4 @@ pub mod error;
 pub mod scene;
 mod vulkan;
 pub use error::{Error, Result};
+pub mod output;

@@ -1,1 +1,74 @@
-fn main() {}
+//! `camlux`: renders scene files and lists the devices that can.
+//!
+//! Results go to files and stdout, everything about the run to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage.
+
+mod info;
+mod json;
+mod overrides;
+mod progress;
+mod render;
+mod summary;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+/// Computes in physical units how a light illuminates what a camera sees.
+#[derive(Parser)]
+#[command(version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(clap::Subcommand)]
+enum Command {
+    /// Render a scene file into an OpenEXR file
+    Render(render::Args),
+    /// List the Vulkan devices, their limits, and which one is used by default; exit code 1 if none is usable
+    Info,
+}
+
+/// What ends the program early: one of the library's errors, or a text of the program's own.
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(usage) if usage.use_stderr() => {
+            tell(&format!("camlux: {}", usage.to_string().trim_end()));
+            return ExitCode::from(2);
+        }
+        // Help and version.
+        Err(text) => return finish(print(&text.to_string()).map(|()| ExitCode::SUCCESS)),
+    };
+    finish(match cli.command {
+        Command::Render(args) => render::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Info => info::run(),
+    })
+}
+
+fn finish(result: Result<ExitCode, Failure>) -> ExitCode {
+    result.unwrap_or_else(|failure| {
+        // Scripts read the error by line, and parsers like to draw the place of an error in several.
+        let lines = failure.to_string();
+        let words: Vec<&str> = lines.split_whitespace().collect();
+        tell(&format!("camlux: error: {}", words.join(" ")));
+        ExitCode::FAILURE
+    })
+}
+
+/// A line on stderr. Where stderr is closed there is nobody to tell.
+fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
+}
+
+/// Text on stdout.
+fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+        .map_err(|error| format!("cannot write to stdout: {error}; check where it goes").into())
+}

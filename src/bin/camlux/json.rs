@@ -1,0 +1,70 @@
+//! What a run did, for programs.
+
+use std::io::Write;
+
+use camlux::output::{Layer, OutputFile};
+use serde_json::{Value, json};
+
+use crate::Failure;
+use crate::summary::Run;
+
+/// Writes the statistics of a run as one JSON object.
+pub fn write(mut file: OutputFile, run: &Run) -> Result<(), Failure> {
+    let text = format!("{:#}\n", object(run));
+    file.write_all(text.as_bytes())
+        .map_err(|error| file.failed(&error))?;
+    Ok(file.commit()?)
+}
+
+fn object(run: &Run) -> Value {
+    let stats = &run.frame.stats;
+    let description = &run.frame.description;
+    let passes: Vec<Value> = stats
+        .passes
+        .iter()
+        .map(|pass| json!({ "name": pass.name, "milliseconds": pass.milliseconds }))
+        .collect();
+    let layers: Vec<&str> = match &run.args.layers {
+        Some(layers) => layers.iter().copied().map(Layer::name).collect(),
+        None => run
+            .frame
+            .layers
+            .iter()
+            .map(|(layer, _)| layer.name())
+            .collect(),
+    };
+    let files: Vec<Value> = run
+        .written
+        .iter()
+        .map(|file| json!({ "path": file.path.to_string_lossy(), "content": file.what }))
+        .collect();
+    json!({
+        "camlux_version": env!("CARGO_PKG_VERSION"),
+        "scene": {
+            "path": run.args.scene.to_string_lossy(),
+            "hash": description.scene_hash,
+        },
+        "settings": {
+            "resolution_px": run.frame.resolution_px,
+            "estimator": description.indirect.map(|indirect| indirect.estimator.name()),
+            "rsm_size": description.indirect.map(|indirect| indirect.rsm_size),
+            "half": run.args.half,
+            "layers": layers,
+        },
+        "device": { "name": stats.device, "driver": stats.driver },
+        "gpu_passes": passes,
+        "vpl_count": stats.vpl_count,
+        "pixel_vpl_pairs": stats.pixel_vpl_pairs,
+        "pairs_per_second": stats.pairs_per_second(),
+        "submissions": stats.submissions,
+        "frame_wall_milliseconds": stats.wall_milliseconds,
+        "wall_milliseconds": {
+            "load": run.wall.load_ms,
+            "device": run.wall.device_ms,
+            "render": run.wall.render_ms,
+            "write_exr": run.wall.exr_ms,
+            "write_png": run.wall.png_ms,
+        },
+        "files": files,
+    })
+}

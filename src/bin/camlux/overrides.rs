@@ -1,0 +1,157 @@
+//! What the command line changes in a scene.
+
+use camlux::Scene;
+use camlux::output::Layer;
+use camlux::scene::{Camera, Estimator, Indirect, Intrinsics, Lens};
+
+use crate::Failure;
+
+/// Texels along one face's edge when only `--estimator` is given; the note on it tells the user.
+const FALLBACK_RSM_SIZE: u32 = 64;
+
+/// Returns the camera at another resolution: a field of view stays as it is, measured intrinsics are scaled with the width
+/// (fx, cx) and the height (fy, cy), so that the frame shows the same part of the scene.
+pub fn resize(camera: Camera, resolution_px: [u32; 2]) -> Camera {
+    let scale =
+        |axis: usize| f64::from(resolution_px[axis]) / f64::from(camera.resolution_px[axis]);
+    let lens = match camera.lens {
+        Lens::FovY { fov_y_deg } => Lens::FovY { fov_y_deg },
+        Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => Lens::Intrinsics(Intrinsics {
+            fx: fx * scale(0),
+            fy: fy * scale(1),
+            cx: cx * scale(0),
+            cy: cy * scale(1),
+        }),
+    };
+    Camera {
+        resolution_px,
+        lens,
+        ..camera
+    }
+}
+
+/// The indirect light that scene and command line ask for together, and a note where a value was filled in.
+pub fn indirect(
+    in_scene: Option<Indirect>,
+    estimator: Option<Estimator>,
+    rsm_size: Option<u32>,
+) -> Result<(Option<Indirect>, Option<String>), Failure> {
+    let indirect = match (in_scene, estimator) {
+        (Some(indirect), estimator) => Indirect {
+            estimator: estimator.unwrap_or(indirect.estimator),
+            rsm_size: rsm_size.unwrap_or(indirect.rsm_size),
+        },
+        (None, Some(estimator)) => Indirect {
+            estimator,
+            rsm_size: rsm_size.unwrap_or(FALLBACK_RSM_SIZE),
+        },
+        (None, None) if rsm_size.is_none() => return Ok((None, None)),
+        (None, None) => {
+            let [first, second] = Estimator::ALL.map(Estimator::name);
+            let text = format!(
+                "--rsm-size: the scene has no [indirect], and the two estimators differ too much for a default; \
+                 add --estimator {first} or --estimator {second}"
+            );
+            return Err(text.into());
+        }
+    };
+    let filled_in = in_scene.is_none() && rsm_size.is_none();
+    let note = filled_in.then(|| {
+        format!(
+            "the scene has no [indirect]: rsm_size is {FALLBACK_RSM_SIZE}; set it with --rsm-size"
+        )
+    });
+    Ok((Some(indirect), note))
+}
+
+/// Refuses layers that a frame of this scene will not have, before the time for it is spent.
+pub fn check_layers(scene: &Scene, layers: &[Layer]) -> Result<(), Failure> {
+    let Some(missing) = layers.iter().find(|layer| !layer.is_made_for(scene)) else {
+        return Ok(());
+    };
+    let mend = match missing {
+        Layer::Energy => "add [sensor] to the scene",
+        _ => "add [indirect] to the scene, or --estimator",
+    };
+    let name = missing.name();
+    Err(
+        format!("--layers: a frame of this scene has no layer {name}; {mend}, or leave it out")
+            .into(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn camera(lens: Lens) -> Camera {
+        Camera {
+            resolution_px: [800, 600],
+            position_m: DVec3::ZERO,
+            look_at_m: DVec3::Z,
+            up: DVec3::Y,
+            lens,
+        }
+    }
+
+    #[test]
+    fn resized_camera_sees_the_same() {
+        let intrinsics = Intrinsics {
+            fx: 700.0,
+            fy: 710.0,
+            cx: 390.0,
+            cy: 310.0,
+        };
+        for lens in [Lens::FovY { fov_y_deg: 50.0 }, Lens::Intrinsics(intrinsics)] {
+            let full = camera(lens);
+            let half = resize(full, [400, 300]);
+            assert_eq!(half.resolution_px, [400, 300]);
+            // The same corner of the image in both; f64 rounding of a few operations on values below 2.
+            let apart = full.ray_direction(800.0, 0.0) - half.ray_direction(400.0, 0.0);
+            assert!(apart.length() < 1e-14, "{lens:?}: {apart}");
+        }
+    }
+
+    #[test]
+    fn command_line_wins_over_the_scene() {
+        let in_scene = Indirect {
+            estimator: Estimator::RsmAverage,
+            rsm_size: 32,
+        };
+        let cases = [
+            (None, None, Estimator::RsmAverage, 32),
+            (
+                Some(Estimator::InstantRadiosity),
+                None,
+                Estimator::InstantRadiosity,
+                32,
+            ),
+            (None, Some(8), Estimator::RsmAverage, 8),
+        ];
+        for (estimator, rsm_size, expected_estimator, expected_size) in cases {
+            let (indirect, note) = indirect(Some(in_scene), estimator, rsm_size).unwrap();
+            let expected = Indirect {
+                estimator: expected_estimator,
+                rsm_size: expected_size,
+            };
+            assert_eq!(indirect, Some(expected));
+            assert_eq!(note, None);
+        }
+    }
+
+    #[test]
+    fn estimator_turns_indirect_light_on_and_is_never_guessed() {
+        assert_eq!(indirect(None, None, None).unwrap(), (None, None));
+
+        let (filled_in, note) = indirect(None, Some(Estimator::InstantRadiosity), None).unwrap();
+        assert_eq!(filled_in.unwrap().rsm_size, 64);
+        assert!(note.unwrap().contains("64"));
+
+        let (_, note) = indirect(None, Some(Estimator::RsmAverage), Some(16)).unwrap();
+        assert_eq!(note, None);
+
+        let error = indirect(None, None, Some(16)).unwrap_err().to_string();
+        assert!(error.contains("add --estimator"), "{error}");
+    }
+}

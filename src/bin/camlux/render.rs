@@ -1,0 +1,219 @@
+//! `camlux render`: from a scene file to image files.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_png};
+use camlux::scene::Estimator;
+use camlux::{Device, DeviceChoice, DeviceOptions, Plan, RenderOptions, Renderer, Scene};
+
+use crate::progress::ProgressDisplay;
+use crate::summary::{self, Run, WallTimes, Written};
+use crate::{Failure, json, overrides, print, tell};
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene file
+    #[arg(value_name = "SCENE.toml")]
+    pub scene: PathBuf,
+    /// OpenEXR file to write
+    #[arg(short, long, value_name = "FILE.exr", required_unless_present = "plan")]
+    pub output: Option<PathBuf>,
+    /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
+    #[arg(long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
+    pub size: Option<Vec<u32>>,
+    /// How to compute indirect light: rsm-average or instant-radiosity; turns it on where the scene has none
+    #[arg(long, value_name = "NAME", value_parser = parse_estimator)]
+    pub estimator: Option<Estimator>,
+    /// Texels along one edge of a face of the reflective shadow map
+    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub rsm_size: Option<u32>,
+    /// Device by the number or by the name that `camlux info` lists
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub device: Option<String>,
+    /// Also write a preview: direct | indirect | total where there is indirect light, in one exposure
+    #[arg(long, value_name = "FILE.png", requires = "output")]
+    pub png: Option<PathBuf>,
+    /// Also write times and counts as JSON
+    #[arg(long, value_name = "FILE.json", requires = "output")]
+    pub stats: Option<PathBuf>,
+    /// Print what will be computed and how; without --output, compute nothing
+    #[arg(long)]
+    pub plan: bool,
+    /// Store radiance, direct, indirect and N as 16-bit float
+    #[arg(long, requires = "output")]
+    pub half: bool,
+    /// Write these layers only, separated by commas: radiance, direct, indirect, energy, P, N, depth, range, id.mesh, id.material
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
+    pub layers: Option<Vec<Layer>>,
+}
+
+fn parse_estimator(name: &str) -> Result<Estimator, String> {
+    Estimator::from_name(name).ok_or_else(|| {
+        let names = Estimator::ALL.map(Estimator::name);
+        format!("the estimators are {}", names.join(" and "))
+    })
+}
+
+fn parse_layer(name: &str) -> Result<Layer, String> {
+    Layer::from_name(name).ok_or_else(|| {
+        let names = Layer::ALL.map(Layer::name);
+        format!("the layers are {}", names.join(", "))
+    })
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    // Before anything that takes time: a place that cannot be written is said at once.
+    let outputs = Outputs::create(args)?;
+
+    let load_start = Instant::now();
+    let scene = load(args)?;
+    let load_ms = milliseconds_since(load_start);
+
+    let device_start = Instant::now();
+    let device = Device::open(&DeviceOptions {
+        choice: device_choice(args.device.as_deref()),
+        ..DeviceOptions::default()
+    })?;
+    let plan = args
+        .plan
+        .then(|| Plan::new(&scene, device.info()))
+        .transpose()?;
+    let Some(outputs) = outputs else {
+        return plan.map_or(Ok(()), |plan| {
+            print(&format!("{}\n", plan.to_string().trim_end()))
+        });
+    };
+    if let Some(plan) = plan {
+        tell(plan.to_string().trim_end());
+    }
+    let mut renderer = Renderer::new(&device)?;
+    let device_ms = milliseconds_since(device_start);
+
+    let render_start = Instant::now();
+    let mut display = ProgressDisplay::new();
+    let mut show = |progress| display.show(progress);
+    let rendered = renderer.render(
+        &scene,
+        &mut RenderOptions {
+            progress: Some(&mut show),
+            ..RenderOptions::default()
+        },
+    );
+    // The bar has to be gone before the next line is written.
+    drop(display);
+    let frame = rendered?;
+    let render_ms = milliseconds_since(render_start);
+
+    let write_start = Instant::now();
+    let mut written = Vec::new();
+    let exr_options = ExrOptions {
+        half: args.half,
+        layers: args.layers.clone(),
+    };
+    written.push(Written::new("OpenEXR", outputs.exr.path()));
+    write_exr(outputs.exr, &frame, &exr_options)?;
+    let exr_ms = milliseconds_since(write_start);
+
+    let png_start = Instant::now();
+    if let Some(file) = outputs.png {
+        let path = file.path().to_owned();
+        let view = PngView::for_frame(&frame);
+        let preview = write_png(file, &frame, view)?;
+        written.push(Written::new(summary::describe_preview(view, preview), path));
+    }
+    let png_ms = milliseconds_since(png_start);
+
+    if let Some(file) = &outputs.stats {
+        written.push(Written::new("JSON", file.path()));
+    }
+    let run = Run {
+        args,
+        frame: &frame,
+        wall: WallTimes {
+            load_ms,
+            device_ms,
+            render_ms,
+            exr_ms,
+            png_ms,
+        },
+        written,
+    };
+    if let Some(file) = outputs.stats {
+        json::write(file, &run)?;
+    }
+    tell(summary::text(&run).trim_end());
+    Ok(())
+}
+
+/// The files to be written, each under construction beside its final name.
+struct Outputs {
+    exr: OutputFile,
+    png: Option<OutputFile>,
+    stats: Option<OutputFile>,
+}
+
+impl Outputs {
+    /// `None` when nothing is to be rendered.
+    fn create(args: &Args) -> Result<Option<Self>, Failure> {
+        let Some(exr) = &args.output else {
+            return Ok(None);
+        };
+        let is_exr = exr
+            .extension()
+            .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+        if !is_exr {
+            return Err(format!(
+                "--output {}: camlux writes OpenEXR; end the name in .exr (a PNG preview is --png)",
+                exr.display()
+            )
+            .into());
+        }
+        let paths: Vec<&Path> = [Some(exr), args.png.as_ref(), args.stats.as_ref()]
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path)
+            .collect();
+        if let Some(twice) = (1..paths.len()).find(|&index| paths[..index].contains(&paths[index]))
+        {
+            let path = paths[twice].display();
+            return Err(format!("{path} is named for two outputs; give each its own name").into());
+        }
+        let create = |path: &PathBuf| OutputFile::create(path);
+        Ok(Some(Outputs {
+            exr: create(exr)?,
+            png: args.png.as_ref().map(create).transpose()?,
+            stats: args.stats.as_ref().map(create).transpose()?,
+        }))
+    }
+}
+
+fn load(args: &Args) -> Result<Scene, Failure> {
+    let mut scene = Scene::load(&args.scene)?;
+    if let Some(&[width_px, height_px]) = args.size.as_deref() {
+        scene.camera = overrides::resize(scene.camera, [width_px, height_px]);
+    }
+    let (indirect, note) = overrides::indirect(scene.indirect, args.estimator, args.rsm_size)?;
+    scene.indirect = indirect;
+    for warning in scene.warnings() {
+        tell(&format!("camlux: warning: {warning}"));
+    }
+    if let Some(note) = note {
+        tell(&format!("camlux: note: {note}"));
+    }
+    overrides::check_layers(&scene, args.layers.as_deref().unwrap_or_default())?;
+    Ok(scene)
+}
+
+fn device_choice(text: Option<&str>) -> DeviceChoice {
+    match text {
+        None => DeviceChoice::Best,
+        Some(text) => text
+            .parse()
+            .map_or_else(|_| DeviceChoice::Name(text.to_owned()), DeviceChoice::Index),
+    }
+}
+
+fn milliseconds_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}

@@ -1,0 +1,116 @@
+//! What a run did, for people.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use camlux::output::{Frame, PngPreview, PngView};
+
+use crate::render::Args;
+
+/// A finished run.
+pub struct Run<'run> {
+    pub args: &'run Args,
+    pub frame: &'run Frame,
+    pub wall: WallTimes,
+    pub written: Vec<Written>,
+}
+
+/// Wall times of the program's own steps.
+pub struct WallTimes {
+    /// Reading the scene and its meshes.
+    pub load_ms: f64,
+    /// Opening the device and making the pipelines.
+    pub device_ms: f64,
+    pub render_ms: f64,
+    pub exr_ms: f64,
+    pub png_ms: f64,
+}
+
+/// A file that was written.
+pub struct Written {
+    pub what: String,
+    pub path: PathBuf,
+}
+
+impl Written {
+    pub fn new(what: impl Into<String>, path: impl Into<PathBuf>) -> Self {
+        Written {
+            what: what.into(),
+            path: path.into(),
+        }
+    }
+}
+
+/// Says what the panels of a preview are and how they are exposed.
+pub fn describe_preview(view: PngView, preview: PngPreview) -> String {
+    let white = preview.white_radiance;
+    match view {
+        PngView::Radiance => format!("radiance, white = {white:.3e} W/sr/m^2"),
+        PngView::SideBySide => {
+            format!("direct | indirect | total in one exposure, white = {white:.3e} W/sr/m^2")
+        }
+    }
+}
+
+/// A few lines: device, times, counts, files.
+pub fn text(run: &Run) -> String {
+    let stats = &run.frame.stats;
+    let mut text = String::new();
+    let mut line = |label: &str, content: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{label:<8}{content}");
+    };
+    line(
+        "device",
+        format!("{}, driver {}", stats.device, stats.driver),
+    );
+    let passes = stats
+        .passes
+        .iter()
+        .map(|pass| (pass.name, pass.milliseconds));
+    line("GPU", list_times(passes));
+    if run.frame.description.indirect.is_some() {
+        let mut counts = format!(
+            "{}, {} pixel-VPL pairs",
+            stats.vpl_count,
+            with_prefix(stats.pixel_vpl_pairs as f64)
+        );
+        if let Some(rate) = stats.pairs_per_second() {
+            let _ = write!(counts, ", {} pairs/s", with_prefix(rate));
+        }
+        line("VPLs", counts);
+    }
+    let WallTimes {
+        load_ms,
+        device_ms,
+        render_ms,
+        exr_ms,
+        png_ms,
+    } = run.wall;
+    let steps = [
+        ("load", load_ms),
+        ("device", device_ms),
+        ("render", render_ms),
+        ("write", exr_ms + png_ms),
+    ];
+    line("wall", list_times(steps.into_iter()));
+    for file in &run.written {
+        line("wrote", format!("{} ({})", file.path.display(), file.what));
+    }
+    text
+}
+
+fn list_times<'name>(times_ms: impl Iterator<Item = (&'name str, f64)>) -> String {
+    let times: Vec<String> = times_ms
+        .map(|(name, ms)| format!("{name} {ms:.2} ms"))
+        .collect();
+    times.join(", ")
+}
+
+fn with_prefix(value: f64) -> String {
+    match value {
+        v if v >= 1e9 => format!("{:.2} G", v * 1e-9),
+        v if v >= 1e6 => format!("{:.2} M", v * 1e-6),
+        v => format!("{v:.0}"),
+    }
+}

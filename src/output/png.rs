@@ -1,0 +1,127 @@
+//! PNG output: a look at the radiance, not a measurement.
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use super::atomic::OutputFile;
+use super::frame::{Frame, Layer};
+use crate::error::{Error, Result};
+
+/// What a preview shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PngView {
+    /// The radiance alone.
+    Radiance,
+    /// Direct, indirect and total radiance side by side.
+    SideBySide,
+}
+
+impl PngView {
+    /// Side by side where the frame has indirect light, else the radiance alone.
+    pub fn for_frame(frame: &Frame) -> Self {
+        match frame.values(Layer::Indirect) {
+            Some(_) => PngView::SideBySide,
+            None => PngView::Radiance,
+        }
+    }
+
+    /// The layers, from left to right.
+    pub fn panels(self) -> &'static [Layer] {
+        match self {
+            PngView::Radiance => &[Layer::Radiance],
+            PngView::SideBySide => &[Layer::Direct, Layer::Indirect, Layer::Radiance],
+        }
+    }
+}
+
+/// How a preview was exposed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PngPreview {
+    /// The radiance that full brightness stands for, W/sr/m², the same in every panel.
+    pub white_radiance: f32,
+}
+
+/// Writes an 8-bit sRGB preview and gives the file its name.
+///
+/// All panels have one exposure, so that they can be compared: full brightness is the 99th percentile of the total
+/// radiance, taken over the brightest band of the pixels that receive light. What is brighter is clipped.
+///
+/// # Errors
+/// [`Error::Output`] when the frame lacks a layer of the view or its layers do not fit its resolution, when the panels
+/// are too wide for the format, and when the file cannot be written. There is no file under the final name then, or the
+/// one from before.
+pub fn write_png(mut output: OutputFile, frame: &Frame, view: PngView) -> Result<PngPreview> {
+    frame.check_for_output(output.path())?;
+    let refuse = |problem: String, mend: &str| Error::Output {
+        path: output.path().to_owned(),
+        problem,
+        mend: mend.into(),
+    };
+    let values = |layer: Layer| {
+        frame.values(layer).ok_or_else(|| {
+            let problem = format!("the frame has no layer {}", layer.name());
+            refuse(problem, "choose the view by PngView::for_frame")
+        })
+    };
+    let panels: Vec<&[f32]> = view
+        .panels()
+        .iter()
+        .map(|&layer| values(layer))
+        .collect::<Result<_>>()?;
+    let white_radiance = white_radiance(values(Layer::Radiance)?);
+    let [width_px, height_px] = frame.resolution_px;
+    let image_width_px = width_px
+        .checked_mul(panels.len() as u32)
+        .filter(|&px| px <= i32::MAX as u32)
+        .ok_or_else(|| {
+            refuse(
+                format!("{} panels of {width_px} pixels are too wide", panels.len()),
+                "render a smaller image",
+            )
+        })?;
+
+    let mut srgb = Vec::with_capacity(image_width_px as usize * height_px as usize * 3);
+    let row_values = width_px as usize * 3;
+    for row in 0..height_px as usize {
+        for panel in &panels {
+            let radiance = &panel[row * row_values..(row + 1) * row_values];
+            srgb.extend(
+                radiance
+                    .iter()
+                    .map(|&value| srgb_byte(value / white_radiance)),
+            );
+        }
+    }
+    let encoder = PngEncoder::new_with_quality(&mut output, CompressionType::Fast, FilterType::Up);
+    encoder
+        .write_image(&srgb, image_width_px, height_px, ExtendedColorType::Rgb8)
+        .map_err(|error| output.failed(&error))?;
+    output.commit()?;
+    Ok(PngPreview { white_radiance })
+}
+
+/// 99th percentile of the brightest band over the pixels with light; 1 for a black frame.
+fn white_radiance(rgb: &[f32]) -> f32 {
+    let mut brightest: Vec<f32> = rgb
+        .chunks_exact(3)
+        .map(|bands| bands.iter().copied().fold(0.0, f32::max))
+        .filter(|value| *value > 0.0 && value.is_finite())
+        .collect();
+    if brightest.is_empty() {
+        return 1.0;
+    }
+    let rank = (brightest.len() - 1) * 99 / 100;
+    let (_, percentile, _) = brightest.select_nth_unstable_by(rank, f32::total_cmp);
+    *percentile
+}
+
+/// sRGB transfer function (IEC 61966-2-1), rounded to 8 bits. Not a number becomes 0.
+fn srgb_byte(linear: f32) -> u8 {
+    let linear = linear.clamp(0.0, 1.0);
+    let encoded = if linear <= 0.003_130_8 {
+        12.92 * linear
+    } else {
+        1.055 * linear.powf(1.0 / 2.4) - 0.055
+    };
+    (encoded * 255.0).round() as u8
+}
