@@ -354,8 +354,10 @@ fn a_vpl_adds_what_the_formulas_say() {
 fn a_vpl_adds_nothing_below_a_horizon_or_at_its_own_place() {
     let receiver = sphere_receiver();
     let vpl = sphere_vpls(1)[0];
+    // Lit from the other side, so that only the horizon can make it 0.
     let below_q = Vpl {
         normal: -vpl.normal,
+        to_light: -vpl.to_light,
         ..vpl
     };
     let at_p = Vpl {

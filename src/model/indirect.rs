@@ -49,7 +49,8 @@ pub fn vpl_contribution(estimator: Estimator, vpl: &Vpl, receiver: &Receiver) ->
     let to_vpl = p_to_q_m.normalize_or_zero();
     let cos_p = receiver.normal.dot(to_vpl).max(0.0);
     let cos_q = vpl.normal.dot(-to_vpl).max(0.0);
-    if cos_q <= 0.0 || distance_squared_m2 <= 0.0 {
+    // Also where P = Q: the direction is then zero.
+    if cos_q <= 0.0 {
         return [0.0; 3];
     }
     let f_p = receiver
