@@ -1,4 +1,6 @@
+pub mod emission;
 pub mod error;
+pub mod model;
 pub mod scene;
 mod vulkan;
 pub use error::{Error, Result};

@@ -3,11 +3,13 @@
 //! Lengths are metres, angles in the scene description are degrees, powers watts. Positions are f64 so that a scene far
 //! from the origin keeps its detail. Build a [`Scene`] from slices, or load one with [`Scene::load`].
 
+mod bounds;
 mod camera;
 mod light;
 mod material;
 mod mesh;
 
+pub use bounds::BoundingSphere;
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};

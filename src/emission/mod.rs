@@ -1,0 +1,237 @@
+//! The emission domain of a light, cut into the faces and texels of its reflective shadow map (RSM).
+//!
+//! The GPU draws the faces; the tables made here say how much of the light's emission each texel stands for. Their sums are
+//! exact: the texels of a point or spot light carry the power P_L, those of a directional light the power that crosses the
+//! disc over the scene.
+
+mod texels;
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::model::{CompensatedSum, axial_intensity};
+use crate::scene::{Bands, BoundingSphere, Light, SpotCone};
+use texels::ConeFace;
+
+/// Widest outer half angle for which a spot light gets one perspective face. Beyond it, texels at the rim would be more
+/// than eight times smaller (cos³ 60°) than those at the axis.
+const SINGLE_FACE_OUTER_HALF_ANGLE_DEG: f64 = 60.0;
+
+/// A face is this much larger than the cone or disc in it, so that f32 rounding cannot clip the rim.
+const FACE_MARGIN: f64 = 1.0 + 1e-6;
+
+/// The orthographic depth range is this much longer than the scene, so that f32 rounding cannot clip its ends.
+const DEPTH_MARGIN: f64 = 1.01;
+
+/// How a face is projected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Projection {
+    /// Rays start at the light and pass through the texel centres.
+    Perspective,
+    /// Rays start at the texel centres and run along `forward`.
+    Orthographic,
+}
+
+/// One square face. `right`, `up`, `forward` are orthonormal with right = forward × up, as for the camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EmissionFace {
+    pub right: DVec3,
+    pub up: DVec3,
+    pub forward: DVec3,
+    /// Perspective: tangent of half the opening angle. Orthographic: half the edge, metres.
+    pub half_extent: f64,
+}
+
+/// What one texel stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct TexelEmission {
+    /// The part of the texel that lies inside the emission domain: solid angle ΔΩ in sr, for a directional light
+    /// perpendicular area ΔA_perp in m². 0 outside.
+    pub measure: f64,
+    /// Mean of s(θ) over that part; 1 for point and directional lights, 0 where the measure is 0.
+    pub falloff: f64,
+}
+
+/// The emission domain of a light: sphere, cone, or the disc that a scene shows to a directional light.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EmissionDomain {
+    pub projection: Projection,
+    /// L; for a directional light the centre of the face, outside the scene on the light's side.
+    pub origin_m: DVec3,
+    /// Distance from the origin within which the whole scene lies, measured along the rays.
+    pub depth_range_m: f64,
+    /// Texels along one edge of a face.
+    pub size: u32,
+    pub faces: Vec<EmissionFace>,
+    /// Face by face, row by row from the top: `faces.len()`·size² values, texel (x, y) of face f at (f·size + y)·size + x.
+    pub texels: Vec<TexelEmission>,
+    /// I_0 in W/sr: radiant intensity where the falloff is 1. For a directional light E_L in W/m².
+    pub axial_intensity: Bands,
+}
+
+impl EmissionDomain {
+    /// Cuts the emission of a validated light into faces of `size`² texels.
+    ///
+    /// - Point: six faces along the world axes, in the order +x −x +y −y +z −z.
+    /// - Spot: one face around the axis, or for wide cones those faces of a cube aligned with the axis that it reaches.
+    /// - Directional: one orthographic face. The domain is the disc that the bounding sphere shows to the light and not the
+    ///   square of the face: `rsm-average` divides by the domain, and the square would make the result depend on how the
+    ///   face is turned about the light's direction.
+    pub fn new(light: &Light, size: u32, scene: &BoundingSphere) -> Self {
+        match *light {
+            Light::Point {
+                position_m,
+                power_w,
+            } => {
+                let face = texels::cube_face(size);
+                EmissionDomain {
+                    faces: cube_faces(DVec3::Y, DVec3::Z).to_vec(),
+                    texels: face.repeat(6),
+                    ..Self::around(
+                        position_m,
+                        size,
+                        scene,
+                        power_w.map(|power_w| power_w / (4.0 * PI)),
+                    )
+                }
+            }
+            Light::Spot {
+                position_m,
+                direction,
+                cone,
+                power_w,
+            } => {
+                let axis = direction.normalize_or_zero();
+                let (faces, texels) = if cone.outer_half_angle_deg
+                    <= SINGLE_FACE_OUTER_HALF_ANGLE_DEG
+                {
+                    let half_extent = cone.outer_half_angle_deg.to_radians().tan() * FACE_MARGIN;
+                    let texels = texels::cone_face(size, half_extent, cone, ConeFace::Front);
+                    let face = face(axis, axis.any_orthonormal_vector(), half_extent);
+                    (vec![face], texels)
+                } else {
+                    axis_aligned_cube(axis, size, cone)
+                };
+                EmissionDomain {
+                    faces,
+                    texels,
+                    ..Self::around(position_m, size, scene, axial_intensity(power_w, cone))
+                }
+            }
+            Light::Directional {
+                direction,
+                irradiance_w_m2,
+            } => {
+                let forward = direction.normalize_or_zero();
+                let half_extent = scene.radius_m * FACE_MARGIN;
+                EmissionDomain {
+                    projection: Projection::Orthographic,
+                    origin_m: scene.centre_m - forward * (scene.radius_m * DEPTH_MARGIN),
+                    depth_range_m: 2.0 * scene.radius_m * DEPTH_MARGIN,
+                    size,
+                    faces: vec![face(forward, forward.any_orthonormal_vector(), half_extent)],
+                    texels: texels::disc_face(size, half_extent, scene.radius_m),
+                    axial_intensity: irradiance_w_m2,
+                }
+            }
+        }
+    }
+
+    /// A perspective domain without faces yet.
+    fn around(origin_m: DVec3, size: u32, scene: &BoundingSphere, axial_intensity: Bands) -> Self {
+        EmissionDomain {
+            projection: Projection::Perspective,
+            origin_m,
+            depth_range_m: origin_m.distance(scene.centre_m) + scene.radius_m,
+            size,
+            faces: Vec::new(),
+            texels: Vec::new(),
+            axial_intensity,
+        }
+    }
+
+    /// Measure of the whole domain, ΣΔΩ in sr or ΣΔA_perp in m²: 4π, 2π·(1 − cos θ_o), or π·radius².
+    pub fn total_measure(&self) -> f64 {
+        let sum: CompensatedSum = self.texels.iter().map(|texel| texel.measure).collect();
+        sum.value()
+    }
+
+    /// Power in W that the light sends into a texel: I_0·falloff·ΔΩ, or E_L·ΔA_perp.
+    pub fn incident_power_w(&self, texel: &TexelEmission) -> Bands {
+        self.axial_intensity
+            .map(|intensity| intensity * texel.falloff * texel.measure)
+    }
+
+    /// Direction of the ray through the centre of texel (x, y) of a face, scaled so that its component along `forward` is 1:
+    /// forward + half_extent·(u·right + v·up), u = 2(x+½)/size − 1, v = 1 − 2(y+½)/size. `forward` for a directional light.
+    pub fn texel_direction(&self, face: &EmissionFace, x: u32, y: u32) -> DVec3 {
+        match self.projection {
+            Projection::Perspective => face.forward + self.texel_offset(face, x, y),
+            Projection::Orthographic => face.forward,
+        }
+    }
+
+    /// Where the ray through the centre of texel (x, y) of a face starts: L, or for a directional light a point of the face.
+    pub fn texel_origin_m(&self, face: &EmissionFace, x: u32, y: u32) -> DVec3 {
+        match self.projection {
+            Projection::Perspective => self.origin_m,
+            Projection::Orthographic => self.origin_m + self.texel_offset(face, x, y),
+        }
+    }
+
+    /// half_extent·(u·right + v·up) of a texel centre.
+    fn texel_offset(&self, face: &EmissionFace, x: u32, y: u32) -> DVec3 {
+        let size = f64::from(self.size);
+        let u = (2.0 * f64::from(x) + 1.0) / size - 1.0;
+        let v = 1.0 - (2.0 * f64::from(y) + 1.0) / size;
+        face.half_extent * (u * face.right + v * face.up)
+    }
+}
+
+/// A face from two of its axes.
+fn face(forward: DVec3, up: DVec3, half_extent: f64) -> EmissionFace {
+    EmissionFace {
+        right: forward.cross(up),
+        up,
+        forward,
+        half_extent,
+    }
+}
+
+/// The faces of a cube with `axis` up on its four sides. `side` is perpendicular to `axis`; both are unit vectors.
+/// Order: the sides ±(axis × side), then ±axis, then ±side.
+fn cube_faces(axis: DVec3, side: DVec3) -> [EmissionFace; 6] {
+    let other_side = axis.cross(side);
+    [
+        face(other_side, axis, 1.0),
+        face(-other_side, axis, 1.0),
+        face(axis, side, 1.0),
+        face(-axis, side, 1.0),
+        face(side, axis, 1.0),
+        face(-side, axis, 1.0),
+    ]
+}
+
+/// Faces and texels of a cube around a spot light's axis; faces that the cone does not reach are left out.
+fn axis_aligned_cube(
+    axis: DVec3,
+    size: u32,
+    cone: SpotCone,
+) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
+    let [front, back, side] = [ConeFace::Front, ConeFace::Back, ConeFace::Side]
+        .map(|kind| texels::cone_face(size, 1.0, cone, kind));
+    let tables = [&side, &side, &front, &back, &side, &side];
+    let mut faces = Vec::new();
+    let mut texels = Vec::new();
+    for (face, table) in cube_faces(axis, axis.any_orthonormal_vector())
+        .into_iter()
+        .zip(tables)
+    {
+        if table.iter().any(|texel| texel.measure > 0.0) {
+            faces.push(face);
+            texels.extend_from_slice(table);
+        }
+    }
+    (faces, texels)
+}

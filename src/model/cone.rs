@@ -1,0 +1,132 @@
+//! The angular falloff of a spot light and its integrals.
+
+use std::f64::consts::FRAC_PI_2;
+
+use crate::scene::SpotCone;
+
+/// s(θ), 0 to 1, at the angle θ from the axis: 1 up to θ_i, cos(½π·(θ−θ_i)/(θ_o−θ_i)) up to θ_o, 0 beyond.
+pub fn spot_falloff(theta_rad: f64, cone: SpotCone) -> f64 {
+    let inner_rad = cone.inner_half_angle_deg.to_radians();
+    let outer_rad = cone.outer_half_angle_deg.to_radians();
+    if theta_rad <= inner_rad {
+        1.0
+    } else if theta_rad < outer_rad {
+        (FRAC_PI_2 * (theta_rad - inner_rad) / (outer_rad - inner_rad)).cos()
+    } else {
+        0.0
+    }
+}
+
+/// Integrals of a spot light's cone from the axis outwards, in closed form.
+///
+/// Values are per radian of azimuth: times 2π they are solid angles. Relative accuracy is that of f64 from cones of
+/// 10⁻³° and below up to the whole sphere.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConeIntegral {
+    /// θ_i
+    pub inner_rad: f64,
+    /// θ_o
+    pub outer_rad: f64,
+}
+
+impl ConeIntegral {
+    /// For a cone with 0 <= θ_i <= θ_o <= 180°.
+    pub fn new(cone: SpotCone) -> Self {
+        ConeIntegral {
+            inner_rad: cone.inner_half_angle_deg.to_radians(),
+            outer_rad: cone.outer_half_angle_deg.to_radians(),
+        }
+    }
+
+    /// ∫ sin θ' dθ' from 0 to min(θ, θ_o): solid angle of the cone inside θ per radian of azimuth, sr/rad.
+    pub fn solid_angle_within(&self, theta_rad: f64) -> f64 {
+        versine(theta_rad.min(self.outer_rad))
+    }
+
+    /// ∫ s(θ')·sin θ' dθ' from 0 to min(θ, θ_o): the same weighted by the falloff, sr/rad.
+    pub fn falloff_within(&self, theta_rad: f64) -> f64 {
+        let theta_rad = theta_rad.min(self.outer_rad);
+        if theta_rad <= self.inner_rad {
+            versine(theta_rad)
+        } else {
+            versine(self.inner_rad) + self.ramp_within(theta_rad)
+        }
+    }
+
+    /// ∫ s·sin from θ_i to θ, for θ in (θ_i, θ_o]. With t = θ − θ_i, w = θ_o − θ_i, x = ½π·t/w the integrand is
+    /// cos(½π·t'/w)·sin(θ_i + t').
+    fn ramp_within(&self, theta_rad: f64) -> f64 {
+        let w = self.outer_rad - self.inner_rad;
+        let t = theta_rad - self.inner_rad;
+        let x = FRAC_PI_2 * t / w;
+        if w < 1.0 {
+            // The antiderivative, with differences of cosines written as products so that nothing cancels for narrow
+            // cones. Its denominator vanishes at w = ½π.
+            let half_x_sin = (0.5 * x).sin();
+            let sum = FRAC_PI_2 * w * x.sin() * theta_rad.sin()
+                - 2.0
+                    * w
+                    * w
+                    * (half_x_sin * half_x_sin * theta_rad.cos()
+                        + (self.inner_rad + 0.5 * t).sin() * (0.5 * t).sin());
+            sum / (FRAC_PI_2 * FRAC_PI_2 - w * w)
+        } else {
+            // Product to sum, then ∫₀ᵗ sin(a + b·t') dt' = t·sin(a + b·t/2)·sinc(b·t/2): regular at w = ½π, where b of the
+            // second term is 0, but its two terms cancel for small w.
+            let mean_sine = |half_turn: f64| (self.inner_rad + half_turn).sin() * sinc(half_turn);
+            0.5 * t * (mean_sine(0.5 * (t + x)) + mean_sine(0.5 * (t - x)))
+        }
+    }
+}
+
+/// 1 − cos θ without cancellation.
+fn versine(theta_rad: f64) -> f64 {
+    let half_sin = (0.5 * theta_rad).sin();
+    2.0 * half_sin * half_sin
+}
+
+/// sin(x)/x.
+fn sinc(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x.sin() / x }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The closed forms meet where the code changes from one to the other and across the removable singularity w = ½π.
+    #[test]
+    fn both_forms_agree_where_they_meet() {
+        for inner_deg in [0.0, 1.0, 30.0, 85.0] {
+            for w_rad in [1.0, FRAC_PI_2] {
+                let at = |w_rad: f64| {
+                    let integral = ConeIntegral {
+                        inner_rad: f64::to_radians(inner_deg),
+                        outer_rad: f64::to_radians(inner_deg) + w_rad,
+                    };
+                    integral.falloff_within(integral.outer_rad)
+                };
+                // The derivative in w is below 2, so a true step of 2e-9 accounts for 4e-9.
+                let step = (at(w_rad + 1e-9) - at(w_rad - 1e-9)).abs();
+                assert!(step < 4e-9, "inner {inner_deg}, w {w_rad}: {step:e}");
+            }
+        }
+    }
+
+    /// Small-angle limit: for θ_i = 0 the integral is θ_o²·(2/π)·(1 − 2/π), with a relative error of order θ_o².
+    #[test]
+    fn narrow_cones_keep_their_digits() {
+        for outer_rad in [1e-4, 1e-6, 1e-9, 1e-12] {
+            let integral = ConeIntegral {
+                inner_rad: 0.0,
+                outer_rad,
+            };
+            let expected = outer_rad * outer_rad / FRAC_PI_2 * (1.0 - 1.0 / FRAC_PI_2);
+            let relative = integral.falloff_within(outer_rad) / expected - 1.0;
+            assert!(
+                relative.abs() < outer_rad * outer_rad + 2e-15,
+                "{outer_rad:e}: {relative:e}"
+            );
+        }
+    }
+}

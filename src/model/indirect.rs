@@ -1,0 +1,97 @@
+//! Light that reaches the camera by way of two surfaces: the single bounce, by either estimator.
+
+use glam::DVec3;
+
+use super::{Brdf, CompensatedSum};
+use crate::scene::{Bands, Estimator};
+
+/// A virtual point light: a lit surface point Q that stands for one texel of the reflective shadow map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Vpl {
+    /// Q
+    pub position_m: DVec3,
+    /// n_Q, on the lit side.
+    pub normal: DVec3,
+    /// QL, unit vector from Q to the light.
+    pub to_light: DVec3,
+    /// f_Q
+    pub brdf: Brdf,
+    /// L_{L→Q}, irradiance of a surface at Q that faces the light, W/m².
+    pub irradiance_facing_w_m2: Bands,
+    /// I·ΔΩ, or E_L·ΔA_perp for a directional light: power that the light sends into the texel, W.
+    pub incident_power_w: Bands,
+    /// ΔΩ_Q/ΣΔΩ, the texel's share of the light's emission domain: 1/|RSM| for equal texels.
+    pub domain_share: f64,
+}
+
+/// A surface point P that a pixel sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Receiver {
+    /// P
+    pub position_m: DVec3,
+    /// n_P, on the side that the camera sees.
+    pub normal: DVec3,
+    /// v, unit vector from P to the camera.
+    pub to_camera: DVec3,
+    /// f_P
+    pub brdf: Brdf,
+}
+
+/// What one VPL adds to the radiance of P towards the camera, W/sr/m², without the visibility between P and Q.
+///
+/// - `rsm-average` (CamSim): (ΔΩ_Q/ΣΔΩ)·f_P(PQ, n_P, v)·[f_Q(QL, n_Q, QP)·L_{L→Q}·cosθ_{Q→L}]·cosθ_{P→Q}
+/// - `instant-radiosity` (Keller 1997): f_P·f_Q·I·ΔΩ·cosθ_{P→Q}·cosθ_{Q→P}/d_{PQ}²
+///
+/// f_Q is 0 for a P below Q's horizon. A VPL at P itself, where no direction PQ exists, adds 0.
+pub fn vpl_contribution(estimator: Estimator, vpl: &Vpl, receiver: &Receiver) -> Bands {
+    let p_to_q_m = vpl.position_m - receiver.position_m;
+    let distance_squared_m2 = p_to_q_m.length_squared();
+    let to_vpl = p_to_q_m.normalize_or_zero();
+    let cos_p = receiver.normal.dot(to_vpl).max(0.0);
+    let cos_q = vpl.normal.dot(-to_vpl).max(0.0);
+    // Also where P = Q: the direction is then zero.
+    if cos_q <= 0.0 {
+        return [0.0; 3];
+    }
+    let f_p = receiver
+        .brdf
+        .eval(to_vpl, receiver.normal, receiver.to_camera);
+    let f_q = vpl.brdf.eval(vpl.to_light, vpl.normal, -to_vpl);
+    match estimator {
+        Estimator::RsmAverage => {
+            let cos_light = vpl.normal.dot(vpl.to_light).max(0.0);
+            std::array::from_fn(|band| {
+                let q_to_p = f_q[band] * vpl.irradiance_facing_w_m2[band] * cos_light;
+                vpl.domain_share * f_p[band] * q_to_p * cos_p
+            })
+        }
+        Estimator::InstantRadiosity => {
+            let geometry_1_m2 = cos_p * cos_q / distance_squared_m2;
+            std::array::from_fn(|band| {
+                f_p[band] * f_q[band] * vpl.incident_power_w[band] * geometry_1_m2
+            })
+        }
+    }
+}
+
+/// Indirect radiance of P towards the camera, W/sr/m²: the sum over the VPLs of every light.
+///
+/// `visible` is V(P,Q). Only `instant-radiosity` asks for it: `rsm-average` has no such factor.
+pub fn indirect_radiance(
+    estimator: Estimator,
+    vpls: &[Vpl],
+    receiver: &Receiver,
+    visible: impl Fn(&Vpl) -> bool,
+) -> Bands {
+    let mut sums = [CompensatedSum::default(); 3];
+    for vpl in vpls {
+        if estimator == Estimator::InstantRadiosity && !visible(vpl) {
+            continue;
+        }
+        let contribution = vpl_contribution(estimator, vpl, receiver);
+        for (sum, value) in sums.iter_mut().zip(contribution) {
+            sum.add(value);
+        }
+    }
+    sums.map(|sum| sum.value())
+}

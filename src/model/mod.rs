@@ -1,0 +1,23 @@
+//! The illumination model in f64, one formula at a time: what the GPU kernels are tested against.
+//!
+//! Symbols: light L, surface point P seen by a pixel (normal n_P), lit surface point Q that acts as a virtual point light
+//! (normal n_Q), camera C. Direction arguments are unit vectors that point away from the surface. Normals are those of the
+//! side that is looked at or lit: surfaces are two-sided, and the caller turns the normal.
+//! Source: "CamSim illumination model", after Lambers et al. 2015 and Bulczak et al. 2018. The last step, from the
+//! irradiance of a pixel to its energy, is [`Sensor`](crate::scene::Sensor).
+
+mod brdf;
+mod cone;
+mod direct;
+mod indirect;
+mod light;
+mod solid_angle;
+mod sum;
+
+pub use brdf::Brdf;
+pub use cone::{ConeIntegral, spot_falloff};
+pub use direct::direct_radiance;
+pub use indirect::{Receiver, Vpl, indirect_radiance, vpl_contribution};
+pub use light::{axial_intensity, direction_to_light, irradiance_facing, radiant_intensity};
+pub use solid_angle::{rectangle_solid_angle, triangle_solid_angle};
+pub use sum::CompensatedSum;
