@@ -286,12 +286,6 @@ mod compile {
                 ),
             );
         }
-        let stage = match point.stage {
-            ShaderStage::Vertex => "Vertex",
-            ShaderStage::Fragment => "Fragment",
-            ShaderStage::Compute => "Compute",
-            other => return Err(format!("{name}: stage {other:?}")),
-        };
         let constants: String = module
             .constants
             .iter()
@@ -306,8 +300,7 @@ mod compile {
         let bindings: String = bindings.into_values().collect();
         let _ = write!(
             text,
-            "    Module {{\n        name: \"{name}\",\n        entry: c\"{entry}\",\n        stage: Stage::{stage},\n        \
-             workgroup_size: {workgroup:?},\n        immediate_bytes: {immediate_bytes},\n        bindings: &[\n{bindings}        ],\n        \
+            "    Module {{\n        name: \"{name}\",\n        entry: c\"{entry}\",\n        workgroup_size: {workgroup:?},\n        immediate_bytes: {immediate_bytes},\n        bindings: &[\n{bindings}        ],\n        \
              constants: &[{constants}],\n        spirv: include_bytes!(\"{name}.spv\"),\n    }},\n"
         );
         Ok(())

@@ -43,7 +43,9 @@ pub enum Error {
     },
 
     /// Device memory ran out or could not be bound.
-    #[error("device memory for {what} ({bytes} bytes): {problem}; render a smaller image or RSM, or choose another device")]
+    #[error(
+        "device memory for {what} ({bytes} bytes): {problem}; render a smaller image or RSM, or choose another device"
+    )]
     Memory {
         what: String,
         bytes: u64,

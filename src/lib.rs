@@ -1,7 +1,37 @@
+//! camlux computes how a light illuminates what a camera sees, in physical units: direct light, and one bounce of
+//! indirect light through virtual point lights taken from a reflective shadow map.
+//!
+//! Load a scene or build one from slices, open a device, render, read the layers:
+//!
+//! ```no_run
+//! use camlux::{Device, DeviceOptions, RenderOptions, Renderer, Scene, output::Layer};
+//!
+//! let scene = Scene::load("scenes/cornell.toml".as_ref())?;
+//! let device = Device::open(&DeviceOptions::default())?;
+//! let frame = Renderer::new(&device)?.render(&scene, &mut RenderOptions::default())?;
+//! let radiance: &[f32] = frame.values(Layer::Radiance).unwrap_or_default();
+//! # Ok::<(), camlux::Error>(())
+//! ```
+//!
+//! `docs/model.md` says what is computed, `docs/architecture.md` how. The library never prints and never exits.
+
 pub mod emission;
 pub mod error;
+mod frame;
+pub mod intermediates;
+mod light_setup;
+mod local_space;
 pub mod model;
+pub mod output;
+mod passes;
+mod plan;
+mod readback;
 pub mod scene;
 mod vulkan;
+
 pub use error::{Error, Result};
-pub mod output;
+pub use frame::{Progress, RenderOptions, Renderer};
+pub use local_space::LocalSpace;
+pub use plan::{GatherKernel, IndirectPlan, LightPlan, Plan};
+pub use scene::Scene;
+pub use vulkan::{Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions};

@@ -16,20 +16,27 @@ pub struct LocalSpace {
     pub metres_per_unit: f64,
 }
 
+impl Default for LocalSpace {
+    /// The world itself.
+    fn default() -> Self {
+        LocalSpace {
+            origin_m: DVec3::ZERO,
+            metres_per_unit: 1.0,
+        }
+    }
+}
+
 impl LocalSpace {
     /// The space of a scene: every coordinate of its surfaces lies within −1 and 1. A scene without surfaces gets the
     /// world itself.
     pub fn of(bounds: Option<BoundingBox>) -> Self {
         let Some(bounds) = bounds else {
-            return LocalSpace {
-                origin_m: DVec3::ZERO,
-                metres_per_unit: 1.0,
-            };
+            return LocalSpace::default();
         };
         let half_extent = 0.5 * (bounds.max_m - bounds.min_m).max_element();
         let scale = half_extent.log2().ceil().exp2();
         LocalSpace {
-            origin_m: bounds.min_m + 0.5 * (bounds.max_m - bounds.min_m),
+            origin_m: bounds.centre_m(),
             // A single point has no extent.
             metres_per_unit: if scale.is_normal() { scale } else { 1.0 },
         }

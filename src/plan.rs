@@ -210,12 +210,15 @@ impl Plan {
     }
 }
 
-/// The sphere around the scene; a scene without surfaces has one of no size.
+/// The sphere around the scene. Where there is nothing, or only a point, it has 1 m, for a light must emit into something.
 pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
-    scene.bounding_sphere().unwrap_or(BoundingSphere {
-        centre_m: glam::DVec3::ZERO,
-        radius_m: 0.0,
-    })
+    let sphere = scene.bounding_sphere();
+    let centre_m = sphere.map_or(glam::DVec3::ZERO, |sphere| sphere.centre_m);
+    let radius_m = sphere.map_or(0.0, |sphere| sphere.radius_m);
+    BoundingSphere {
+        centre_m,
+        radius_m: if radius_m > 0.0 { radius_m } else { 1.0 },
+    }
 }
 
 impl LightPlan {
@@ -232,7 +235,8 @@ impl LightPlan {
         let from_rsm = rsm_size.filter(|&size| size >= fine_enough);
         LightPlan {
             kind: light.kind(),
-            faces: EmissionDomain::face_count(light, bounds),
+            // The faces do not depend on the texels.
+            faces: EmissionDomain::new(light, 1, bounds).faces.len() as u32,
             shadow_size: from_rsm.unwrap_or(fine_enough),
             shadow_from_rsm: from_rsm.is_some(),
         }

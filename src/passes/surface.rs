@@ -86,7 +86,7 @@ impl Surfaces {
         &'r self,
         recorder: &mut Recorder<'r>,
         pass: &RasterPass,
-        target: &Target<'r>,
+        target: &Target<'_, 'r>,
         view: &'r Buffer,
         more_resources: &[(&str, Resource<'r>)],
     ) -> Result<()> {

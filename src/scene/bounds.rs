@@ -1,10 +1,94 @@
-//! What encloses a scene.
+//! How far the surfaces of a scene reach.
 
 use glam::DVec3;
 
-/// A sphere that holds every vertex of a scene.
+use super::Scene;
+
+/// Axis-aligned box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BoundingBox {
+    pub min_m: DVec3,
+    pub max_m: DVec3,
+}
+
+impl BoundingBox {
+    pub fn centre_m(&self) -> DVec3 {
+        0.5 * (self.min_m + self.max_m)
+    }
+}
+
+/// A sphere around the surfaces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoundingSphere {
     pub centre_m: DVec3,
     pub radius_m: f64,
+}
+
+impl Scene {
+    /// The box around every vertex that a triangle uses; None without triangles. For a validated scene.
+    pub fn bounding_box(&self) -> Option<BoundingBox> {
+        self.triangle_corners_m()
+            .flatten()
+            .fold(None, |bounds: Option<BoundingBox>, corner| {
+                let BoundingBox { min_m, max_m } = bounds.unwrap_or(BoundingBox {
+                    min_m: corner,
+                    max_m: corner,
+                });
+                Some(BoundingBox {
+                    min_m: min_m.min(corner),
+                    max_m: max_m.max(corner),
+                })
+            })
+    }
+
+    /// A sphere around every vertex that a triangle uses; None without triangles. For a validated scene.
+    ///
+    /// Its centre is the area-weighted centroid of the triangles (the mean of their corners, where all areas are 0), its
+    /// radius the largest distance to a used vertex. So it turns with the scene, which the sphere around an axis-aligned box
+    /// does not, and depends neither on the order of the meshes nor on how finely a surface is tessellated: a shadow map
+    /// fitted to it has the same texels however the scene is turned or cut. It is not the smallest such sphere.
+    pub fn bounding_sphere(&self) -> Option<BoundingSphere> {
+        // Sums are taken about a point of the scene: at 10⁷ m from 0, sums about 0 would lose the detail.
+        let origin_m = self.bounding_box()?.centre_m();
+        let mut weighted = Mean::default();
+        let mut unweighted = Mean::default();
+        for corners in self.triangle_corners_m() {
+            let [a, b, c] = corners.map(|corner| corner - origin_m);
+            let centroid = (a + b + c) / 3.0;
+            weighted.add(0.5 * (b - a).cross(c - a).length(), centroid);
+            unweighted.add(1.0, centroid);
+        }
+        let centre_m = origin_m + weighted.value().or(unweighted.value())?;
+        let radius_m = self
+            .triangle_corners_m()
+            .flatten()
+            .map(|corner| corner.distance(centre_m))
+            .fold(0.0, f64::max);
+        Some(BoundingSphere { centre_m, radius_m })
+    }
+
+    fn triangle_corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        self.meshes.iter().flat_map(|mesh| {
+            mesh.triangles
+                .iter()
+                .map(|triangle| triangle.map(|vertex| mesh.positions_m[vertex as usize]))
+        })
+    }
+}
+
+#[derive(Default)]
+struct Mean {
+    weight: f64,
+    sum: DVec3,
+}
+
+impl Mean {
+    fn add(&mut self, weight: f64, value: DVec3) {
+        self.weight += weight;
+        self.sum += weight * value;
+    }
+
+    fn value(&self) -> Option<DVec3> {
+        (self.weight > 0.0).then(|| self.sum / self.weight)
+    }
 }

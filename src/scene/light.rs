@@ -43,4 +43,14 @@ impl Light {
             Light::Directional { .. } => "directional",
         }
     }
+
+    /// What the light emits: P_L in W, or E_L in W/m² of a directional light.
+    pub fn emission(&self) -> Bands {
+        match *self {
+            Light::Point { power_w, .. } | Light::Spot { power_w, .. } => power_w,
+            Light::Directional {
+                irradiance_w_m2, ..
+            } => irradiance_w_m2,
+        }
+    }
 }

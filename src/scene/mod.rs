@@ -3,13 +3,25 @@
 //! Lengths are metres, angles in the scene description are degrees, powers watts. Positions are f64 so that a scene far
 //! from the origin keeps its detail. Build a [`Scene`] from slices, or load one with [`Scene::load`].
 
+mod assets;
 mod bounds;
 mod camera;
+mod file;
+mod file_parts;
+mod hash;
+mod keys;
 mod light;
+mod lines;
 mod material;
 mod mesh;
+mod mtl;
+mod obj;
+mod obj_check;
+mod texture;
+mod validate;
+mod validate_surface;
 
-pub use bounds::BoundingSphere;
+pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};

@@ -7,7 +7,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::{
     failed,
-    instance::{DeviceInfo, DeviceKind, Instance},
+    instance::{DeviceInfo, Instance},
 };
 use crate::{Error, Result};
 
@@ -190,11 +190,6 @@ impl Device {
     /// Runs `use_it` on the allocator, which is there as long as the device is.
     pub(super) fn with_allocator<T>(&self, use_it: impl FnOnce(&mut Allocator) -> T) -> Option<T> {
         lock(&self.shared.allocator).as_mut().map(use_it)
-    }
-
-    /// Whether host and device share their memory and caches.
-    pub(crate) fn is_cpu(&self) -> bool {
-        self.shared.info.kind == DeviceKind::Cpu
     }
 }
 

@@ -18,19 +18,17 @@ pub(crate) type PassTimes = Vec<(&'static str, f64)>;
 #[derive(Clone, Copy)]
 pub(crate) enum Resource<'r> {
     Buffer(&'r Buffer),
-    /// A part of a buffer: first byte, bytes.
-    Range(&'r Buffer, u64, u64),
     Image(&'r Image),
 }
 
 /// What a draw writes to.
-pub(crate) struct Target<'r> {
-    pub colors: &'r [&'r Image],
+pub(crate) struct Target<'t, 'r> {
+    pub colors: &'t [&'r Image],
     pub depth: &'r Image,
     /// Layer of all of them.
     pub layer: u32,
     /// What the pixels without a surface hold, per colour image.
-    pub clear: &'r [[f32; 4]],
+    pub clear: &'t [[f32; 4]],
 }
 
 /// A command buffer while it is recorded. Everything that it names must live until it was submitted (`'r`); submitting
@@ -227,7 +225,7 @@ impl<'r> Recorder<'r> {
     /// Clears the target and draws into it what `record` draws.
     pub fn render(
         &mut self,
-        target: &Target<'r>,
+        target: &Target<'_, 'r>,
         record: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
         let [width, height] = target.depth.shape.size_px;
@@ -444,10 +442,9 @@ impl<'r> Recorder<'r> {
                         .image_layout(vk::ImageLayout::GENERAL)]);
                 }
                 (Some((_, Resource::Buffer(buffer))), false) => {
-                    buffers.push([range_of(buffer, 0, buffer.bytes)]);
-                }
-                (Some((_, Resource::Range(buffer, first, bytes))), false) => {
-                    buffers.push([range_of(buffer, *first, *bytes)]);
+                    buffers.push([vk::DescriptorBufferInfo::default()
+                        .buffer(buffer.raw)
+                        .range(vk::WHOLE_SIZE)]);
                 }
                 (Some(_), _) => return fail("has a resource of the other kind"),
                 (None, _) => return fail("has no resource"),
@@ -494,14 +491,6 @@ impl Drop for Recorder<'_> {
             raw.destroy_fence(self.fence, None);
             raw.destroy_command_pool(self.pool, None);
         }
-    }
-}
-
-fn range_of(buffer: &Buffer, offset: u64, range: u64) -> vk::DescriptorBufferInfo {
-    vk::DescriptorBufferInfo {
-        buffer: buffer.raw,
-        offset,
-        range,
     }
 }
 

@@ -45,7 +45,6 @@ pub(crate) struct Module {
     /// Pass and words of the permutation: `gather_tile_average_lambert_matte`.
     pub name: &'static str,
     pub entry: &'static CStr,
-    pub stage: Stage,
     /// Zero but for compute modules.
     pub workgroup_size: [u32; 3],
     pub immediate_bytes: u32,
@@ -53,13 +52,6 @@ pub(crate) struct Module {
     /// The module's named u32 constants.
     constants: &'static [(&'static str, u32)],
     spirv: &'static [u8],
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Stage {
-    Vertex,
-    Fragment,
-    Compute,
 }
 
 /// A resource that a module names.

@@ -1,0 +1,169 @@
+//! What the passes of a frame hand to each other, read back and turned into f64: for tests against the model, and for a
+//! look inside. Positions are exactly those that the kernels computed with.
+
+use glam::{DVec2, DVec3};
+
+use crate::{
+    Device, LightPlan, LocalSpace, Result,
+    emission::EmissionDomain,
+    frame::LightMaps,
+    light_setup::LightSetup,
+    readback::{Pixels, read_images},
+    scene::Bands,
+};
+
+/// What was kept of a frame.
+#[derive(Debug, Clone, Default)]
+pub struct Intermediates {
+    pub space: LocalSpace,
+    /// The G-buffer, row by row from the top; `None`: background.
+    pub gbuffer: Vec<Option<SurfacePoint>>,
+    /// In the order of the scene's lights.
+    pub lights: Vec<LightIntermediates>,
+}
+
+/// A point of a surface as the G-buffer or an RSM holds it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// World position.
+    pub position_m: DVec3,
+    /// Unit shading normal, on the side that is seen.
+    pub normal: DVec3,
+    /// Unit normal of the triangle, on the side that is seen, within 4e-4 rad.
+    pub geometric_normal: DVec3,
+    pub kd: Bands,
+    pub ks: Bands,
+    pub shininess: f64,
+}
+
+/// What was kept of one light.
+#[derive(Debug, Clone)]
+pub struct LightIntermediates {
+    /// Faces and texels of the emission domain.
+    pub domain: EmissionDomain,
+    /// The RSM, in the order of the domain's texels; empty without indirect light.
+    pub rsm: Vec<Option<RsmTexel>>,
+    /// VPLs that were extracted: on matte and on glossy surfaces.
+    pub vpl_counts: [u32; 2],
+    pub shadow_size: u32,
+    /// Position and geometric normal of what the shadow test reads, face by face, row by row from the top.
+    pub shadow_map: Vec<Option<(DVec3, DVec3)>>,
+}
+
+/// A texel of an RSM.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RsmTexel {
+    /// Q, n_Q and f_Q
+    pub point: SurfacePoint,
+    /// L_{L→Q} over the light's axial intensity: 1/m² (directional: 1).
+    pub irradiance_per_intensity: f64,
+}
+
+impl Intermediates {
+    pub(crate) fn set_pixels(&mut self, pixels: &Pixels, ks_shininess: Option<&[[f32; 4]]>) {
+        self.gbuffer = (0..pixels.position_mesh.len())
+            .map(|i| {
+                let position = pixels.position_mesh[i];
+                (position[3] != 0.0).then(|| {
+                    let normal = pixels.normal_geometric[i];
+                    let ks = ks_shininess.map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]);
+                    surface_point(
+                        &self.space,
+                        position,
+                        normal,
+                        normal[3],
+                        pixels.kd_material[i],
+                        ks,
+                    )
+                })
+            })
+            .collect();
+    }
+}
+
+impl LightIntermediates {
+    pub(crate) fn read(
+        device: &Device,
+        light: &LightSetup,
+        plan: &LightPlan,
+        maps: &LightMaps,
+        space: &LocalSpace,
+    ) -> Result<Self> {
+        let mut rsm = Vec::new();
+        if let Some(images) = &maps.rsm {
+            let read = read_images(device, &images.colors())?;
+            let is_parallel = light.domain.projection == crate::emission::Projection::Orthographic;
+            let unit = if is_parallel {
+                1.0
+            } else {
+                space.metres_per_unit.powi(2)
+            };
+            rsm = (0..light.texel_count as usize)
+                .map(|i| {
+                    let position = read[0][i];
+                    (position[3] >= 0.0).then(|| RsmTexel {
+                        point: surface_point(
+                            space,
+                            position,
+                            read[1][i],
+                            position[3],
+                            read[2][i],
+                            read.get(3).map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]),
+                        ),
+                        irradiance_per_intensity: f64::from(read[2][i][3]) / unit,
+                    })
+                })
+                .collect();
+        }
+        let positions = maps.shadow_positions(plan.shadow_from_rsm)?;
+        let lengths = maps
+            .vpls
+            .as_ref()
+            .map(|vpls| vpls.lengths())
+            .transpose()?
+            .unwrap_or_default();
+        let shadow_map = read_images(device, &[positions])?
+            .concat()
+            .into_iter()
+            .map(|[x, y, z, packed]| {
+                (packed >= 0.0).then(|| (space.to_world([x, y, z]), unpack_direction(packed)))
+            })
+            .collect();
+        Ok(LightIntermediates {
+            domain: light.domain.clone(),
+            rsm,
+            vpl_counts: [lengths.matte, lengths.glossy],
+            shadow_size: plan.shadow_size,
+            shadow_map,
+        })
+    }
+}
+
+fn surface_point(
+    space: &LocalSpace,
+    [x, y, z, _]: [f32; 4],
+    [nx, ny, nz, _]: [f32; 4],
+    packed_normal: f32,
+    [r, g, b, _]: [f32; 4],
+    [kr, kg, kb, shininess]: [f32; 4],
+) -> SurfacePoint {
+    SurfacePoint {
+        position_m: space.to_world([x, y, z]),
+        normal: DVec3::from([nx, ny, nz].map(f64::from)).normalize_or_zero(),
+        geometric_normal: unpack_direction(packed_normal),
+        kd: [r, g, b].map(f64::from),
+        ks: [kr, kg, kb].map(f64::from),
+        shininess: shininess.into(),
+    }
+}
+
+/// The unit vector that `pack_direction` of `shaders/surface.wgsl` packed.
+fn unpack_direction(packed: f32) -> DVec3 {
+    let packed = f64::from(packed);
+    let row = (packed / 4096.0).floor();
+    let flat = DVec2::new(packed - row * 4096.0, row) / 4095.0 * 2.0 - 1.0;
+    let z = 1.0 - flat.x.abs() - flat.y.abs();
+    let fold = (-z).max(0.0);
+    let unfold = |v: f64| if v >= 0.0 { v - fold } else { v + fold };
+    DVec3::new(unfold(flat.x), unfold(flat.y), z).normalize()
+}

@@ -1,0 +1,131 @@
+//! A light on the device: its parameters, its views, and its emission table.
+
+use crate::{
+    Device, Plan, Result, Scene,
+    emission::EmissionDomain,
+    local_space::LocalSpace,
+    passes::{surface::upload_view, view},
+    plan::scene_sphere,
+    scene::Light,
+    vulkan::{
+        Buffer,
+        shaders::{self, LightFace},
+    },
+};
+
+/// What the passes of one light share.
+pub(crate) struct LightSetup {
+    pub domain: EmissionDomain,
+    pub uniform: Buffer,
+    pub shadow_views: Vec<Buffer>,
+    pub rsm_views: Vec<Buffer>,
+    /// ΔΩ and s of each texel of the RSM.
+    pub emission: Buffer,
+    /// Texels of the RSM; 0 without indirect light.
+    pub texel_count: u32,
+}
+
+impl LightSetup {
+    pub fn new(
+        device: &Device,
+        scene: &Scene,
+        index: usize,
+        plan: &Plan,
+        space: &LocalSpace,
+    ) -> Result<LightSetup> {
+        let light = &scene.lights[index];
+        let light_plan = &plan.lights[index];
+        // Without an RSM only the faces count, which do not depend on the texels.
+        let rsm_size = plan.indirect.map_or(1, |indirect| indirect.rsm_size);
+        let domain = EmissionDomain::new(light, rsm_size, &scene_sphere(scene));
+        let views = |size: u32| -> Result<Vec<Buffer>> {
+            (0..domain.faces.len())
+                .map(|face| upload_view(device, &view::of_light_face(&domain, face, size, space)))
+                .collect()
+        };
+        let is_parallel = matches!(light, Light::Directional { .. });
+        // A parallel light's texels are areas, in local units like every length on the device.
+        let measure_unit = if is_parallel {
+            space.metres_per_unit.powi(2)
+        } else {
+            1.0
+        };
+        let emission: Vec<[f32; 2]> = match plan.indirect {
+            None => Vec::new(),
+            Some(_) => domain
+                .texels
+                .iter()
+                .map(|texel| [(texel.measure / measure_unit) as f32, texel.falloff as f32])
+                .collect(),
+        };
+        let uniform = shaders::Light {
+            shadow_size: light_plan.shadow_size,
+            rsm_size,
+            emission_measure: (domain.total_measure() / measure_unit) as f32,
+            is_parallel: is_parallel.into(),
+            ..parameters(light, &domain, space)
+        };
+        Ok(LightSetup {
+            uniform: Buffer::upload(device, "light", &[uniform])?,
+            shadow_views: if light_plan.shadow_from_rsm {
+                Vec::new()
+            } else {
+                views(light_plan.shadow_size)?
+            },
+            rsm_views: match plan.indirect {
+                None => Vec::new(),
+                Some(_) => views(rsm_size)?,
+            },
+            texel_count: emission.len() as u32,
+            emission: Buffer::upload(device, "emission", &emission)?,
+            domain,
+        })
+    }
+}
+
+/// What the shaders know of a light, but for its maps.
+fn parameters(light: &Light, domain: &EmissionDomain, space: &LocalSpace) -> shaders::Light {
+    let mut faces = [LightFace::default(); 6];
+    for (to, from) in faces.iter_mut().zip(&domain.faces) {
+        to.right = from.right.as_vec3().to_array();
+        to.up = from.up.as_vec3().to_array();
+        to.forward = from.forward.as_vec3().to_array();
+    }
+    let half_extent = domain.faces.first().map_or(1.0, |face| face.half_extent);
+    let common = shaders::Light {
+        position: space.to_local(domain.origin_m),
+        faces,
+        face_count: domain.faces.len() as u32,
+        ..shaders::Light::default()
+    };
+    // I/d² with d in local units is W/m² if I is divided by the unit squared.
+    let per_local_unit = |intensity: f64| (intensity / space.metres_per_unit.powi(2)) as f32;
+    match light {
+        Light::Point { .. } => shaders::Light {
+            half_extent: half_extent as f32,
+            intensity: domain.axial_intensity.map(per_local_unit),
+            ..common
+        },
+        Light::Spot {
+            direction, cone, ..
+        } => {
+            let inner = cone.inner_half_angle_deg.to_radians();
+            let outer = cone.outer_half_angle_deg.to_radians();
+            shaders::Light {
+                half_extent: half_extent as f32,
+                intensity: domain.axial_intensity.map(per_local_unit),
+                axis: direction.normalize().as_vec3().to_array(),
+                outer_half_angle: outer as f32,
+                // Finite where the angles are equal: 0 · ∞ is no falloff.
+                inverse_penumbra: (1.0 / (outer - inner)).min(1e30) as f32,
+                ..common
+            }
+        }
+        Light::Directional { direction, .. } => shaders::Light {
+            half_extent: space.length(half_extent) as f32,
+            intensity: domain.axial_intensity.map(|irradiance| irradiance as f32),
+            axis: direction.normalize().as_vec3().to_array(),
+            ..common
+        },
+    }
+}

@@ -1,0 +1,199 @@
+//! What a scene file pulls in: meshes, their materials, their textures.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use glam::{DMat3, DVec3};
+
+use super::keys::did_you_mean;
+use super::lines::read_text;
+use super::mtl::{Entry, Library};
+use super::obj_check::{self, CheckedObj, Named, Run};
+use super::{Material, Mesh, Texture, obj, texture};
+use crate::{Error, Result};
+
+/// A `[[mesh]]` of the scene file.
+pub(super) struct MeshRequest {
+    /// As written in the scene file.
+    pub name: String,
+    pub path: PathBuf,
+    /// The line that names it.
+    pub named_at: String,
+    pub transform: Transform,
+    /// Takes the place of every material of the file.
+    pub material_override: Option<u32>,
+    pub flat: bool,
+}
+
+/// Scale, then rotation, then translation.
+pub(super) struct Transform {
+    pub scale: f64,
+    pub rotation: DMat3,
+    pub translation_m: DVec3,
+}
+
+#[derive(Default)]
+pub(super) struct Assets {
+    pub meshes: Vec<Mesh>,
+    pub materials: Vec<Material>,
+    /// File and line of each material.
+    pub material_places: Vec<String>,
+    pub textures: Vec<Texture>,
+    /// How many of the materials are the scene file's own: the first ones.
+    own_materials: usize,
+    texture_of_file: HashMap<PathBuf, usize>,
+}
+
+impl Assets {
+    /// Adds a material of the scene file itself. These come before all meshes.
+    pub fn add_material(&mut self, material: Material, at: String) {
+        self.push_material(material, at);
+        self.own_materials = self.materials.len();
+    }
+
+    pub fn material_names(&self) -> impl Iterator<Item = &str> {
+        self.materials[..self.own_materials]
+            .iter()
+            .map(|material| material.name.as_str())
+    }
+
+    pub fn material_named(&self, name: &str) -> Option<u32> {
+        self.material_names()
+            .position(|own| own == name)
+            .map(|i| i as u32)
+    }
+
+    /// Loads an OBJ file as one mesh, with the materials and textures that its faces use.
+    pub fn load_mesh(&mut self, request: MeshRequest) -> Result<()> {
+        let file = &request.path;
+        let text = read_text(file, &request.named_at, "mesh")?;
+        let checked = obj_check::check(&text, file, request.flat)?;
+        let material_of_run = match request.material_override {
+            Some(material) => vec![material; checked.runs.len()],
+            None => self.materials_of_runs(&checked, file)?,
+        };
+        let mesh = obj::assemble(&checked, &material_of_run, &request)?;
+        self.meshes.push(mesh);
+        Ok(())
+    }
+
+    fn materials_of_runs(&mut self, checked: &CheckedObj, file: &Path) -> Result<Vec<u32>> {
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let mut library = Library::default();
+        for statement in &checked.libraries {
+            library.read(statement, folder)?;
+        }
+        let any_texcoords = checked.runs.iter().any(|run| run.form.texcoords);
+        let mut index_of_name = HashMap::new();
+        let mut materials = Vec::with_capacity(checked.runs.len());
+        for run in &checked.runs {
+            let name = run.material.as_ref().ok_or_else(|| {
+                Error::scene(
+                    &run.at,
+                    "a face has no material",
+                    "name one with mtllib and usemtl above it, or give the [[mesh]] a material = \"...\"",
+                )
+            })?;
+            let index = match index_of_name.get(&name.name) {
+                Some(&index) => index,
+                None => {
+                    let index = self.add_from_library(name, &library)?;
+                    index_of_name.insert(&name.name, index);
+                    index
+                }
+            };
+            if any_texcoords {
+                self.check_texcoords(run, index)?;
+            }
+            materials.push(index);
+        }
+        Ok(materials)
+    }
+
+    /// In a mesh where other faces have texture coordinates, a face without them would show one arbitrary texel.
+    fn check_texcoords(&self, run: &Run, material: u32) -> Result<()> {
+        let material = &self.materials[material as usize];
+        if run.form.texcoords || material.kd_texture.is_none() {
+            return Ok(());
+        }
+        Err(Error::scene(
+            &run.at,
+            format!(
+                "a face of the textured material \"{}\" has no texture coordinates",
+                material.name
+            ),
+            "give its corners vt indices, or another material",
+        ))
+    }
+
+    fn add_from_library(&mut self, name: &Named, library: &Library) -> Result<u32> {
+        let entry = library.get(&name.name).ok_or_else(|| {
+            let known = library.names();
+            let mend = if known.is_empty() {
+                "name its MTL file with mtllib, or give the [[mesh]] a material = \"...\"".into()
+            } else {
+                did_you_mean(&name.name, &known)
+            };
+            Error::scene(
+                &name.at,
+                format!("material \"{}\" is in no MTL file", name.name),
+                mend,
+            )
+        })?;
+        let material = self.material_from(entry)?;
+        Ok(self.push_material(material, entry.at.clone()))
+    }
+
+    fn material_from(&mut self, entry: &Entry) -> Result<Material> {
+        let properties = &entry.properties;
+        let incomplete = |problem: &str, mend: &str| {
+            let problem = format!("material \"{}\" {problem}", properties.name);
+            Error::scene(&entry.at, problem, mend)
+        };
+        let kd_texture = match &properties.diffuse_texture {
+            Some(path) => Some(self.texture(&entry.folder.join(path), &entry.at)?),
+            None => None,
+        };
+        let kd = match (properties.diffuse, kd_texture) {
+            (Some(kd), _) => kd,
+            (None, Some(_)) => [1.0; 3],
+            (None, None) => {
+                return Err(incomplete(
+                    "has neither Kd nor map_Kd",
+                    "add a line such as Kd 0.8 0.8 0.8",
+                ));
+            }
+        };
+        let mut material = Material::lambert(&properties.name, kd);
+        material.ks = properties.specular.unwrap_or([0.0; 3]);
+        material.kd_texture = kd_texture;
+        match properties.shininess {
+            Some(shininess) => material.shininess = shininess,
+            None if material.is_specular() => {
+                return Err(incomplete("has Ks without Ns", "add a line such as Ns 20"));
+            }
+            None => {}
+        }
+        Ok(material)
+    }
+
+    fn push_material(&mut self, material: Material, at: String) -> u32 {
+        let index = self.materials.len() as u32;
+        self.materials.push(material);
+        self.material_places.push(at);
+        index
+    }
+
+    /// The index of a texture; a file that several materials name is loaded once.
+    fn texture(&mut self, file: &Path, named_at: &str) -> Result<usize> {
+        // A file that cannot be resolved cannot be read either, and reading it gives the better message.
+        let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+        if let Some(&index) = self.texture_of_file.get(&key) {
+            return Ok(index);
+        }
+        self.textures.push(texture::load(file, named_at)?);
+        let index = self.textures.len() - 1;
+        self.texture_of_file.insert(key, index);
+        Ok(index)
+    }
+}

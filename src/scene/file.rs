@@ -1,0 +1,260 @@
+//! The scene file, version 1.
+
+use std::path::Path;
+
+use glam::{DMat3, DVec3};
+
+use super::assets::{Assets, MeshRequest, Transform};
+use super::keys::{Keys, Source, Value, did_you_mean};
+use super::validate::{self, Part};
+use super::{Scene, file_parts};
+use crate::{Error, Result};
+
+const VERSION: u32 = 1;
+
+impl Scene {
+    /// Loads and validates a scene file with the meshes, materials and textures that it names.
+    ///
+    /// Lengths in metres, angles in degrees, paths relative to the file that names them. Whole numbers may stand for
+    /// numbers, and one number for three equal bands.
+    ///
+    /// ```toml
+    /// version = 1                         # optional
+    /// [camera]
+    /// resolution = [800, 800]
+    /// position = [0.0, 1.0, 3.2]
+    /// look_at = [0.0, 1.0, 0.0]
+    /// up = [0.0, 1.0, 0.0]
+    /// fov_y_deg = 50.0                    # or: intrinsics_px = { fx, fy, cx, cy }
+    /// [sensor]                            # optional; without it no energy channel is made
+    /// pixel_pitch_um = [12.0, 12.0]
+    /// exposure_time_s = 1.0e-3
+    /// duty_cycle = 0.5
+    /// [[light]]
+    /// kind = "point"                      # point: position, power_w
+    /// position = [0.0, 1.98, 0.0]         # spot: + direction, inner_half_angle_deg, outer_half_angle_deg
+    /// power_w = 50.0                      # directional: direction, irradiance_w_m2
+    /// [[mesh]]
+    /// path = "cornell.obj"                # OBJ + MTL (Kd, Ks, Ns, map_Kd)
+    /// scale = 1.0                         # optional: scale, then rotate_deg = [x, y, z] (x first), then translate
+    /// material = "clay"                   # optional: takes the place of the MTL
+    /// flat = false                        # optional: ignore the normals of the file
+    /// [material.clay]
+    /// kd = [0.75, 0.65, 0.5]
+    /// ks = 0.1                            # optional, 0 when absent
+    /// shininess = 20.0                    # needed with ks
+    /// [indirect]                          # absent: direct light only
+    /// estimator = "rsm-average"           # or "instant-radiosity"
+    /// rsm_size = 64                       # texels along one face's edge
+    /// ```
+    ///
+    /// An MTL gives no defaults: Ks is 0 when absent and Kd is 1 beside a map_Kd, but a material with neither Kd nor
+    /// map_Kd, or with Ks and no Ns, is an error. A face without normals, or with a zero normal, is flat. Points and lines
+    /// of an OBJ, and what an MTL says beyond those four, are ignored.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] with file and line: a file that is missing or unreadable, text that is not TOML, an unknown or
+    /// missing key, a value of the wrong type, and everything that [`Scene::validate`] refuses.
+    pub fn load(path: &Path) -> Result<Scene> {
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            Error::scene(
+                path.display().to_string(),
+                format!("cannot read the scene file: {error}"),
+                "check the path and that it is a UTF-8 text file",
+            )
+        })?;
+        Scene::parse(&text, path)
+    }
+
+    /// Like [`Scene::load`], for the text of a scene file; `file` gives the name for messages and the folder that
+    /// relative paths start from.
+    ///
+    /// # Errors
+    /// Those of [`Scene::load`].
+    pub fn parse(text: &str, file: &Path) -> Result<Scene> {
+        let mut keys = Source { text, file }.parse()?;
+        keys.only(&[
+            "version", "camera", "sensor", "light", "mesh", "material", "indirect",
+        ])?;
+        if let Some(version) = keys.take("version") {
+            check_version(&version)?;
+        }
+
+        let mut places = Places::default();
+        let mut camera_keys = keys.need("camera", "a [camera] table")?.table("[camera]")?;
+        places.camera = camera_keys.at.clone();
+        let camera = file_parts::camera(&mut camera_keys)?;
+
+        let sensor = optional_table(&mut keys, "sensor", &mut places.sensor, file_parts::sensor)?;
+        let indirect = optional_table(
+            &mut keys,
+            "indirect",
+            &mut places.indirect,
+            file_parts::indirect,
+        )?;
+
+        let mut lights = Vec::new();
+        for mut light_keys in tables(&mut keys, "light")? {
+            lights.push(file_parts::light(&mut light_keys)?);
+            places.lights.push(light_keys.at);
+        }
+
+        let mut assets = Assets::default();
+        if let Some(value) = keys.take("material") {
+            for (name, value) in value.table("[material]")?.take_all() {
+                let mut material_keys = value.table(format!("[material.{name}]"))?;
+                let material = file_parts::material(&mut material_keys, name)?;
+                assets.add_material(material, material_keys.at);
+            }
+        }
+
+        let folder = file.parent().unwrap_or(Path::new(""));
+        for mut mesh_keys in tables(&mut keys, "mesh")? {
+            let request = mesh_request(&mut mesh_keys, folder, &assets)?;
+            assets.load_mesh(request)?;
+            places.meshes.push(mesh_keys.at);
+        }
+
+        let scene = Scene {
+            camera,
+            sensor,
+            lights,
+            meshes: assets.meshes,
+            materials: assets.materials,
+            textures: assets.textures,
+            indirect,
+        };
+        places.file = file.display().to_string();
+        places.materials = assets.material_places;
+        validate::check(&scene).map_err(|fault| {
+            let place = places.of(fault.part);
+            fault.into_error(&scene, Some(place))
+        })?;
+        Ok(scene)
+    }
+}
+
+/// Where each part of the scene was read.
+#[derive(Default)]
+struct Places {
+    file: String,
+    camera: String,
+    sensor: String,
+    indirect: String,
+    lights: Vec<String>,
+    meshes: Vec<String>,
+    materials: Vec<String>,
+}
+
+impl Places {
+    fn of(&self, part: Part) -> &str {
+        match part {
+            // A texture's name is its path already.
+            Part::Scene | Part::Texture(_) => &self.file,
+            Part::Camera => &self.camera,
+            Part::Sensor => &self.sensor,
+            Part::Indirect => &self.indirect,
+            Part::Light(i) => &self.lights[i],
+            Part::Mesh(i) => &self.meshes[i],
+            Part::Material(i) => &self.materials[i],
+        }
+    }
+}
+
+fn check_version(value: &Value) -> Result<()> {
+    let version = value.count()?;
+    if version == VERSION {
+        return Ok(());
+    }
+    Err(Error::scene(
+        &value.at,
+        format!("scene file version {version} is not known"),
+        format!("write version = {VERSION}, or use a newer camlux"),
+    ))
+}
+
+/// Reads `[key]` where it is there, and notes its place.
+fn optional_table<'t, T>(
+    keys: &mut Keys<'t>,
+    key: &str,
+    place: &mut String,
+    read: impl Fn(&mut Keys<'t>) -> Result<T>,
+) -> Result<Option<T>> {
+    let Some(value) = keys.take(key) else {
+        return Ok(None);
+    };
+    let mut table = value.table(format!("[{key}]"))?;
+    place.clone_from(&table.at);
+    read(&mut table).map(Some)
+}
+
+fn tables<'t>(keys: &mut Keys<'t>, key: &str) -> Result<Vec<Keys<'t>>> {
+    keys.take(key).map_or(Ok(Vec::new()), Value::tables)
+}
+
+fn mesh_request(keys: &mut Keys, folder: &Path, assets: &Assets) -> Result<MeshRequest> {
+    keys.only(&[
+        "path",
+        "scale",
+        "rotate_deg",
+        "translate",
+        "material",
+        "flat",
+    ])?;
+    let path = keys.need("path", "path = \"mesh.obj\"")?;
+    let name = path.text()?.to_owned();
+    let material_override = match keys.take("material") {
+        Some(value) => Some(named_material(&value, assets)?),
+        None => None,
+    };
+    Ok(MeshRequest {
+        path: folder.join(&name),
+        name,
+        named_at: path.at,
+        transform: transform(keys)?,
+        material_override,
+        flat: keys.take("flat").map_or(Ok(false), |flat| flat.flag())?,
+    })
+}
+
+fn named_material(value: &Value, assets: &Assets) -> Result<u32> {
+    let name = value.text()?;
+    assets.material_named(name).ok_or_else(|| {
+        let known: Vec<&str> = assets.material_names().collect();
+        let mend = if known.is_empty() {
+            format!("add a [material.{name}] table")
+        } else {
+            did_you_mean(name, &known)
+        };
+        Error::scene(
+            &value.at,
+            format!("there is no [material.{name}] in this file"),
+            mend,
+        )
+    })
+}
+
+fn transform(keys: &mut Keys) -> Result<Transform> {
+    let scale = match keys.take("scale") {
+        Some(value) => {
+            let scale = value.number()?;
+            if scale <= 0.0 {
+                return Err(Error::scene(
+                    value.at,
+                    format!("\"scale\" in [[mesh]] is {scale}"),
+                    "give a number above 0",
+                ));
+            }
+            scale
+        }
+        None => 1.0,
+    };
+    let vector = |value: Option<Value>| value.map_or(Ok(DVec3::ZERO), |value| value.vec3());
+    let degrees = vector(keys.take("rotate_deg"))?;
+    let [x, y, z] = degrees.to_array().map(f64::to_radians);
+    Ok(Transform {
+        scale,
+        rotation: DMat3::from_rotation_z(z) * DMat3::from_rotation_y(y) * DMat3::from_rotation_x(x),
+        translation_m: vector(keys.take("translate"))?,
+    })
+}

@@ -1,0 +1,152 @@
+//! Reads the parts of a scene file that name no other file.
+
+use super::keys::Keys;
+use super::{Camera, Estimator, Indirect, Intrinsics, Lens, Light, Material, Sensor, SpotCone};
+use crate::{Error, Result};
+
+pub(super) fn camera(keys: &mut Keys) -> Result<Camera> {
+    keys.only(&[
+        "resolution",
+        "position",
+        "look_at",
+        "up",
+        "fov_y_deg",
+        "intrinsics_px",
+    ])?;
+    Ok(Camera {
+        resolution_px: keys
+            .need("resolution", "resolution = [800, 800]")?
+            .counts()?,
+        position_m: keys.need("position", "position = [x, y, z]")?.vec3()?,
+        look_at_m: keys.need("look_at", "look_at = [x, y, z]")?.vec3()?,
+        up: keys.need("up", "up = [0.0, 1.0, 0.0]")?.vec3()?,
+        lens: lens(keys)?,
+    })
+}
+
+fn lens(keys: &mut Keys) -> Result<Lens> {
+    match (keys.take("fov_y_deg"), keys.take("intrinsics_px")) {
+        (Some(fov), None) => Ok(Lens::FovY {
+            fov_y_deg: fov.number()?,
+        }),
+        (None, Some(intrinsics)) => {
+            let mut keys = intrinsics.table("intrinsics_px")?;
+            keys.only(&["fx", "fy", "cx", "cy"])?;
+            let mut pixels = |key| keys.need(key, "all four of fx, fy, cx, cy")?.number();
+            Ok(Lens::Intrinsics(Intrinsics {
+                fx: pixels("fx")?,
+                fy: pixels("fy")?,
+                cx: pixels("cx")?,
+                cy: pixels("cy")?,
+            }))
+        }
+        (Some(_), Some(intrinsics)) => Err(Error::scene(
+            intrinsics.at,
+            "[camera] has both \"fov_y_deg\" and \"intrinsics_px\"",
+            "keep one of them",
+        )),
+        (None, None) => Err(keys.error(
+            "[camera] has neither \"fov_y_deg\" nor \"intrinsics_px\"",
+            "add fov_y_deg = 50.0 or intrinsics_px = { fx = .., fy = .., cx = .., cy = .. }",
+        )),
+    }
+}
+
+pub(super) fn sensor(keys: &mut Keys) -> Result<Sensor> {
+    keys.only(&["pixel_pitch_um", "exposure_time_s", "duty_cycle"])?;
+    Ok(Sensor {
+        pixel_pitch_um: keys
+            .need("pixel_pitch_um", "pixel_pitch_um = [width, height]")?
+            .numbers()?,
+        exposure_time_s: keys
+            .need("exposure_time_s", "exposure_time_s = 1.0e-3")?
+            .number()?,
+        duty_cycle: keys.need("duty_cycle", "duty_cycle = 0.5")?.number()?,
+    })
+}
+
+pub(super) fn light(keys: &mut Keys) -> Result<Light> {
+    const POSITION: &str = "position = [x, y, z]";
+    const DIRECTION: &str = "direction = [x, y, z], the way the light travels";
+    const POWER: &str = "power_w = 50.0 or power_w = [r, g, b]";
+
+    let kind = keys.need("kind", "kind = \"point\", \"spot\" or \"directional\"")?;
+    match kind.text()? {
+        "point" => {
+            keys.only(&["position", "power_w"])?;
+            Ok(Light::Point {
+                position_m: keys.need("position", POSITION)?.vec3()?,
+                power_w: keys.need("power_w", POWER)?.bands()?,
+            })
+        }
+        "spot" => {
+            keys.only(&[
+                "position",
+                "direction",
+                "inner_half_angle_deg",
+                "outer_half_angle_deg",
+                "power_w",
+            ])?;
+            Ok(Light::Spot {
+                position_m: keys.need("position", POSITION)?.vec3()?,
+                direction: keys.need("direction", DIRECTION)?.vec3()?,
+                cone: SpotCone {
+                    inner_half_angle_deg: keys
+                        .need("inner_half_angle_deg", "inner_half_angle_deg = 20.0")?
+                        .number()?,
+                    outer_half_angle_deg: keys
+                        .need("outer_half_angle_deg", "outer_half_angle_deg = 30.0")?
+                        .number()?,
+                },
+                power_w: keys.need("power_w", POWER)?.bands()?,
+            })
+        }
+        "directional" => {
+            keys.only(&["direction", "irradiance_w_m2"])?;
+            Ok(Light::Directional {
+                direction: keys.need("direction", DIRECTION)?.vec3()?,
+                irradiance_w_m2: keys
+                    .need("irradiance_w_m2", "irradiance_w_m2 = 1000.0 or [r, g, b]")?
+                    .bands()?,
+            })
+        }
+        word => Err(keys.unknown_word(&kind, word, &["point", "spot", "directional"])),
+    }
+}
+
+pub(super) fn indirect(keys: &mut Keys) -> Result<Indirect> {
+    keys.only(&["estimator", "rsm_size"])?;
+    let names = Estimator::ALL.map(Estimator::name);
+    let word = keys.need(
+        "estimator",
+        &format!("estimator = \"{}\"", names.join("\" or \"")),
+    )?;
+    let estimator = Estimator::from_name(word.text()?)
+        .ok_or_else(|| keys.unknown_word(&word, word.text().unwrap_or_default(), &names))?;
+    Ok(Indirect {
+        estimator,
+        rsm_size: keys
+            .need("rsm_size", "rsm_size = 64, texels along one face's edge")?
+            .count()?,
+    })
+}
+
+pub(super) fn material(keys: &mut Keys, name: String) -> Result<Material> {
+    keys.only(&["kd", "ks", "shininess"])?;
+    let mut material = Material::lambert(
+        name,
+        keys.need("kd", "kd = 0.8 or kd = [r, g, b]")?.bands()?,
+    );
+    if let Some(ks) = keys.take("ks") {
+        material.ks = ks.bands()?;
+    }
+    match keys.take("shininess") {
+        Some(shininess) => material.shininess = shininess.number()?,
+        // An exponent of 1 would be a silent choice of a very wide lobe.
+        None if material.is_specular() => {
+            keys.need("shininess", "shininess = 20.0, the exponent of ks")?;
+        }
+        None => {}
+    }
+    Ok(material)
+}

@@ -1,0 +1,198 @@
+//! A fingerprint of a scene, so that an image can say what it was made from.
+
+use super::{
+    Camera, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, SpotCone, Texture,
+};
+
+/// Begins every hashed scene; to be changed with the form of the bytes behind it.
+const FORM: &[u8] = b"camlux scene 1";
+
+impl Scene {
+    /// BLAKE3 in hexadecimal (64 digits) over everything that the image depends on. Names and file paths are left out.
+    ///
+    /// Equal for two scenes whose values are equal; the order of lights, meshes and materials counts.
+    pub fn hash(&self) -> String {
+        let Scene {
+            camera,
+            sensor,
+            lights,
+            meshes,
+            materials,
+            textures,
+            indirect,
+        } = self;
+        let mut bytes = Bytes(blake3::Hasher::new());
+        bytes.0.update(FORM);
+        bytes.camera(camera);
+        bytes.option(sensor.as_ref(), Bytes::sensor);
+        bytes.option(indirect.as_ref(), Bytes::indirect);
+        bytes.list(lights, Bytes::light);
+        bytes.list(materials, Bytes::material);
+        bytes.list(textures, Bytes::texture);
+        bytes.list(meshes, Bytes::mesh);
+        bytes.0.finalize().to_hex().to_string()
+    }
+}
+
+/// Every list begins with its length and every variant with a tag, so that no two scenes give the same bytes.
+/// Structs are taken apart without `..`, so that a new field cannot be forgotten.
+struct Bytes(blake3::Hasher);
+
+impl Bytes {
+    fn whole(&mut self, value: u64) {
+        self.0.update(&value.to_le_bytes());
+    }
+
+    fn indices(&mut self, values: &[u32]) {
+        for value in values {
+            self.0.update(&value.to_le_bytes());
+        }
+    }
+
+    fn numbers(&mut self, values: &[f64]) {
+        for value in values {
+            // -0 and 0 render the same; the sum is 0 for both.
+            self.0.update(&(value + 0.0).to_le_bytes());
+        }
+    }
+
+    fn list<T>(&mut self, items: &[T], item: impl Fn(&mut Self, &T)) {
+        self.whole(items.len() as u64);
+        for value in items {
+            item(self, value);
+        }
+    }
+
+    fn option<T>(&mut self, value: Option<&T>, some: impl Fn(&mut Self, &T)) {
+        self.whole(u64::from(value.is_some()));
+        if let Some(value) = value {
+            some(self, value);
+        }
+    }
+
+    fn camera(&mut self, camera: &Camera) {
+        let Camera {
+            resolution_px,
+            position_m,
+            look_at_m,
+            up,
+            lens,
+        } = camera;
+        self.indices(resolution_px);
+        for vector in [position_m, look_at_m, up] {
+            self.numbers(&vector.to_array());
+        }
+        match *lens {
+            Lens::FovY { fov_y_deg } => {
+                self.whole(0);
+                self.numbers(&[fov_y_deg]);
+            }
+            Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => {
+                self.whole(1);
+                self.numbers(&[fx, fy, cx, cy]);
+            }
+        }
+    }
+
+    fn sensor(&mut self, sensor: &Sensor) {
+        let Sensor {
+            pixel_pitch_um,
+            exposure_time_s,
+            duty_cycle,
+        } = sensor;
+        self.numbers(pixel_pitch_um);
+        self.numbers(&[*exposure_time_s, *duty_cycle]);
+    }
+
+    fn indirect(&mut self, indirect: &Indirect) {
+        let Indirect {
+            estimator,
+            rsm_size,
+        } = indirect;
+        let name = estimator.name();
+        self.whole(name.len() as u64);
+        self.0.update(name.as_bytes());
+        self.indices(&[*rsm_size]);
+    }
+
+    fn light(&mut self, light: &Light) {
+        match light {
+            Light::Point {
+                position_m,
+                power_w,
+            } => {
+                self.whole(0);
+                self.numbers(&position_m.to_array());
+                self.numbers(power_w);
+            }
+            Light::Spot {
+                position_m,
+                direction,
+                cone,
+                power_w,
+            } => {
+                let SpotCone {
+                    inner_half_angle_deg,
+                    outer_half_angle_deg,
+                } = *cone;
+                self.whole(1);
+                self.numbers(&position_m.to_array());
+                self.numbers(&direction.to_array());
+                self.numbers(&[inner_half_angle_deg, outer_half_angle_deg]);
+                self.numbers(power_w);
+            }
+            Light::Directional {
+                direction,
+                irradiance_w_m2,
+            } => {
+                self.whole(2);
+                self.numbers(&direction.to_array());
+                self.numbers(irradiance_w_m2);
+            }
+        }
+    }
+
+    fn material(&mut self, material: &Material) {
+        let Material {
+            name: _,
+            kd,
+            ks,
+            shininess,
+            kd_texture,
+        } = material;
+        self.numbers(kd);
+        self.numbers(ks);
+        self.numbers(&[*shininess]);
+        self.option(kd_texture.as_ref(), |bytes, &index| {
+            bytes.whole(index as u64)
+        });
+    }
+
+    fn texture(&mut self, texture: &Texture) {
+        let Texture {
+            name: _,
+            size_px,
+            linear_rgb,
+        } = texture;
+        self.indices(size_px);
+        self.list(linear_rgb, |bytes, texel| {
+            bytes.numbers(&texel.map(f64::from));
+        });
+    }
+
+    fn mesh(&mut self, mesh: &Mesh) {
+        let Mesh {
+            name: _,
+            positions_m,
+            normals,
+            texcoords,
+            triangles,
+            triangle_materials,
+        } = mesh;
+        self.list(positions_m, |bytes, p| bytes.numbers(&p.to_array()));
+        self.list(normals, |bytes, n| bytes.numbers(&n.to_array()));
+        self.list(texcoords, |bytes, uv| bytes.numbers(uv));
+        self.list(triangles, |bytes, vertices| bytes.indices(vertices));
+        self.list(triangle_materials, |bytes, &m| bytes.indices(&[m]));
+    }
+}

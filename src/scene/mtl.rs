@@ -1,0 +1,121 @@
+//! MTL material libraries: Kd, Ks, Ns, map_Kd. Everything else in them (ambient, emission, bump, opacity, `illum`) has no
+//! place in the model and is left out.
+//!
+//! The MTL format states no defaults. Here Ks is 0 when absent, and Kd is 1 below a map_Kd. A material that has neither Kd
+//! nor map_Kd, or has Ks without Ns, is refused: any number put there would be a guess.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use super::lines::{Line, lines, read_text};
+use super::obj_check::Named;
+use crate::{Error, Result};
+
+/// The materials that the MTL files of one OBJ define.
+#[derive(Default)]
+pub(super) struct Library {
+    entries: HashMap<String, Entry>,
+}
+
+pub(super) struct Entry {
+    pub properties: tobj::Material,
+    /// `newmtl`'s file and line.
+    pub at: String,
+    /// The folder that map_Kd is relative to.
+    pub folder: PathBuf,
+}
+
+impl Library {
+    /// Reads what a `mtllib` statement names: one file whose name may hold spaces, or several.
+    pub fn read(&mut self, statement: &Named, folder: &Path) -> Result<()> {
+        let whole = folder.join(&statement.name);
+        if whole.exists() {
+            return self.read_file(&whole, &statement.at);
+        }
+        for name in statement.name.split_whitespace() {
+            self.read_file(&folder.join(name), &statement.at)?;
+        }
+        Ok(())
+    }
+
+    pub fn get(&self, name: &str) -> Option<&Entry> {
+        self.entries.get(name)
+    }
+
+    /// Names in alphabetical order.
+    pub fn names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.entries.keys().map(String::as_str).collect();
+        names.sort_unstable();
+        names
+    }
+
+    fn read_file(&mut self, file: &Path, named_at: &str) -> Result<()> {
+        let (text, places) = check(&read_text(file, named_at, "material library")?, file)?;
+        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| {
+            Error::scene(
+                file.display().to_string(),
+                format!("not a material library: {error}"),
+                "export it again",
+            )
+        })?;
+        let folder = file.parent().unwrap_or(Path::new(""));
+        for (properties, at) in materials.into_iter().zip(places) {
+            let name = properties.name.clone();
+            let entry = Entry {
+                properties,
+                at,
+                folder: folder.to_owned(),
+            };
+            if let Some(earlier) = self.entries.get(&name) {
+                return Err(Error::scene(
+                    entry.at,
+                    format!("material \"{name}\" is already defined at {}", earlier.at),
+                    "rename or remove one of them",
+                ));
+            }
+            self.entries.insert(name, entry);
+        }
+        Ok(())
+    }
+}
+
+/// Checks an MTL line by line and keeps what is read, because `tobj` reports no lines and panics on a Kd of one number.
+/// Also gives the place of each material.
+fn check(text: &str, file: &Path) -> Result<(String, Vec<String>)> {
+    let mut checked = String::new();
+    let mut places = Vec::new();
+    for line in lines(text, file) {
+        let keyword = line.keyword();
+        let value = match keyword {
+            "newmtl" => {
+                places.push(line.at());
+                line.name()?.to_owned()
+            }
+            "Kd" | "Ks" => match *line.numbers(1..=3)? {
+                // One number stands for all three bands (MTL format, "Kd r g b": g and b are optional).
+                [grey] => format!("{grey:?} {grey:?} {grey:?}"),
+                [r, g, b] => format!("{r:?} {g:?} {b:?}"),
+                _ => return Err(line.error("has two numbers", "write one or three")),
+            },
+            "Ns" => format!("{:?}", line.numbers(1..=1)?[0]),
+            "map_Kd" => texture_path(&line)?,
+            _ => continue,
+        };
+        if places.is_empty() {
+            return Err(line.error("stands before any material", "begin one with newmtl"));
+        }
+        checked.push_str(&format!("{keyword} {value}\n"));
+    }
+    Ok((checked, places))
+}
+
+fn texture_path(line: &Line) -> Result<String> {
+    let path = line.name()?;
+    if path.starts_with('-') {
+        return Err(line.error(
+            "has options, which are not read",
+            "leave the path only, and bake the options into image or texture coordinates",
+        ));
+    }
+    Ok(path.to_owned())
+}
