@@ -27,8 +27,11 @@ fn main() {
         println!("cargo::rerun-if-changed=spirv");
         for entry in fs::read_dir(root.join("spirv")).expect("spirv/ is part of the package") {
             let path = entry.expect("spirv/ is readable").path();
-            fs::copy(&path, out.join(path.file_name().expect("a file has a name")))
-                .expect("OUT_DIR is writable");
+            fs::copy(
+                &path,
+                out.join(path.file_name().expect("a file has a name")),
+            )
+            .expect("OUT_DIR is writable");
         }
     }
     println!("cargo::rustc-env=CAMLUX_SPIRV={}", out.display());
@@ -165,20 +168,17 @@ mod compile {
                 let words: Vec<&str> = line.split_whitespace().collect();
                 match words.as_slice() {
                     ["#if", any @ ..] if !any.is_empty() => {
-                        let taken = any.iter().any(|word| {
-                            permutation.defines.iter().any(|define| define == word)
-                        });
+                        let taken = any
+                            .iter()
+                            .any(|word| permutation.defines.iter().any(|define| define == word));
                         open.push(taken);
                     }
                     ["#else"] => match open.last_mut() {
                         Some(taken) => *taken = !*taken,
                         None => return fail("no #if before"),
                     },
-                    ["#endif"] => {
-                        if open.pop().is_none() {
-                            return fail("no #if before");
-                        }
-                    }
+                    ["#endif"] if open.pop().is_none() => return fail("no #if before"),
+                    ["#endif"] => {}
                     [word, ..] if word.starts_with('#') => return fail("unknown directive"),
                     _ if open.iter().all(|&taken| taken) => {
                         text += line;
@@ -265,9 +265,7 @@ mod compile {
             };
             let kind = match (&module.types[variable.ty].inner, variable.space) {
                 (_, AddressSpace::Uniform) => "Uniform",
-                (_, AddressSpace::Storage { access })
-                    if access.contains(StorageAccess::STORE) =>
-                {
+                (_, AddressSpace::Storage { access }) if access.contains(StorageAccess::STORE) => {
                     "StorageWrite"
                 }
                 (_, AddressSpace::Storage { .. }) => "StorageRead",
@@ -289,12 +287,14 @@ mod compile {
         let constants: String = module
             .constants
             .iter()
-            .filter_map(|(_, constant)| match module.global_expressions[constant.init] {
-                naga::Expression::Literal(naga::Literal::U32(value)) => {
-                    Some(format!("(\"{}\", {value}), ", constant.name.as_ref()?))
-                }
-                _ => None,
-            })
+            .filter_map(
+                |(_, constant)| match module.global_expressions[constant.init] {
+                    naga::Expression::Literal(naga::Literal::U32(value)) => {
+                        Some(format!("(\"{}\", {value}), ", constant.name.as_ref()?))
+                    }
+                    _ => None,
+                },
+            )
             .collect();
         let workgroup = point.workgroup_size;
         let bindings: String = bindings.into_values().collect();
@@ -308,37 +308,44 @@ mod compile {
 
     /// `#[repr(C)]` twins of the structs that host and shaders share, with the padding that WGSL puts between members.
     fn describe_structs(all: &mut BTreeMap<String, String>, module: &Module) -> Result<(), String> {
-        let layouter = {
-            let mut layouter = naga::proc::Layouter::default();
-            layouter
-                .update(module.to_ctx())
-                .map_err(|e| e.to_string())?;
-            layouter
-        };
-        for (handle, ty) in module.types.iter() {
+        // Only what a variable in memory consists of: other structs never leave the shader.
+        let mut shared = Vec::new();
+        let mut open: Vec<_> = module
+            .global_variables
+            .iter()
+            .filter(|(_, variable)| {
+                matches!(
+                    variable.space,
+                    AddressSpace::Uniform | AddressSpace::Storage { .. } | AddressSpace::Immediate
+                )
+            })
+            .map(|(_, variable)| variable.ty)
+            .collect();
+        while let Some(handle) = open.pop() {
+            shared.push(handle);
+            match &module.types[handle].inner {
+                TypeInner::Array { base, .. } => open.push(*base),
+                TypeInner::Struct { members, .. } => open.extend(members.iter().map(|m| m.ty)),
+                _ => {}
+            }
+        }
+        for handle in shared {
+            let ty = &module.types[handle];
             let TypeInner::Struct { members, span } = &ty.inner else {
                 continue;
             };
-            // Inputs and outputs of entry points carry bindings; they are not in memory.
-            if members.iter().any(|member| member.binding.is_some()) {
-                continue;
-            }
             let Some(name) = &ty.name else { continue };
-            let (mut fields, mut asserts, mut at, mut pads) =
-                (String::new(), String::new(), 0, 0);
+            let (mut fields, mut asserts, mut at, mut pads) = (String::new(), String::new(), 0, 0);
             let mut pad_to = |fields: &mut String, at: u32, offset: u32| {
                 if offset > at {
                     let _ = writeln!(fields, "    pub _pad{pads}: [u32; {}],", (offset - at) / 4);
                     pads += 1;
                 }
             };
-            let mut plain = true;
             for member in members {
                 let label = member.name.clone().unwrap_or_default();
-                let Some(rust) = rust_type(module, member.ty) else {
-                    plain = false;
-                    break;
-                };
+                let rust = rust_type(module, member.ty)
+                    .ok_or_else(|| format!("{name}.{label} has no twin in Rust"))?;
                 pad_to(&mut fields, at, member.offset);
                 let _ = writeln!(fields, "    pub {label}: {rust},");
                 let _ = writeln!(
@@ -348,12 +355,7 @@ mod compile {
                 );
                 at = member.offset + module.types[member.ty].inner.size(module.to_ctx());
             }
-            // Private helper structs may hold what has no place in memory (bool, pointers); they are not shared.
-            if !plain {
-                continue;
-            }
             pad_to(&mut fields, at, *span);
-            debug_assert!(layouter[handle].size >= *span);
             let definition = format!(
                 "#[repr(C)]\n#[derive(Debug, Clone, Copy, Default, PartialEq)]\npub struct {name} {{\n{fields}}}\n\
                  // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.\n\

@@ -1,9 +1,10 @@
-// Stable compaction of items into two lists, in three kernels: count per group, scan over groups, write. An append by
-// atomics would be one kernel, but its order, and with it the last bits of every sum, would change from run to run.
+// Stable compaction of items into two lists, in three kernels: count, scan, write. An append by atomics would be one
+// kernel, but its order, and with it the last bits of every sum, would change from run to run.
 //
-// The file that comes after this one gives list_of(item) and place(item, list, index).
+// Each invocation takes a run of neighbouring items, so that neither barriers nor atomics are needed. The file that comes
+// after this one gives list_of(item) and place(item, list, index).
 
-const GROUP: u32 = 256u;
+const RUN_ITEMS: u32 = 64u;
 const NOTHING: u32 = 0u;
 const MATTE: u32 = 1u;
 const GLOSSY: u32 = 2u;
@@ -15,56 +16,46 @@ struct ListLengths {
 
 struct Compaction {
     item_count: u32,
-    group_count: u32,
+    run_count: u32,
 }
 
-@group(0) @binding(0) var<storage, read_write> groups: array<ListLengths>;
+// Items of each run, then the places of each run's first items.
+@group(0) @binding(0) var<storage, read_write> runs: array<ListLengths>;
 @group(0) @binding(1) var<storage, read_write> lengths: ListLengths;
 var<immediate> compaction: Compaction;
 
 #if COUNT
-var<workgroup> matte_in_group: atomic<u32>;
-var<workgroup> glossy_in_group: atomic<u32>;
-
-@compute @workgroup_size(256)
-fn compute_main(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    if (local == 0u) {
-        atomicStore(&matte_in_group, 0u);
-        atomicStore(&glossy_in_group, 0u);
+@compute @workgroup_size(64)
+fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let run = id.x;
+    if (run >= compaction.run_count) {
+        return;
     }
-    workgroupBarrier();
-    if (id.x < compaction.item_count) {
-        let list = list_of(id.x);
-        if (list == MATTE) {
-            atomicAdd(&matte_in_group, 1u);
-        }
-        if (list == GLOSSY) {
-            atomicAdd(&glossy_in_group, 1u);
-        }
+    let end = min((run + 1u) * RUN_ITEMS, compaction.item_count);
+    var matte = 0u;
+    var glossy = 0u;
+    for (var item = run * RUN_ITEMS; item < end; item++) {
+        let list = list_of(item);
+        matte += u32(list == MATTE);
+        glossy += u32(list == GLOSSY);
     }
-    workgroupBarrier();
-    if (local == 0u) {
-        groups[group.x] = ListLengths(atomicLoad(&matte_in_group), atomicLoad(&glossy_in_group));
-    }
+    runs[run] = ListLengths(matte, glossy);
 }
 #endif
 
 #if SCAN
-var<workgroup> sums: array<vec2<u32>, GROUP>;
+const SCANNERS: u32 = 256u;
+var<workgroup> sums: array<vec2<u32>, SCANNERS>;
 
-// One workgroup: each invocation turns a run of group counts into the groups' first places.
+// One workgroup: each invocation turns a stretch of counts into places.
 @compute @workgroup_size(256)
 fn compute_main(@builtin(local_invocation_index) local: u32) {
-    let run = (compaction.group_count + GROUP - 1u) / GROUP;
-    let first = min(local * run, compaction.group_count);
-    let end = min(first + run, compaction.group_count);
+    let stretch = (compaction.run_count + SCANNERS - 1u) / SCANNERS;
+    let first = min(local * stretch, compaction.run_count);
+    let end = min(first + stretch, compaction.run_count);
     var sum = vec2<u32>(0u);
     for (var i = first; i < end; i++) {
-        sum += vec2<u32>(groups[i].matte, groups[i].glossy);
+        sum += vec2<u32>(runs[i].matte, runs[i].glossy);
     }
     sums[local] = sum;
     workgroupBarrier();
@@ -73,56 +64,36 @@ fn compute_main(@builtin(local_invocation_index) local: u32) {
         place += sums[i];
     }
     for (var i = first; i < end; i++) {
-        let count = vec2<u32>(groups[i].matte, groups[i].glossy);
-        groups[i] = ListLengths(place.x, place.y);
+        let count = vec2<u32>(runs[i].matte, runs[i].glossy);
+        runs[i] = ListLengths(place.x, place.y);
         place += count;
     }
-    if (local == GROUP - 1u) {
+    if (local == SCANNERS - 1u) {
         lengths = ListLengths(place.x, place.y);
     }
 }
 #endif
 
 #if WRITE
-// One bit an invocation: the rank of an item is the number of bits before its own.
-var<workgroup> matte_bits: array<atomic<u32>, 8>;
-var<workgroup> glossy_bits: array<atomic<u32>, 8>;
-
-@compute @workgroup_size(256)
-fn compute_main(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_index) local: u32,
-) {
-    if (local < 8u) {
-        atomicStore(&matte_bits[local], 0u);
-        atomicStore(&glossy_bits[local], 0u);
+@compute @workgroup_size(64)
+fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let run = id.x;
+    if (run >= compaction.run_count) {
+        return;
     }
-    workgroupBarrier();
-    var list = NOTHING;
-    if (id.x < compaction.item_count) {
-        list = list_of(id.x);
-    }
-    let word = local / 32u;
-    let bit = 1u << (local % 32u);
-    if (list == MATTE) {
-        atomicOr(&matte_bits[word], bit);
-    }
-    if (list == GLOSSY) {
-        atomicOr(&glossy_bits[word], bit);
-    }
-    workgroupBarrier();
-    var before = vec2<u32>(groups[group.x].matte, groups[group.x].glossy);
-    for (var i = 0u; i <= word; i++) {
-        let mask = select(0xffffffffu, bit - 1u, i == word);
-        before.x += countOneBits(atomicLoad(&matte_bits[i]) & mask);
-        before.y += countOneBits(atomicLoad(&glossy_bits[i]) & mask);
-    }
-    if (list == MATTE) {
-        place(id.x, MATTE, before.x);
-    }
-    if (list == GLOSSY) {
-        place(id.x, GLOSSY, before.y);
+    let end = min((run + 1u) * RUN_ITEMS, compaction.item_count);
+    var matte = runs[run].matte;
+    var glossy = runs[run].glossy;
+    for (var item = run * RUN_ITEMS; item < end; item++) {
+        let list = list_of(item);
+        if (list == MATTE) {
+            place(item, MATTE, matte);
+            matte++;
+        }
+        if (list == GLOSSY) {
+            place(item, GLOSSY, glossy);
+            glossy++;
+        }
     }
 }
 #endif

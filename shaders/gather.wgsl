@@ -10,7 +10,17 @@ const RECEIVERS: u32 = 4u;
 const RECEIVERS: u32 = 8u;
 #endif
 // VPLs summed before their sum is added to the dispatch's. Dispatches cover a multiple of it.
-const TILE_VPLS: u32 = 64u;
+const TILE_VPLS: u32 = 256u;
+// VPLs fetched together; lists are padded to a multiple of it.
+#if BROADCAST8
+const FETCH_VPLS: u32 = 8u;
+#endif
+#if BROADCAST4
+const FETCH_VPLS: u32 = 4u;
+#endif
+#if TILE
+const FETCH_VPLS: u32 = 64u;
+#endif
 const WORKGROUP: u32 = 64u;
 
 struct GatherParameters {
@@ -29,14 +39,12 @@ struct GatherParameters {
 @group(0) @binding(3) var ks_shininess: texture_2d<f32>;
 @group(0) @binding(4) var indirect_radiance: texture_storage_2d<rgba32float, read_write>;
 @group(0) @binding(5) var<storage, read> receivers: array<u32>;
-#if GLOSSY
-@group(0) @binding(6) var<storage, read> vpls: array<GlossyVpl>;
-#else
-@group(0) @binding(6) var<storage, read> vpls: array<Vpl>;
-#endif
+// The layers are those of VPL_LAYERS or GLOSSY_VPL_LAYERS.
+@group(0) @binding(6) var vpls: texture_2d_array<f32>;
 var<immediate> parameters: GatherParameters;
 
-// P, n_P, the mirror direction of v, s, and the sums of the receivers.
+// Pixel, P, n_P, the mirror direction of v, s, and the sums of the receivers.
+var<private> pixel: array<vec2<u32>, RECEIVERS>;
 var<private> position: array<vec3<f32>, RECEIVERS>;
 var<private> normal: array<vec3<f32>, RECEIVERS>;
 var<private> tile_diffuse: array<vec3<f32>, RECEIVERS>;
@@ -58,14 +66,15 @@ fn accumulate(vpl: Vpl) {
         let offset = vpl.position - position[i];
         let distance_squared = dot(offset, offset);
         let receiver_side = max(dot(normal[i], offset), 0.0);
-        let vpl_side = -dot(vpl.normal, offset);
+        // Negative where P lies above Q's horizon: negating costs the inner loop more than min does.
+        let behind_vpl = dot(vpl.normal, offset);
 #if AVERAGE
         let inverse_distance = inverseSqrt(max(distance_squared, 1e-30));
         // cosθ_{P→Q}, and f_Q = 0 below Q's horizon.
-        let weight = select(0.0, receiver_side * inverse_distance, vpl_side > 0.0);
+        let weight = select(0.0, receiver_side * inverse_distance, behind_vpl < 0.0);
 #else
-        // cosθ_{P→Q}·cosθ_{Q→P}/d² with one division and no root. P = Q gives 0/1e-37.
-        let weight = receiver_side * max(vpl_side, 0.0) / max(distance_squared * distance_squared, 1e-37);
+        // −cosθ_{P→Q}·cosθ_{Q→P}/d² with one division and no root; the sign is taken back at the end. P = Q gives 0/1e-37.
+        let weight = receiver_side * min(behind_vpl, 0.0) / (distance_squared * distance_squared + 1e-37);
 #endif
 #if PHONG GLOSSY
 #if AVERAGE
@@ -86,18 +95,32 @@ fn accumulate(vpl: Vpl) {
     }
 }
 
+#if GLOSSY
+fn load_vpl(index: u32) -> GlossyVpl {
+    let place = vpl_place(index);
+    let specular_shininess = textureLoad(vpls, place, 3, 0);
+    return GlossyVpl(
+        textureLoad(vpls, place, 0, 0).xyz, specular_shininess.w, textureLoad(vpls, place, 1, 0).xyz,
+        textureLoad(vpls, place, 2, 0).xyz, specular_shininess.xyz, textureLoad(vpls, place, 4, 0).xyz);
+}
+#else
+fn load_vpl(index: u32) -> Vpl {
+    let place = vpl_place(index);
+    return Vpl(textureLoad(vpls, place, 0, 0).xyz, textureLoad(vpls, place, 1, 0).xyz, textureLoad(vpls, place, 2, 0).xyz);
+}
+#endif
+
 fn pixel_of(slot: u32) -> vec2<u32> {
-    let width = textureDimensions(position_mesh).x;
     let last = parameters.first_receiver + parameters.receiver_count - 1u;
-    let number = receivers[min(parameters.first_receiver + slot, last)];
-    return vec2<u32>(number % width, number / width);
+    let packed = receivers[min(parameters.first_receiver + slot, last)];
+    return vec2<u32>(packed & 0xffffu, packed >> 16u);
 }
 
 #if TILE
 #if GLOSSY
-var<workgroup> tile_vpls: array<GlossyVpl, TILE_VPLS>;
+var<workgroup> fetched: array<GlossyVpl, FETCH_VPLS>;
 #else
-var<workgroup> tile_vpls: array<Vpl, TILE_VPLS>;
+var<workgroup> fetched: array<Vpl, FETCH_VPLS>;
 #endif
 #endif
 
@@ -110,15 +133,15 @@ fn compute_main(
     // Neighbouring lanes take neighbouring receivers.
     let first_slot = group.x * (WORKGROUP * RECEIVERS) + local;
     for (var i = 0u; i < RECEIVERS; i++) {
-        let pixel = pixel_of(first_slot + i * WORKGROUP);
-        position[i] = textureLoad(position_mesh, pixel, 0).xyz;
-        normal[i] = textureLoad(normal_geometric, pixel, 0).xyz;
+        pixel[i] = pixel_of(first_slot + i * WORKGROUP);
+        position[i] = textureLoad(position_mesh, pixel[i], 0).xyz;
+        normal[i] = textureLoad(normal_geometric, pixel[i], 0).xyz;
         diffuse[i] = vec3<f32>(0.0);
 #if PHONG
         let to_camera = normalize(parameters.camera_position - position[i]);
         // r·v is symmetric: the mirror of l against v is the mirror of v against l.
         mirror[i] = 2.0 * dot(normal[i], to_camera) * normal[i] - to_camera;
-        shininess[i] = textureLoad(ks_shininess, pixel, 0).w;
+        shininess[i] = textureLoad(ks_shininess, pixel[i], 0).w;
         specular[i] = vec3<f32>(0.0);
 #endif
     }
@@ -131,30 +154,29 @@ fn compute_main(
             tile_specular[i] = vec3<f32>(0.0);
 #endif
         }
+        let tile_end = min(tile + TILE_VPLS, end);
+        for (var first = tile; first < tile_end; first += FETCH_VPLS) {
 #if BROADCAST8
-        for (var first = tile; first < tile + TILE_VPLS; first += 8u) {
-            let mine = vpls[first + lane];
+            let mine = load_vpl(first + lane);
 #repeat LANE 8
             accumulate(from_lane_LANE(mine));
 #endrepeat
-        }
 #endif
 #if BROADCAST4
-        for (var first = tile; first < tile + TILE_VPLS; first += 4u) {
-            let mine = vpls[first + lane];
+            let mine = load_vpl(first + lane);
 #repeat LANE 4
             accumulate(from_lane_LANE(mine));
 #endrepeat
-        }
 #endif
 #if TILE
-        workgroupBarrier();
-        tile_vpls[local] = vpls[tile + local];
-        workgroupBarrier();
-        for (var i = 0u; i < TILE_VPLS; i++) {
-            accumulate(tile_vpls[i]);
-        }
+            workgroupBarrier();
+            fetched[local] = load_vpl(first + local);
+            workgroupBarrier();
+            for (var i = 0u; i < FETCH_VPLS; i++) {
+                accumulate(fetched[i]);
+            }
 #endif
+        }
         for (var i = 0u; i < RECEIVERS; i++) {
             diffuse[i] += tile_diffuse[i];
 #if PHONG
@@ -164,16 +186,17 @@ fn compute_main(
     }
 
     for (var i = 0u; i < RECEIVERS; i++) {
-        let slot = first_slot + i * WORKGROUP;
-        if (slot < parameters.receiver_count) {
-            let pixel = pixel_of(slot);
-            var radiance = textureLoad(kd_material, pixel, 0).rgb / PI * diffuse[i];
+        if (first_slot + i * WORKGROUP < parameters.receiver_count) {
+            var radiance = textureLoad(kd_material, pixel[i], 0).rgb / PI * diffuse[i];
 #if PHONG
-            let ks = textureLoad(ks_shininess, pixel, 0).rgb;
+            let ks = textureLoad(ks_shininess, pixel[i], 0).rgb;
             radiance += ks * ((shininess[i] + 2.0) / (2.0 * PI)) * specular[i];
 #endif
-            let sum = textureLoad(indirect_radiance, pixel).rgb + radiance;
-            textureStore(indirect_radiance, pixel, vec4<f32>(sum, 0.0));
+#if RADIOSITY
+            radiance = -radiance;
+#endif
+            let sum = textureLoad(indirect_radiance, pixel[i]).rgb + radiance;
+            textureStore(indirect_radiance, pixel[i], vec4<f32>(sum, 0.0));
         }
     }
 }

@@ -58,6 +58,17 @@ struct GlossyVpl {
     mirror: vec3<f32>,
 }
 
+// Lists of VPLs lie in image arrays, one layer per member: lavapipe fetches a texel for eight lanes in half the time of a
+// buffer load, and images have no limit of 128 MiB. A row holds this many VPLs.
+const VPLS_PER_ROW: u32 = 1024u;
+// Layers: position, normal, diffuse; specular and s, mirror.
+const VPL_LAYERS: u32 = 3u;
+const GLOSSY_VPL_LAYERS: u32 = 5u;
+
+fn vpl_place(index: u32) -> vec2<u32> {
+    return vec2<u32>(index % VPLS_PER_ROW, index / VPLS_PER_ROW);
+}
+
 fn unpack_direction(packed: f32) -> vec3<f32> {
     let row = floor(packed / 4096.0);
     let flat = vec2<f32>(packed - row * 4096.0, row) / 4095.0 * 2.0 - 1.0;

@@ -3,12 +3,16 @@
 
 @group(0) @binding(2) var position_mesh: texture_2d<f32>;
 @group(0) @binding(3) var ks_shininess: texture_2d<f32>;
-// Pixel numbers (row · width + column), matte ones first, then glossy ones.
+// Pixels as column + 65536 · row, matte ones first, then glossy ones.
 @group(0) @binding(4) var<storage, read_write> receivers: array<u32>;
 
-fn list_of(item: u32) -> u32 {
+fn pixel_of(item: u32) -> vec2<u32> {
     let width = textureDimensions(position_mesh).x;
-    let pixel = vec2<u32>(item % width, item / width);
+    return vec2<u32>(item % width, item / width);
+}
+
+fn list_of(item: u32) -> u32 {
+    let pixel = pixel_of(item);
     if (textureLoad(position_mesh, pixel, 0).w == 0.0) {
         return NOTHING;
     }
@@ -22,6 +26,7 @@ fn list_of(item: u32) -> u32 {
 
 #if WRITE
 fn place(item: u32, list: u32, index: u32) {
-    receivers[select(0u, lengths.matte, list == GLOSSY) + index] = item;
+    let pixel = pixel_of(item);
+    receivers[select(0u, lengths.matte, list == GLOSSY) + index] = pixel.x + (pixel.y << 16u);
 }
 #endif

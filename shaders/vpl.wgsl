@@ -6,8 +6,8 @@
 @group(0) @binding(5) var rsm_ks_shininess: texture_2d_array<f32>;
 @group(0) @binding(6) var<storage, read> emission: array<vec2<f32>>;
 @group(0) @binding(7) var<uniform> light: Light;
-@group(0) @binding(8) var<storage, read_write> vpls: array<Vpl>;
-@group(0) @binding(9) var<storage, read_write> glossy_vpls: array<GlossyVpl>;
+@group(0) @binding(8) var vpls: texture_storage_2d_array<rgba32float, write>;
+@group(0) @binding(9) var glossy_vpls: texture_storage_2d_array<rgba32float, write>;
 
 struct TexelPlace {
     column_row: vec2<u32>,
@@ -53,17 +53,18 @@ fn place(item: u32, list: u32, index: u32) {
 #if PHONG
     if (list == GLOSSY) {
         let ks_shininess = textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0);
-        var vpl: GlossyVpl;
-        vpl.position = position;
-        vpl.shininess = ks_shininess.w;
-        vpl.normal = normal;
-        vpl.diffuse = diffuse;
-        vpl.specular = ks_shininess.rgb * ((ks_shininess.w + 2.0) / (2.0 * PI)) * incident;
-        vpl.mirror = 2.0 * dot(normal, to_light) * normal - to_light;
-        glossy_vpls[index] = vpl;
+        let specular = ks_shininess.rgb * ((ks_shininess.w + 2.0) / (2.0 * PI)) * incident;
+        let mirror = 2.0 * dot(normal, to_light) * normal - to_light;
+        textureStore(glossy_vpls, vpl_place(index), 0, vec4<f32>(position, 0.0));
+        textureStore(glossy_vpls, vpl_place(index), 1, vec4<f32>(normal, 0.0));
+        textureStore(glossy_vpls, vpl_place(index), 2, vec4<f32>(diffuse, 0.0));
+        textureStore(glossy_vpls, vpl_place(index), 3, vec4<f32>(specular, ks_shininess.w));
+        textureStore(glossy_vpls, vpl_place(index), 4, vec4<f32>(mirror, 0.0));
         return;
     }
 #endif
-    vpls[index] = Vpl(position, normal, diffuse);
+    textureStore(vpls, vpl_place(index), 0, vec4<f32>(position, 0.0));
+    textureStore(vpls, vpl_place(index), 1, vec4<f32>(normal, 0.0));
+    textureStore(vpls, vpl_place(index), 2, vec4<f32>(diffuse, 0.0));
 }
 #endif

@@ -207,11 +207,21 @@ impl Renderer {
         progress.report("gbuffer", 0.0)?;
         let mut recorder = Recorder::new(device, TIMED_PASSES)?;
         surfaces.record_textures(&mut recorder);
-        for sum in [Some(&direct), indirect_radiance.as_ref()].into_iter().flatten() {
+        for sum in [Some(&direct), indirect_radiance.as_ref()]
+            .into_iter()
+            .flatten()
+        {
             recorder.prepare_images(&[sum]);
             recorder.clear_image(sum);
         }
-        gbuffer::draw(&mut recorder, pipelines, plan, &surfaces, &camera_view, &gbuffer)?;
+        gbuffer::draw(
+            &mut recorder,
+            pipelines,
+            plan,
+            &surfaces,
+            &camera_view,
+            &gbuffer,
+        )?;
         if let Some(receivers) = &receivers {
             receivers::list(&mut recorder, pipelines, plan, &gbuffer, receivers)?;
         }
@@ -229,10 +239,24 @@ impl Renderer {
             let mut recorder = Recorder::new(device, TIMED_PASSES)?;
             if let Some(rsm) = &maps.rsm {
                 let (faces, emission) = (&light.rsm_views, &light.emission);
-                rsm::draw(&mut recorder, pipelines, plan, &surfaces, faces, emission, rsm)?;
+                rsm::draw(
+                    &mut recorder,
+                    pipelines,
+                    plan,
+                    &surfaces,
+                    faces,
+                    emission,
+                    rsm,
+                )?;
             }
             if let Some(map) = maps.shadow.as_ref().filter(|_| !light_plan.shadow_from_rsm) {
-                shadow::draw(&mut recorder, pipelines, &surfaces, &light.shadow_views, map)?;
+                shadow::draw(
+                    &mut recorder,
+                    pipelines,
+                    &surfaces,
+                    &light.shadow_views,
+                    map,
+                )?;
             }
             direct::shade(
                 &mut recorder,
@@ -249,7 +273,14 @@ impl Renderer {
             {
                 let (uniform, emission) = (&light.uniform, &light.emission);
                 vpl::extract(
-                    &mut recorder, pipelines, plan, indirect, uniform, emission, rsm, vpls,
+                    &mut recorder,
+                    pipelines,
+                    plan,
+                    indirect,
+                    uniform,
+                    emission,
+                    rsm,
+                    vpls,
                 )?;
             }
             cost.submit(recorder)?;
@@ -366,7 +397,12 @@ pub(crate) struct LightMaps {
 
 impl LightMaps {
     fn new(device: &Device, plan: &Plan) -> Result<LightMaps> {
-        let faces = plan.lights.iter().map(|light| light.faces).max().unwrap_or(1);
+        let faces = plan
+            .lights
+            .iter()
+            .map(|light| light.faces)
+            .max()
+            .unwrap_or(1);
         let shadow_size = plan
             .lights
             .iter()

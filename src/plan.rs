@@ -7,10 +7,7 @@ use crate::{
     Error, Result,
     emission::EmissionDomain,
     scene::{BoundingSphere, Estimator, Light, Scene},
-    vulkan::{
-        DeviceInfo, DeviceKind,
-        shaders::{GlossyVpl, Vpl},
-    },
+    vulkan::{DeviceInfo, DeviceKind},
 };
 
 /// Bytes of a pixel of every image.
@@ -165,8 +162,18 @@ impl Plan {
         let [width, height] = self.resolution_px;
         let pixels = u64::from(width) * u64::from(height);
         let max_image_px = limits.max_image_px.into();
-        check("the image's width (px)", width.into(), max_image_px, smaller_image)?;
-        check("the image's height (px)", height.into(), max_image_px, smaller_image)?;
+        check(
+            "the image's width (px)",
+            width.into(),
+            max_image_px,
+            smaller_image,
+        )?;
+        check(
+            "the image's height (px)",
+            height.into(),
+            max_image_px,
+            smaller_image,
+        )?;
         check(
             "an image of the G-buffer (bytes)",
             pixels * PIXEL_BYTES,
@@ -180,8 +187,18 @@ impl Plan {
             smaller_image,
         )?;
         if let Some(IndirectPlan { rsm_size, .. }) = self.indirect {
-            check("rsm_size (texels)", rsm_size.into(), max_image_px, smaller_rsm)?;
-            let faces = self.lights.iter().map(|light| light.faces).max().unwrap_or(0);
+            check(
+                "rsm_size (texels)",
+                rsm_size.into(),
+                max_image_px,
+                smaller_rsm,
+            )?;
+            let faces = self
+                .lights
+                .iter()
+                .map(|light| light.faces)
+                .max()
+                .unwrap_or(0);
             let texels = u64::from(faces) * u64::from(rsm_size) * u64::from(rsm_size);
             check(
                 "an image of the RSM (bytes)",
@@ -189,24 +206,34 @@ impl Plan {
                 limits.max_allocation_bytes,
                 smaller_rsm,
             )?;
-            let record = if self.is_specular {
-                size_of::<GlossyVpl>()
-            } else {
-                size_of::<Vpl>()
-            };
+            // A row of the VPL lists holds 1024.
             check(
-                "the list of VPLs (bytes)",
-                texels * record as u64,
-                limits.max_storage_buffer_bytes,
+                "the list of VPLs (rows)",
+                texels.div_ceil(1024),
+                max_image_px,
                 smaller_rsm,
             )?;
         }
-        let vertices: u64 = scene.meshes.iter().map(|m| m.positions_m.len() as u64).sum();
+        let vertices: u64 = scene
+            .meshes
+            .iter()
+            .map(|m| m.positions_m.len() as u64)
+            .sum();
         let triangles: u64 = scene.meshes.iter().map(|m| m.triangles.len() as u64).sum();
         let fewer = "simplify the meshes, or choose another device";
         let storage = limits.max_storage_buffer_bytes;
-        check("the list of vertices (bytes)", vertices * 16, storage, fewer)?;
-        check("the list of triangles (bytes)", triangles * 12, storage, fewer)
+        check(
+            "the list of vertices (bytes)",
+            vertices * 16,
+            storage,
+            fewer,
+        )?;
+        check(
+            "the list of triangles (bytes)",
+            triangles * 12,
+            storage,
+            fewer,
+        )
     }
 }
 
@@ -258,12 +285,18 @@ impl fmt::Display for Plan {
             } = light;
             if let Some(indirect) = self.indirect {
                 let size = indirect.rsm_size;
-                writeln!(f, "  rsm        light {index} ({kind}): {faces} x {size}² texels")?;
+                writeln!(
+                    f,
+                    "  rsm        light {index} ({kind}): {faces} x {size}² texels"
+                )?;
             }
             if light.shadow_from_rsm {
                 writeln!(f, "             read by the shadow test too")?;
             } else {
-                writeln!(f, "  shadow     light {index} ({kind}): {faces} x {shadow_size}² texels")?;
+                writeln!(
+                    f,
+                    "  shadow     light {index} ({kind}): {faces} x {shadow_size}² texels"
+                )?;
             }
             writeln!(f, "  direct     light {index}, {brdf}")?;
         }
@@ -280,10 +313,22 @@ impl fmt::Display for Plan {
         let absent = [
             (!self.is_specular, "specular terms: no material has k_s"),
             (!self.is_smooth, "shading normals: no mesh has any"),
-            (!self.is_textured, "textures: no material on a mesh with texcoords has one"),
-            (self.indirect.is_none(), "RSM, VPLs and gather: the scene has no [indirect]"),
-            (self.joule_per_irradiance.is_none(), "sensor: the scene has no [sensor]"),
-            (true, "visibility between VPLs and pixels: not modelled, see docs/model.md"),
+            (
+                !self.is_textured,
+                "textures: no material on a mesh with texcoords has one",
+            ),
+            (
+                self.indirect.is_none(),
+                "RSM, VPLs and gather: the scene has no [indirect]",
+            ),
+            (
+                self.joule_per_irradiance.is_none(),
+                "sensor: the scene has no [sensor]",
+            ),
+            (
+                true,
+                "visibility between VPLs and pixels: not modelled, see docs/model.md",
+            ),
         ];
         for (_, what) in absent.iter().filter(|(is_absent, _)| *is_absent) {
             writeln!(f, "  {what}")?;

@@ -85,7 +85,10 @@ impl Pixels {
         layers.extend(energy.map(|values| (Layer::Energy, LayerData::Float(values))));
         layers.extend([
             (Layer::Position, LayerData::Float(position_m)),
-            (Layer::Normal, LayerData::Float(three(&self.normal_geometric))),
+            (
+                Layer::Normal,
+                LayerData::Float(three(&self.normal_geometric)),
+            ),
             (Layer::Depth, LayerData::Float(depth_m)),
             (Layer::Range, LayerData::Float(range_m)),
             (Layer::MeshId, LayerData::Id(ids(&self.position_mesh))),

@@ -8,11 +8,17 @@ use crate::{
     },
 };
 
+/// Runs of items that one invocation takes each.
+fn runs_of(item_count: u32) -> Result<u32> {
+    let run_items = Module::find("compact", &["scan"])?.constant("RUN_ITEMS")?;
+    Ok(item_count.div_ceil(run_items))
+}
+
 /// What a compaction needs beside its items and its lists.
 pub(crate) struct Compactor {
     item_count: u32,
-    group_count: u32,
-    groups: Buffer,
+    run_count: u32,
+    runs: Buffer,
     lengths: Buffer,
     readback: Buffer,
 }
@@ -20,14 +26,13 @@ pub(crate) struct Compactor {
 impl Compactor {
     /// For up to `item_count` items.
     pub fn new(device: &Device, item_count: u32) -> Result<Compactor> {
-        let group = Module::find("compact", &["scan"])?.constant("GROUP")?;
-        let group_count = item_count.div_ceil(group);
-        let bytes = u64::from(group_count) * size_of::<ListLengths>() as u64;
+        let run_count = runs_of(item_count)?;
+        let bytes = u64::from(run_count) * size_of::<ListLengths>() as u64;
         let one = size_of::<ListLengths>() as u64;
         Ok(Compactor {
             item_count,
-            group_count,
-            groups: Buffer::new(device, "group counts", bytes, BufferUse::Device)?,
+            run_count,
+            runs: Buffer::new(device, "run counts", bytes, BufferUse::Device)?,
             lengths: Buffer::new(device, "list lengths", one, BufferUse::Device)?,
             readback: Buffer::new(device, "list lengths", one, BufferUse::Readback)?,
         })
@@ -35,12 +40,11 @@ impl Compactor {
 
     /// The same for fewer items.
     pub fn set_item_count(&mut self, item_count: u32) -> Result<()> {
-        let group = Module::find("compact", &["scan"])?.constant("GROUP")?;
-        let group_count = item_count.div_ceil(group);
-        if u64::from(group_count) * size_of::<ListLengths>() as u64 > self.groups.bytes {
+        let run_count = runs_of(item_count)?;
+        if u64::from(run_count) * size_of::<ListLengths>() as u64 > self.runs.bytes {
             return Err(Error::internal("a compaction has more items than room"));
         }
-        (self.item_count, self.group_count) = (item_count, group_count);
+        (self.item_count, self.run_count) = (item_count, run_count);
         Ok(())
     }
 
@@ -58,15 +62,19 @@ impl Compactor {
         let scan = pipelines.compute("compact", &["scan"])?;
         let write = pipelines.compute(pass, &[&["write"], write_words].concat())?;
         let mut all = vec![
-            ("groups", Resource::Buffer(&self.groups)),
+            ("runs", Resource::Buffer(&self.runs)),
             ("lengths", Resource::Buffer(&self.lengths)),
         ];
         all.extend_from_slice(resources);
         let parameters = Compaction {
             item_count: self.item_count,
-            group_count: self.group_count,
+            run_count: self.run_count,
         };
-        let groups = [self.group_count, 1, 1];
+        let groups = [
+            self.run_count.div_ceil(count.module.workgroup_size[0]),
+            1,
+            1,
+        ];
         recorder.pass(pass, |recorder| {
             recorder.dispatch(&count, &all, &parameters, groups)?;
             recorder.barrier();

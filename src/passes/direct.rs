@@ -11,7 +11,10 @@ use crate::{
 };
 
 /// Shades the G-buffer. `light_map` holds the positions that the light sees.
-#[allow(clippy::too_many_arguments, reason = "a pass is a function of its images")]
+#[allow(
+    clippy::too_many_arguments,
+    reason = "a pass is a function of its images"
+)]
 pub(crate) fn shade<'r>(
     recorder: &mut Recorder<'r>,
     pipelines: &Pipelines,

@@ -14,7 +14,7 @@ use crate::{
     Result,
     plan::IndirectPlan,
     vulkan::{
-        Buffer, Device, Image, PassTimes, Pipelines, Recorder, Resource,
+        Device, Image, PassTimes, Pipelines, Recorder, Resource,
         shaders::{GatherParameters, ListLengths},
     },
 };
@@ -55,7 +55,7 @@ struct Work<'g> {
     vpl_word: &'static str,
     first_receiver: u32,
     receiver_count: u32,
-    vpls: &'g Buffer,
+    vpls: &'g Image,
     vpl_count: u32,
 }
 
@@ -127,12 +127,12 @@ impl Gather<'_> {
         )?;
         let module = pipeline.module;
         let group_receivers = module.workgroup_size[0] * module.constant("RECEIVERS")?;
-        let tile = module.constant("TILE_VPLS")?;
+        let fetch_vpls = module.constant("FETCH_VPLS")?;
         let mut resources = self.gbuffer.resources();
         resources.extend([
             ("indirect_radiance", Resource::Image(self.indirect_radiance)),
             ("receivers", Resource::Buffer(&self.receivers.pixels)),
-            ("vpls", Resource::Buffer(work.vpls)),
+            ("vpls", Resource::Image(work.vpls)),
         ]);
 
         // Receivers of a dispatch, then its VPLs; next ones follow until the submission is full.
@@ -143,11 +143,10 @@ impl Gather<'_> {
             });
             let per_dispatch = budget / f64::from(DISPATCH_VPLS.min(work.vpl_count));
             // `as` saturates; at least one workgroup.
-            let receivers_at_once = (per_dispatch as u32 / group_receivers).max(1) as u64
-                * u64::from(group_receivers);
-            let receiver_count = receivers_at_once
-                .min(u64::from(work.receiver_count - first_receiver))
-                as u32;
+            let receivers_at_once =
+                (per_dispatch as u32 / group_receivers).max(1) as u64 * u64::from(group_receivers);
+            let receiver_count =
+                receivers_at_once.min(u64::from(work.receiver_count - first_receiver)) as u32;
             let mut recorder = Recorder::new(self.device, 1)?;
             let mut pairs = 0u64;
             recorder.pass("gather", |recorder| {
@@ -158,7 +157,7 @@ impl Gather<'_> {
                         first_receiver: work.first_receiver + first_receiver,
                         receiver_count,
                         first_vpl,
-                        vpl_count: vpl_count.next_multiple_of(tile),
+                        vpl_count: vpl_count.next_multiple_of(fetch_vpls),
                         ..GatherParameters::default()
                     };
                     let groups = [receiver_count.div_ceil(group_receivers), 1, 1];

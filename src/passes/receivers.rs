@@ -7,7 +7,7 @@ use crate::{
     vulkan::{Buffer, BufferUse, Device, Pipelines, Recorder, Resource, shaders::ListLengths},
 };
 
-/// Pixel numbers (row · width + column): matte ones, then glossy ones.
+/// Pixels as column + 65536 · row: matte ones, then glossy ones.
 pub(crate) struct Receivers {
     pub pixels: Buffer,
     compactor: Compactor,

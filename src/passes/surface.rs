@@ -74,8 +74,6 @@ impl Surfaces {
 
     /// Fills the textures; once, before anything is drawn.
     pub fn record_textures<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        let images: Vec<&Image> = self.textures.iter().map(|(image, _)| image).collect();
-        recorder.prepare_images(&images);
         for (image, texels) in &self.textures {
             recorder.copy_to_image(texels, image);
         }
@@ -97,7 +95,11 @@ impl Surfaces {
                     Some(brdf) => &[
                         brdf,
                         if range.is_smooth { "smooth" } else { "flat" },
-                        if range.texture.is_some() { "textured" } else { "" },
+                        if range.texture.is_some() {
+                            "textured"
+                        } else {
+                            ""
+                        },
                     ],
                 };
                 let pipeline = pass.pipelines.raster(pass.name, words, pass.color_count)?;
@@ -168,14 +170,16 @@ impl Lists {
         // A stable sort: triangles of one material become one draw, in their own order.
         let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
         order.sort_by_key(|&triangle| mesh.triangle_materials[triangle]);
-        for same in order.chunk_by(|&a, &b| mesh.triangle_materials[a] == mesh.triangle_materials[b])
+        for same in
+            order.chunk_by(|&a, &b| mesh.triangle_materials[a] == mesh.triangle_materials[b])
         {
             let material_index = mesh.triangle_materials[same[0]];
             let material = &scene.materials[material_index as usize];
             let first_triangle = (self.indices.len() / 3) as u32;
             for &triangle in same {
                 let corners = mesh.triangles[triangle];
-                self.indices.extend(corners.map(|corner| first_vertex + corner));
+                self.indices
+                    .extend(corners.map(|corner| first_vertex + corner));
             }
             self.ranges.push(Range {
                 first_triangle,

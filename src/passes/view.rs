@@ -70,7 +70,12 @@ pub(crate) fn of_light_face(
             let range = 1.001 * space.length(domain.depth_range_m);
             View {
                 clip_from_offset: columns_of_rows(
-                    [right / half_extent, -up / half_extent, -forward / range, DVec3::ZERO],
+                    [
+                        right / half_extent,
+                        -up / half_extent,
+                        -forward / range,
+                        DVec3::ZERO,
+                    ],
                     [0.0, 0.0, 1.0, 1.0],
                 ),
                 ray_offset: columns([
@@ -88,10 +93,7 @@ pub(crate) fn of_light_face(
 
 /// clip = (row_x·o, row_y·o, near, forward·o): depth runs from 1 at the near plane to 0 at infinity.
 fn perspective(row_x: DVec3, row_y: DVec3, forward: DVec3) -> [[f32; 4]; 4] {
-    columns_of_rows(
-        [row_x, row_y, DVec3::ZERO, forward],
-        [0.0, 0.0, NEAR, 0.0],
-    )
+    columns_of_rows([row_x, row_y, DVec3::ZERO, forward], [0.0, 0.0, NEAR, 0.0])
 }
 
 fn columns_of_rows(rows: [DVec3; 4], constants: [f32; 4]) -> [[f32; 4]; 4] {

@@ -6,33 +6,39 @@ use crate::{
     plan::{IndirectPlan, Plan},
     scene::Estimator,
     vulkan::{
-        Buffer, BufferUse, Device, Pipelines, Recorder, Resource,
-        shaders::{GlossyVpl, ListLengths, Module, Vpl},
+        Buffer, Device, Image, ImageShape, Pipelines, Recorder, Resource,
+        shaders::{ListLengths, Module},
     },
 };
 
-/// The VPLs of one light; the room is reused by the next.
+/// The VPLs of one light, a layer per member; the room is reused by the next.
 pub(crate) struct VplLists {
-    pub matte: Buffer,
+    pub matte: Image,
     /// Only where some material is specular.
-    pub glossy: Option<Buffer>,
+    pub glossy: Option<Image>,
     compactor: Compactor,
 }
 
 impl VplLists {
-    /// Room for `texel_count` VPLs of either kind, rounded up to whole tiles of the gather.
+    /// Room for `texel_count` VPLs of either kind, rounded up to whole fetches of the gather.
     pub fn new(device: &Device, plan: &Plan, texel_count: u32) -> Result<VplLists> {
-        let tile = Module::find("gather", &["tile", "average", "lambert", "matte"])?
-            .constant("TILE_VPLS")?;
-        let room = u64::from(texel_count.next_multiple_of(tile));
-        let list = |what, record: usize| {
-            Buffer::new(device, what, room * record as u64, BufferUse::Device)
+        let module = Module::find("gather", &["tile", "average", "lambert", "glossy"])?;
+        let fetch_vpls = module.constant("FETCH_VPLS")?;
+        let columns = module.constant("VPLS_PER_ROW")?;
+        let rows = texel_count.next_multiple_of(fetch_vpls).div_ceil(columns);
+        let list = |what, layers| {
+            let shape = ImageShape {
+                size_px: [columns, rows],
+                layers: Some(module.constant(layers)?),
+                is_depth: false,
+            };
+            Image::new(device, what, shape)
         };
         Ok(VplLists {
-            matte: list("VPLs", size_of::<Vpl>())?,
+            matte: list("VPLs", "VPL_LAYERS")?,
             glossy: plan
                 .is_specular
-                .then(|| list("glossy VPLs", size_of::<GlossyVpl>()))
+                .then(|| list("glossy VPLs", "GLOSSY_VPL_LAYERS"))
                 .transpose()?,
             compactor: Compactor::new(device, texel_count)?,
         })
@@ -57,8 +63,11 @@ pub(crate) fn estimator_word(estimator: Estimator) -> &'static str {
     }
 }
 
-/// Lists the VPLs of an RSM. What is left of the last tile is zero: a VPL without power.
-#[allow(clippy::too_many_arguments, reason = "a pass is a function of its images")]
+/// Lists the VPLs of an RSM. What is left of the last fetch is zero: a VPL without power.
+#[allow(
+    clippy::too_many_arguments,
+    reason = "a pass is a function of its images"
+)]
 pub(crate) fn extract<'r>(
     recorder: &mut Recorder<'r>,
     pipelines: &Pipelines,
@@ -69,17 +78,21 @@ pub(crate) fn extract<'r>(
     rsm: &'r Rsm,
     vpls: &'r VplLists,
 ) -> Result<()> {
-    recorder.barrier();
-    recorder.clear_buffer(&vpls.matte);
+    for list in [Some(&vpls.matte), vpls.glossy.as_ref()]
+        .into_iter()
+        .flatten()
+    {
+        recorder.prepare_images(&[list]);
+        recorder.clear_image(list);
+    }
     let mut resources = rsm.resources();
     resources.extend([
         ("emission", Resource::Buffer(emission)),
         ("light", Resource::Buffer(light)),
-        ("vpls", Resource::Buffer(&vpls.matte)),
+        ("vpls", Resource::Image(&vpls.matte)),
     ]);
     if let Some(glossy) = &vpls.glossy {
-        recorder.clear_buffer(glossy);
-        resources.push(("glossy_vpls", Resource::Buffer(glossy)));
+        resources.push(("glossy_vpls", Resource::Image(glossy)));
     }
     let brdf = plan.brdf_word();
     vpls.compactor.record(

@@ -232,9 +232,10 @@ impl Instance {
         }
         // SAFETY: the instance is live and the device is its own.
         let extensions = unsafe { self.raw.enumerate_device_extension_properties(device) };
-        let has_push_descriptor = extensions.unwrap_or_default().iter().any(|extension| {
-            extension.extension_name_as_c_str() == Ok(khr::push_descriptor::NAME)
-        });
+        let has_push_descriptor = extensions
+            .unwrap_or_default()
+            .iter()
+            .any(|extension| extension.extension_name_as_c_str() == Ok(khr::push_descriptor::NAME));
         if !has_push_descriptor {
             return Some("VK_KHR_push_descriptor".into());
         }
@@ -253,10 +254,8 @@ impl Instance {
         };
         // SAFETY: as above.
         let format = unsafe {
-            self.raw.get_physical_device_format_properties(
-                device,
-                vk::Format::R32G32B32A32_SFLOAT,
-            )
+            self.raw
+                .get_physical_device_format_properties(device, vk::Format::R32G32B32A32_SFLOAT)
         };
         let wanted = vk::FormatFeatureFlags::COLOR_ATTACHMENT
             | vk::FormatFeatureFlags::STORAGE_IMAGE
@@ -268,10 +267,7 @@ impl Instance {
     /// A queue family that draws, computes and takes timestamps.
     pub fn queue_family(&self, device: vk::PhysicalDevice) -> Option<u32> {
         // SAFETY: the instance is live and the device is its own.
-        let families = unsafe {
-            self.raw
-                .get_physical_device_queue_family_properties(device)
-        };
+        let families = unsafe { self.raw.get_physical_device_queue_family_properties(device) };
         let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
         families
             .iter()

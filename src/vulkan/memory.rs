@@ -46,8 +46,8 @@ impl Buffer {
             )
             .sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is live.
-        let raw = unsafe { device.raw().create_buffer(&info, None) }
-            .map_err(failed("vkCreateBuffer"))?;
+        let raw =
+            unsafe { device.raw().create_buffer(&info, None) }.map_err(failed("vkCreateBuffer"))?;
         // From here on the buffer is destroyed on every way out.
         let mut buffer = Buffer {
             device: device.clone(),
@@ -76,12 +76,7 @@ impl Buffer {
 
     /// A buffer filled with values.
     pub fn upload<T: Plain>(device: &Device, what: &str, values: &[T]) -> Result<Buffer> {
-        let mut buffer = Buffer::new(
-            device,
-            what,
-            size_of_val(values) as u64,
-            BufferUse::Upload,
-        )?;
+        let mut buffer = Buffer::new(device, what, size_of_val(values) as u64, BufferUse::Upload)?;
         let bytes = bytes_of(values);
         buffer
             .allocation
@@ -220,8 +215,8 @@ impl Image {
             .usage(usage)
             .sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is live.
-        let raw = unsafe { device.raw().create_image(&info, None) }
-            .map_err(failed("vkCreateImage"))?;
+        let raw =
+            unsafe { device.raw().create_image(&info, None) }.map_err(failed("vkCreateImage"))?;
         // From here on the image is destroyed on every way out.
         let mut image = Image {
             device: device.clone(),

@@ -102,23 +102,25 @@ impl<'r> Recorder<'r> {
 
     /// Brings new images into the layout that they keep. Their contents are undefined.
     pub fn prepare_images(&mut self, images: &[&'r Image]) {
-        let barriers: Vec<_> = images
-            .iter()
-            .map(|image| {
-                vk::ImageMemoryBarrier2::default()
-                    .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-                    .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-                    .dst_access_mask(
-                        vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
-                    )
-                    .old_layout(vk::ImageLayout::UNDEFINED)
-                    .new_layout(vk::ImageLayout::GENERAL)
-                    .image(image.raw)
-                    .subresource_range(whole(image))
-            })
-            .collect();
+        for image in images {
+            self.transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+        }
+    }
+
+    /// Changes an image's layout, after all work before and ahead of all work behind.
+    fn transition(&mut self, image: &'r Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let barriers = [vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(all)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+            .dst_stage_mask(all)
+            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+            .old_layout(from)
+            .new_layout(to)
+            .image(image.raw)
+            .subresource_range(whole(image))];
         let dependency = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        // SAFETY: the command buffer is being recorded and the images live until it was submitted.
+        // SAFETY: the command buffer is being recorded and the image lives until it was submitted.
         unsafe {
             self.device
                 .raw()
@@ -138,16 +140,6 @@ impl<'r> Recorder<'r> {
                 &zero,
                 &[whole(image)],
             );
-        }
-    }
-
-    /// Sets every byte to zero.
-    pub fn clear_buffer(&mut self, buffer: &'r Buffer) {
-        // SAFETY: as above.
-        unsafe {
-            self.device
-                .raw()
-                .cmd_fill_buffer(self.commands, buffer.raw, 0, vk::WHOLE_SIZE, 0);
         }
     }
 
@@ -283,11 +275,7 @@ impl<'r> Recorder<'r> {
         resources: &[(&str, Resource<'r>)],
     ) -> Result<()> {
         self.pipelines.push(pipeline.clone());
-        self.bind(
-            vk::PipelineBindPoint::GRAPHICS,
-            &pipeline.parts,
-            resources,
-        )
+        self.bind(vk::PipelineBindPoint::GRAPHICS, &pipeline.parts, resources)
     }
 
     /// Draws triangles of the bound index buffer, three corners each.
@@ -301,42 +289,44 @@ impl<'r> Recorder<'r> {
         self.push(&pipeline.parts, immediate);
         // SAFETY: called between `bind_raster` and the end of the rendering.
         unsafe {
-            self.device.raw().cmd_draw(
-                self.commands,
-                3 * triangle_count,
-                1,
-                3 * first_triangle,
-                0,
-            );
+            self.device
+                .raw()
+                .cmd_draw(self.commands, 3 * triangle_count, 1, 3 * first_triangle, 0);
         }
     }
 
-    /// Copies a buffer's first bytes into the whole of an image.
+    /// Copies a buffer's first bytes into the whole of a new image and brings that into its layout.
     pub fn copy_to_image(&mut self, from: &'r Buffer, to: &'r Image) {
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        self.transition(to, vk::ImageLayout::UNDEFINED, layout);
         // SAFETY: the buffer holds as many pixels as the image, both live until the submission.
         unsafe {
             self.device.raw().cmd_copy_buffer_to_image(
                 self.commands,
                 from.raw,
                 to.raw,
-                vk::ImageLayout::GENERAL,
+                layout,
                 &[image_copy(to)],
             );
         }
+        self.transition(to, layout, vk::ImageLayout::GENERAL);
     }
 
     /// Copies the whole of an image to the start of a buffer.
     pub fn copy_from_image(&mut self, from: &'r Image, to: &'r Buffer) {
+        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        self.transition(from, vk::ImageLayout::GENERAL, layout);
         // SAFETY: the buffer was made for the image's pixels, both live until the submission.
         unsafe {
             self.device.raw().cmd_copy_image_to_buffer(
                 self.commands,
                 from.raw,
-                vk::ImageLayout::GENERAL,
+                layout,
                 to.raw,
                 &[image_copy(from)],
             );
         }
+        self.transition(from, layout, vk::ImageLayout::GENERAL);
     }
 
     /// Copies the first `bytes` bytes of a buffer to another at `to_offset`.
@@ -364,8 +354,7 @@ impl<'r> Recorder<'r> {
             .dst_access_mask(vk::AccessFlags2::HOST_READ)];
         let dependency = vk::DependencyInfo::default().memory_barriers(&host);
         let raw = self.device.raw();
-        let commands =
-            [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         // SAFETY: the command buffer is complete, and everything it names is alive for `'r`.
         unsafe {
