@@ -188,10 +188,7 @@ impl Renderer {
         mut keep: Option<&mut Intermediates>,
     ) -> Result<DrawnFrame> {
         let (device, pipelines) = (&self.device, &self.pipelines);
-        let report = match &mut options.progress {
-            Some(report) => Some(&mut **report as &mut dyn FnMut(Progress) -> ControlFlow<()>),
-            None => None,
-        };
+        let report = options.progress.as_mut().map(|report| &mut **report as _);
         let mut progress = ProgressReport::new(report, plan.lights.len());
         let shape = ImageShape::plain(plan.resolution_px);
         let camera_position = space.to_local(scene.camera.position_m);
