@@ -6,7 +6,7 @@ use std::fmt;
 use crate::{
     Error, Result,
     emission::EmissionDomain,
-    scene::{BoundingSphere, Estimator, Light, Scene},
+    scene::{BoundingSphere, Estimator, Light, Scene, Texture},
     vulkan::{DeviceInfo, DeviceKind},
 };
 
@@ -85,6 +85,21 @@ impl GatherKernel {
             GatherKernel::Broadcast4 => device.limits.subgroup_lanes == 4,
             GatherKernel::Tile => true,
         }
+    }
+
+    /// This kernel, if it runs on the device.
+    pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
+        if self.runs_on(device) {
+            return Ok(self);
+        }
+        let (kernel, lanes) = (self.name(), device.limits.subgroup_lanes);
+        Err(Error::NoDevice {
+            problem: format!(
+                "the gather kernel {kernel} does not fit the {lanes} lanes of a subgroup of {}",
+                device.name
+            ),
+            mend: "leave the choice to the renderer, or choose another device".into(),
+        })
     }
 
     /// The fastest kernel for the device: lavapipe does one scalar load per lane from workgroup memory, GPUs do one for all.
@@ -180,13 +195,13 @@ impl Plan {
             limits.max_allocation_bytes,
             smaller_image,
         )?;
-        check(
-            "the list of pixels (bytes)",
-            pixels * 4,
-            limits.max_storage_buffer_bytes,
-            smaller_image,
-        )?;
         if let Some(IndirectPlan { rsm_size, .. }) = self.indirect {
+            check(
+                "the list of pixels (bytes)",
+                pixels * 4,
+                limits.max_storage_buffer_bytes,
+                smaller_image,
+            )?;
             check(
                 "rsm_size (texels)",
                 rsm_size.into(),
@@ -212,6 +227,26 @@ impl Plan {
                 texels.div_ceil(1024),
                 max_image_px,
                 smaller_rsm,
+            )?;
+            check(
+                "the table of the RSM's texels (bytes)",
+                texels * 8,
+                limits.max_storage_buffer_bytes,
+                smaller_rsm,
+            )?;
+        }
+        let textures: &[Texture] = if self.is_textured {
+            &scene.textures
+        } else {
+            &[]
+        };
+        for texture in textures {
+            let [width, height] = texture.size_px;
+            check(
+                &format!("the longer edge of texture \"{}\" (px)", texture.name),
+                width.max(height).into(),
+                max_image_px,
+                "scale the texture down, or choose another device",
             )?;
         }
         let vertices: u64 = scene

@@ -20,7 +20,10 @@ use crate::{
 };
 
 /// VPLs of one dispatch: their sum is added to the image. Fixed, for the order of summation must not depend on speed.
+/// Also small, for lavapipe leaves a shader's loops after 65 535 iterations in all and says nothing.
 const DISPATCH_VPLS: u32 = 4096;
+/// Workgroups of a dispatch that every Vulkan device takes.
+const MAX_GROUPS: u32 = 65_535;
 /// Pairs of the first submission, before the device's speed is known: a fraction of a second on one slow core.
 const FIRST_SUBMISSION_PAIRS: f64 = (1u64 << 26) as f64;
 
@@ -139,7 +142,7 @@ impl Gather<'_> {
         while first_receiver < work.receiver_count {
             // Receivers whose run of VPLs fills a submission; at least one workgroup of them. `as` saturates.
             let groups = self.budget(stats) / f64::from(DISPATCH_VPLS.min(work.vpl_count));
-            let groups = (groups as u32 / group_receivers).max(1);
+            let groups = (groups as u32 / group_receivers).clamp(1, MAX_GROUPS);
             let receiver_count = groups
                 .saturating_mul(group_receivers)
                 .min(work.receiver_count - first_receiver);
