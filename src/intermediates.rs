@@ -46,8 +46,8 @@ pub struct LightIntermediates {
     /// VPLs that were extracted: on matte and on glossy surfaces.
     pub vpl_counts: [u32; 2],
     pub shadow_size: u32,
-    /// Position and geometric normal of what the shadow test reads, face by face, row by row from the top.
-    pub shadow_map: Vec<Option<(DVec3, DVec3)>>,
+    /// World positions that the shadow test reads, face by face, row by row from the top.
+    pub shadow_map: Vec<Option<DVec3>>,
 }
 
 /// A texel of an RSM.
@@ -106,7 +106,7 @@ impl LightIntermediates {
                             space,
                             position,
                             read[1][i],
-                            position[3],
+                            read[1][i][3],
                             read[2][i],
                             read.get(3).map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]),
                         ),
@@ -125,9 +125,7 @@ impl LightIntermediates {
         let shadow_map = read_images(device, &[positions])?
             .concat()
             .into_iter()
-            .map(|[x, y, z, packed]| {
-                (packed >= 0.0).then(|| (space.to_world([x, y, z]), unpack_direction(packed)))
-            })
+            .map(|[x, y, z, triangle]| (triangle >= 0.0).then(|| space.to_world([x, y, z])))
             .collect();
         Ok(LightIntermediates {
             domain: light.domain.clone(),
