@@ -29,7 +29,7 @@ pub struct SurfacePoint {
     pub position_m: DVec3,
     /// Unit shading normal, on the side that is seen.
     pub normal: DVec3,
-    /// Unit normal of the triangle, on the side that is seen, within 4e-4 rad.
+    /// Unit normal of the triangle, on the side that is seen, within 1.1e-3 rad.
     pub geometric_normal: DVec3,
     pub kd: Bands,
     pub ks: Bands,
@@ -159,7 +159,7 @@ fn surface_point(
 fn unpack_direction(packed: f32) -> DVec3 {
     let packed = f64::from(packed);
     let row = (packed / 4096.0).floor();
-    let flat = DVec2::new(packed - row * 4096.0, row) / 4095.0 * 2.0 - 1.0;
+    let flat = DVec2::new(packed - row * 4096.0, row) / 4094.0 * 2.0 - 1.0;
     let z = 1.0 - flat.x.abs() - flat.y.abs();
     let fold = (-z).max(0.0);
     let unfold = |v: f64| if v >= 0.0 { v - fold } else { v + fold };
