@@ -265,6 +265,7 @@ impl Renderer {
                 pipelines,
                 plan,
                 light_plan,
+                &surfaces,
                 &gbuffer,
                 &light.uniform,
                 maps.shadow_positions(light_plan.shadow_from_rsm)?,

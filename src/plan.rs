@@ -12,8 +12,12 @@ use crate::{
 
 /// Bytes of a pixel of every image.
 const PIXEL_BYTES: u64 = 16;
-/// A shadow map of a light's own has about the pixels' angular size, within these bounds.
+/// Bounds of the edge of a shadow map of a light's own.
 const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
+/// Texels of such a map per triangle of the scene: fewer, and many triangles are not in the map.
+const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
+/// Triangles that a pixel can tell apart: whole numbers that are exact in f32.
+const MAX_TRIANGLES: u64 = 1 << 24;
 
 /// The passes and permutations that a frame takes on a device.
 #[derive(Debug, Clone, PartialEq)]
@@ -268,7 +272,8 @@ impl Plan {
             triangles * 12,
             storage,
             fewer,
-        )
+        )?;
+        check("the number of triangles", triangles, MAX_TRIANGLES, fewer)
     }
 }
 
@@ -285,20 +290,26 @@ pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
 
 impl LightPlan {
     fn new(scene: &Scene, light: &Light, bounds: &BoundingSphere, device: &DeviceInfo) -> Self {
+        // The faces do not depend on the texels.
+        let faces = EmissionDomain::new(light, 1, bounds).faces.len() as u32;
+        // Shadow edges are those of triangles, not of texels: half the pixels' density is enough to find the triangles,
+        // if they are not much smaller than the texels.
         let [width, height] = scene.camera.resolution_px;
-        let fine_enough = width
-            .max(height)
-            .next_multiple_of(64)
+        let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+        let for_triangles =
+            (SHADOW_TEXELS_PER_TRIANGLE * triangles as f64 / f64::from(faces.max(1))).sqrt();
+        let fine_enough = (width.max(height) / 2)
+            .max(for_triangles as u32)
             .clamp(*SHADOW_SIZE.start(), *SHADOW_SIZE.end())
+            .next_multiple_of(64)
             .min(device.limits.max_image_px);
         let rsm_size = scene.indirect.map(|indirect| indirect.rsm_size);
         // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
-        // draw shadows with steps of twenty pixels.
+        // miss what is smaller than twenty pixels.
         let from_rsm = rsm_size.filter(|&size| size >= fine_enough);
         LightPlan {
             kind: light.kind(),
-            // The faces do not depend on the texels.
-            faces: EmissionDomain::new(light, 1, bounds).faces.len() as u32,
+            faces,
             shadow_size: from_rsm.unwrap_or(fine_enough),
             shadow_from_rsm: from_rsm.is_some(),
         }
