@@ -17,5 +17,10 @@ pub fn read(name: &str) -> Vec<Bands> {
             pixels[at.y() * *width + at.x()] = [r, g, b].map(f64::from);
         },
     );
-    image.expect("the image is readable").layer_data.channel_data.pixels.1
+    image
+        .expect("the image is readable")
+        .layer_data
+        .channel_data
+        .pixels
+        .1
 }
