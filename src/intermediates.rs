@@ -4,13 +4,8 @@
 use glam::{DVec2, DVec3};
 
 use crate::{
-    Device, LightPlan, LocalSpace, Result,
-    emission::EmissionDomain,
-    frame::LightMaps,
-    light_setup::LightSetup,
-    passes::gbuffer::GBuffer,
-    readback::Readback,
-    scene::Bands,
+    Device, LightPlan, LocalSpace, Result, emission::EmissionDomain, frame::LightMaps,
+    light_setup::LightSetup, passes::gbuffer::GBuffer, readback::Readback, scene::Bands,
     vulkan::Image,
 };
 

@@ -61,7 +61,9 @@ pub(crate) fn read_layers(
             [(length(offset) * space.metres_per_unit) as f32]
         }
     };
-    let depth = per_pixel(count, |i| distance(pixels[i], &|offset| offset.dot(forward)));
+    let depth = per_pixel(count, |i| {
+        distance(pixels[i], &|offset| offset.dot(forward))
+    });
     let range = per_pixel(count, |i| distance(pixels[i], &DVec3::length));
     let mesh_ids = per_pixel(count, |i| [pixels[i][3] as u32]);
 
