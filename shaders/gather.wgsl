@@ -68,20 +68,24 @@ fn accumulate(vpl: Vpl) {
         let receiver_side = max(dot(normal[i], offset), 0.0);
         // Negative where P lies above Q's horizon: negating costs the inner loop more than min does.
         let behind_vpl = dot(vpl.normal, offset);
+#if AVERAGE PHONG GLOSSY
+        let inverse_distance = inverseSqrt(max(distance_squared, 1e-18));
+#endif
 #if AVERAGE
-        let inverse_distance = inverseSqrt(max(distance_squared, 1e-30));
         // cosθ_{P→Q}, and f_Q = 0 below Q's horizon.
         let weight = select(0.0, receiver_side * inverse_distance, behind_vpl < 0.0);
 #else
-        // −cosθ_{P→Q}·cosθ_{Q→P}/d² with one division and no root; the sign is taken back at the end. P = Q gives 0/1e-37.
+        // −cosθ_{P→Q}·cosθ_{Q→P}/d²; the sign is taken back at the end. P = Q gives 0 · 1e36.
+#if PHONG GLOSSY
+        let inverse_squared = inverse_distance * inverse_distance;
+        let weight = receiver_side * min(behind_vpl, 0.0) * (inverse_squared * inverse_squared);
+#else
+        // One division and no root.
         let weight = receiver_side * min(behind_vpl, 0.0) / (distance_squared * distance_squared + 1e-37);
 #endif
-#if PHONG GLOSSY
-#if AVERAGE
-        let direction = offset * inverse_distance;
-#else
-        let direction = offset * inverseSqrt(max(distance_squared, 1e-30));
 #endif
+#if PHONG GLOSSY
+        let direction = offset * inverse_distance;
 #endif
 #if GLOSSY
         let radiance = (vpl.diffuse + vpl.specular * phong_lobe(vpl.mirror, -direction, vpl.shininess)) * weight;

@@ -71,7 +71,7 @@ fn vpl_place(index: u32) -> vec2<u32> {
 
 fn unpack_direction(packed: f32) -> vec3<f32> {
     let row = floor(packed / 4096.0);
-    let flat = vec2<f32>(packed - row * 4096.0, row) / 4095.0 * 2.0 - 1.0;
+    let flat = vec2<f32>(packed - row * 4096.0, row) / 4094.0 * 2.0 - 1.0;
     let z = 1.0 - abs(flat.x) - abs(flat.y);
     let fold = max(-z, 0.0);
     return normalize(vec3<f32>(flat - select(vec2<f32>(-fold), vec2<f32>(fold), flat >= vec2<f32>(0.0)), z));

@@ -4,9 +4,9 @@
 @group(0) @binding(6) var<storage, read> emission: array<vec2<f32>>;
 
 struct Rsm {
-    // Q; the geometric normal, packed (negative: no surface).
+    // Q; the triangle it lies on (negative: no surface), exact up to 2^24.
     @location(0) position: vec4<f32>,
-    // n_Q.
+    // n_Q; the geometric normal, packed.
     @location(1) normal: vec4<f32>,
     // k_d; L_{L→Q} over the light's axial intensity I_0: s/d² (directional: 1).
     @location(2) kd_irradiance: vec4<f32>,
@@ -26,8 +26,8 @@ fn fragment_main(raster: Raster) -> Rsm {
     let irradiance = falloff / select(dot(to_light, to_light), 1.0, view.is_parallel == 1u);
 
     var texel: Rsm;
-    texel.position = vec4<f32>(hit.position, pack_direction(hit.geometric_normal));
-    texel.normal = vec4<f32>(hit.shading_normal, 0.0);
+    texel.position = vec4<f32>(hit.position, f32(raster.triangle));
+    texel.normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
     texel.kd_irradiance = vec4<f32>(hit.kd, irradiance);
 #if PHONG
     texel.ks_shininess = vec4<f32>(draw.ks, draw.shininess);

@@ -1,7 +1,7 @@
-// The light's shadow map: where its rays end, and the plane they end on. The first attachment of the RSM alone.
+// The light's shadow map: where its rays end, and on which triangle. The first attachment of the RSM alone.
 
 @fragment
 fn fragment_main(raster: Raster) -> @location(0) vec4<f32> {
     let hit = hit_surface(raster);
-    return vec4<f32>(hit.position, pack_direction(hit.geometric_normal));
+    return vec4<f32>(hit.position, f32(raster.triangle));
 }

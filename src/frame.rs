@@ -118,7 +118,8 @@ impl Renderer {
     ///
     /// # Errors
     /// [`Error::Scene`] for an invalid scene and [`Error::DeviceLimit`] for one that the device cannot hold, both before
-    /// any work starts; [`Error::Cancelled`]; [`Error::Memory`] and [`Error::Vulkan`] where the device fails.
+    /// any work starts; [`Error::NoDevice`] for a gather kernel that does not run on this one; [`Error::Cancelled`];
+    /// [`Error::Memory`] and [`Error::Vulkan`] where the device fails.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         self.render_keeping(scene, options, None)
     }
@@ -146,7 +147,7 @@ impl Renderer {
         let start = Instant::now();
         let mut plan = Plan::new(scene, self.device.info())?;
         if let (Some(indirect), Some(kernel)) = (&mut plan.indirect, options.gather_kernel) {
-            indirect.kernel = kernel;
+            indirect.kernel = kernel.checked_for(self.device.info())?;
         }
         let space = LocalSpace::of(scene.bounding_box());
         let mut cost = Cost::default();
@@ -190,7 +191,8 @@ impl Renderer {
         mut keep: Option<&mut Intermediates>,
     ) -> Result<DrawnFrame> {
         let (device, pipelines) = (&self.device, &self.pipelines);
-        let mut progress = ProgressReport::new(options.progress.take(), plan.lights.len());
+        let report = options.progress.as_mut().map(|report| &mut **report as _);
+        let mut progress = ProgressReport::new(report, plan.lights.len());
         let shape = ImageShape::plain(plan.resolution_px);
         let camera_position = space.to_local(scene.camera.position_m);
 
@@ -266,6 +268,7 @@ impl Renderer {
                 pipelines,
                 plan,
                 light_plan,
+                &surfaces,
                 &gbuffer,
                 &light.uniform,
                 maps.shadow_positions(light_plan.shadow_from_rsm)?,

@@ -26,7 +26,7 @@ pub struct SurfacePoint {
     pub position_m: DVec3,
     /// Unit shading normal, on the side that is seen.
     pub normal: DVec3,
-    /// Unit normal of the triangle, on the side that is seen, within 4e-4 rad.
+    /// Unit normal of the triangle, on the side that is seen, within 1.1e-3 rad.
     pub geometric_normal: DVec3,
     pub kd: Bands,
     pub ks: Bands,
@@ -43,8 +43,8 @@ pub struct LightIntermediates {
     /// VPLs that were extracted: on matte and on glossy surfaces.
     pub vpl_counts: [u32; 2],
     pub shadow_size: u32,
-    /// Position and geometric normal of what the shadow test reads, face by face, row by row from the top.
-    pub shadow_map: Vec<Option<(DVec3, DVec3)>>,
+    /// World positions that the shadow test reads, face by face, row by row from the top.
+    pub shadow_map: Vec<Option<DVec3>>,
 }
 
 /// A texel of an RSM.
@@ -102,7 +102,7 @@ impl LightIntermediates {
                             space,
                             position,
                             read[1][i],
-                            position[3],
+                            read[1][i][3],
                             read[2][i],
                             read.get(3).map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]),
                         ),
@@ -121,9 +121,7 @@ impl LightIntermediates {
         let shadow_map = read_images(device, &[positions])?
             .concat()
             .into_iter()
-            .map(|[x, y, z, packed]| {
-                (packed >= 0.0).then(|| (space.to_world([x, y, z]), unpack_direction(packed)))
-            })
+            .map(|[x, y, z, triangle]| (triangle >= 0.0).then(|| space.to_world([x, y, z])))
             .collect();
         Ok(LightIntermediates {
             domain: light.domain.clone(),
@@ -169,7 +167,7 @@ fn surface_point(
 fn unpack_direction(packed: f32) -> DVec3 {
     let packed = f64::from(packed);
     let row = (packed / 4096.0).floor();
-    let flat = DVec2::new(packed - row * 4096.0, row) / 4095.0 * 2.0 - 1.0;
+    let flat = DVec2::new(packed - row * 4096.0, row) / 4094.0 * 2.0 - 1.0;
     let z = 1.0 - flat.x.abs() - flat.y.abs();
     let fold = (-z).max(0.0);
     let unfold = |v: f64| if v >= 0.0 { v - fold } else { v + fold };

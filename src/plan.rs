@@ -6,14 +6,18 @@ use std::fmt;
 use crate::{
     Error, Result,
     emission::EmissionDomain,
-    scene::{BoundingSphere, Estimator, Light, Scene},
+    scene::{BoundingSphere, Estimator, Light, Scene, Texture},
     vulkan::{DeviceInfo, DeviceKind},
 };
 
 /// Bytes of a pixel of every image.
 const PIXEL_BYTES: u64 = 16;
-/// A shadow map of a light's own has about the pixels' angular size, within these bounds.
+/// Bounds of the edge of a shadow map of a light's own.
 const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
+/// Texels of such a map per triangle of the scene: fewer, and many triangles are not in the map.
+const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
+/// Triangles that a pixel can tell apart: whole numbers that are exact in f32.
+const MAX_TRIANGLES: u64 = 1 << 24;
 
 /// The passes and permutations that a frame takes on a device.
 #[derive(Debug, Clone, PartialEq)]
@@ -85,6 +89,21 @@ impl GatherKernel {
             GatherKernel::Broadcast4 => device.limits.subgroup_lanes == 4,
             GatherKernel::Tile => true,
         }
+    }
+
+    /// This kernel, if it runs on the device.
+    pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
+        if self.runs_on(device) {
+            return Ok(self);
+        }
+        let (kernel, lanes) = (self.name(), device.limits.subgroup_lanes);
+        Err(Error::NoDevice {
+            problem: format!(
+                "the gather kernel {kernel} does not fit the {lanes} lanes of a subgroup of {}",
+                device.name
+            ),
+            mend: "leave the choice to the renderer, or choose another device".into(),
+        })
     }
 
     /// The fastest kernel for the device: lavapipe does one scalar load per lane from workgroup memory, GPUs do one for all.
@@ -180,13 +199,13 @@ impl Plan {
             limits.max_allocation_bytes,
             smaller_image,
         )?;
-        check(
-            "the list of pixels (bytes)",
-            pixels * 4,
-            limits.max_storage_buffer_bytes,
-            smaller_image,
-        )?;
         if let Some(IndirectPlan { rsm_size, .. }) = self.indirect {
+            check(
+                "the list of pixels (bytes)",
+                pixels * 4,
+                limits.max_storage_buffer_bytes,
+                smaller_image,
+            )?;
             check(
                 "rsm_size (texels)",
                 rsm_size.into(),
@@ -213,6 +232,26 @@ impl Plan {
                 max_image_px,
                 smaller_rsm,
             )?;
+            check(
+                "the table of the RSM's texels (bytes)",
+                texels * 8,
+                limits.max_storage_buffer_bytes,
+                smaller_rsm,
+            )?;
+        }
+        let textures: &[Texture] = if self.is_textured {
+            &scene.textures
+        } else {
+            &[]
+        };
+        for texture in textures {
+            let [width, height] = texture.size_px;
+            check(
+                &format!("the longer edge of texture \"{}\" (px)", texture.name),
+                width.max(height).into(),
+                max_image_px,
+                "scale the texture down, or choose another device",
+            )?;
         }
         let vertices: u64 = scene
             .meshes
@@ -233,7 +272,8 @@ impl Plan {
             triangles * 12,
             storage,
             fewer,
-        )
+        )?;
+        check("the number of triangles", triangles, MAX_TRIANGLES, fewer)
     }
 }
 
@@ -250,20 +290,26 @@ pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
 
 impl LightPlan {
     fn new(scene: &Scene, light: &Light, bounds: &BoundingSphere, device: &DeviceInfo) -> Self {
+        // The faces do not depend on the texels.
+        let faces = EmissionDomain::new(light, 1, bounds).faces.len() as u32;
+        // Shadow edges are those of triangles, not of texels: half the pixels' density is enough to find the triangles,
+        // if they are not much smaller than the texels.
         let [width, height] = scene.camera.resolution_px;
-        let fine_enough = width
-            .max(height)
-            .next_multiple_of(64)
+        let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+        let for_triangles =
+            (SHADOW_TEXELS_PER_TRIANGLE * triangles as f64 / f64::from(faces.max(1))).sqrt();
+        let fine_enough = (width.max(height) / 2)
+            .max(for_triangles as u32)
             .clamp(*SHADOW_SIZE.start(), *SHADOW_SIZE.end())
+            .next_multiple_of(64)
             .min(device.limits.max_image_px);
         let rsm_size = scene.indirect.map(|indirect| indirect.rsm_size);
         // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
-        // draw shadows with steps of twenty pixels.
+        // miss what is smaller than twenty pixels.
         let from_rsm = rsm_size.filter(|&size| size >= fine_enough);
         LightPlan {
             kind: light.kind(),
-            // The faces do not depend on the texels.
-            faces: EmissionDomain::new(light, 1, bounds).faces.len() as u32,
+            faces,
             shadow_size: from_rsm.unwrap_or(fine_enough),
             shadow_from_rsm: from_rsm.is_some(),
         }

@@ -1,6 +1,6 @@
 //! Direct pass: the direct radiance of one light, added to the direct image.
 
-use super::gbuffer::GBuffer;
+use super::{gbuffer::GBuffer, surface::Surfaces};
 use crate::{
     Result,
     plan::{LightPlan, Plan},
@@ -10,7 +10,7 @@ use crate::{
     },
 };
 
-/// Shades the G-buffer. `light_map` holds the positions that the light sees.
+/// Shades the G-buffer. `light_map` holds the positions and triangles that the light sees.
 #[allow(
     clippy::too_many_arguments,
     reason = "a pass is a function of its images"
@@ -20,6 +20,7 @@ pub(crate) fn shade<'r>(
     pipelines: &Pipelines,
     plan: &Plan,
     light_plan: &LightPlan,
+    surfaces: &'r Surfaces,
     gbuffer: &'r GBuffer,
     light: &'r Buffer,
     light_map: &'r Image,
@@ -29,6 +30,7 @@ pub(crate) fn shade<'r>(
     let words = [light_plan.kind, plan.brdf_word()];
     let pipeline = pipelines.compute("direct", &words)?;
     let mut resources = gbuffer.resources();
+    resources.extend(surfaces.triangles());
     resources.extend([
         ("light", Resource::Buffer(light)),
         ("light_map", Resource::Image(light_map)),

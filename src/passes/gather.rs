@@ -20,7 +20,10 @@ use crate::{
 };
 
 /// VPLs of one dispatch: their sum is added to the image. Fixed, for the order of summation must not depend on speed.
+/// Also small, for lavapipe leaves a shader's loops after 65 535 iterations in all and says nothing.
 const DISPATCH_VPLS: u32 = 4096;
+/// Workgroups of a dispatch that every Vulkan device takes.
+const MAX_GROUPS: u32 = 65_535;
 /// Pairs of the first submission, before the device's speed is known: a fraction of a second on one slow core.
 const FIRST_SUBMISSION_PAIRS: f64 = (1u64 << 26) as f64;
 
@@ -135,48 +138,56 @@ impl Gather<'_> {
             ("vpls", Resource::Image(work.vpls)),
         ]);
 
-        // Receivers of a dispatch, then its VPLs; next ones follow until the submission is full.
-        let (mut first_receiver, mut first_vpl) = (0, 0);
+        let mut first_receiver = 0;
         while first_receiver < work.receiver_count {
-            let budget = stats.speed.map_or(FIRST_SUBMISSION_PAIRS, |speed| {
-                speed * self.submission_target.as_secs_f64()
-            });
-            let per_dispatch = budget / f64::from(DISPATCH_VPLS.min(work.vpl_count));
-            // `as` saturates; at least one workgroup.
-            let receivers_at_once =
-                (per_dispatch as u32 / group_receivers).max(1) as u64 * u64::from(group_receivers);
-            let receiver_count =
-                receivers_at_once.min(u64::from(work.receiver_count - first_receiver)) as u32;
-            let mut recorder = Recorder::new(self.device, 1)?;
-            let mut pairs = 0u64;
-            recorder.pass("gather", |recorder| {
-                while first_vpl < work.vpl_count && (pairs == 0 || (pairs as f64) < budget) {
-                    let vpl_count = DISPATCH_VPLS.min(work.vpl_count - first_vpl);
-                    let parameters = GatherParameters {
-                        camera_position: self.camera_position,
-                        first_receiver: work.first_receiver + first_receiver,
-                        receiver_count,
-                        first_vpl,
-                        vpl_count: vpl_count.next_multiple_of(fetch_vpls),
-                        ..GatherParameters::default()
-                    };
-                    let groups = [receiver_count.div_ceil(group_receivers), 1, 1];
-                    recorder.barrier();
-                    recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
-                    first_vpl += vpl_count;
-                    pairs += u64::from(receiver_count) * u64::from(vpl_count);
-                }
-                Ok(())
-            })?;
-            let start = Instant::now();
-            stats.times.extend(recorder.submit()?);
-            stats.submissions += 1;
-            stats.speed = Some(pairs as f64 / start.elapsed().as_secs_f64().max(1e-6));
-            if first_vpl >= work.vpl_count {
-                (first_receiver, first_vpl) = (first_receiver + receiver_count, 0);
+            // Receivers whose run of VPLs fills a submission; at least one workgroup of them. `as` saturates.
+            let groups = self.budget(stats) / f64::from(DISPATCH_VPLS.min(work.vpl_count));
+            let groups = (groups as u32 / group_receivers).clamp(1, MAX_GROUPS);
+            let receiver_count = groups
+                .saturating_mul(group_receivers)
+                .min(work.receiver_count - first_receiver);
+            let groups = [receiver_count.div_ceil(group_receivers), 1, 1];
+
+            let mut first_vpl = 0;
+            while first_vpl < work.vpl_count {
+                let budget = self.budget(stats);
+                let mut pairs = 0;
+                let mut recorder = Recorder::new(self.device, 1)?;
+                recorder.pass("gather", |recorder| {
+                    while first_vpl < work.vpl_count && (pairs == 0 || (pairs as f64) < budget) {
+                        let vpl_count = DISPATCH_VPLS.min(work.vpl_count - first_vpl);
+                        let parameters = GatherParameters {
+                            camera_position: self.camera_position,
+                            first_receiver: work.first_receiver + first_receiver,
+                            receiver_count,
+                            first_vpl,
+                            vpl_count: vpl_count.next_multiple_of(fetch_vpls),
+                            ..GatherParameters::default()
+                        };
+                        // Dispatches add to the same pixels.
+                        recorder.barrier();
+                        recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
+                        first_vpl += vpl_count;
+                        pairs += u64::from(receiver_count) * u64::from(vpl_count);
+                    }
+                    Ok(())
+                })?;
+                let start = Instant::now();
+                stats.times.extend(recorder.submit()?);
+                stats.submissions += 1;
+                stats.speed = Some(pairs as f64 / start.elapsed().as_secs_f64().max(1e-6));
+                let earlier = u64::from(first_receiver) * u64::from(work.vpl_count);
+                proceed(earlier + u64::from(receiver_count) * u64::from(first_vpl))?;
             }
-            proceed(u64::from(first_receiver) * u64::from(work.vpl_count))?;
+            first_receiver += receiver_count;
         }
         Ok(())
+    }
+
+    /// Pairs that a submission should hold.
+    fn budget(&self, stats: &GatherStats) -> f64 {
+        stats.speed.map_or(FIRST_SUBMISSION_PAIRS, |speed| {
+            speed * self.submission_target.as_secs_f64()
+        })
     }
 }

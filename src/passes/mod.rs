@@ -11,3 +11,60 @@ pub(crate) mod shadow;
 pub(crate) mod surface;
 pub(crate) mod view;
 pub(crate) mod vpl;
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use crate::{
+        GatherKernel,
+        passes::vpl::estimator_word,
+        scene::Estimator,
+        vulkan::shaders::{MODULES, Module},
+    };
+
+    /// Every combination of the words that the passes ask `Module::find` for.
+    fn asked() -> Vec<(&'static str, Vec<&'static str>)> {
+        let brdfs = ["lambert", "phong"];
+        let mut asked = vec![
+            ("surface", vec![]),
+            ("shadow", vec![]),
+            ("compact", vec!["scan"]),
+            ("sensor", vec![""]),
+            ("sensor", vec!["indirect"]),
+        ];
+        for brdf in brdfs {
+            for pass in ["gbuffer", "rsm"] {
+                for shading in ["flat", "smooth"] {
+                    let words = |texture| (pass, vec![brdf, shading, texture]);
+                    asked.extend(["", "textured"].map(words));
+                }
+            }
+            let kinds = ["point", "spot", "directional"];
+            asked.extend(kinds.map(|kind| ("direct", vec![kind, brdf])));
+            asked.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
+            asked.push(("vpl", vec!["count", brdf]));
+            for estimator in Estimator::ALL.map(estimator_word) {
+                asked.push(("vpl", vec!["write", brdf, estimator]));
+                for kernel in GatherKernel::ALL {
+                    let words = |vpl| ("gather", vec![kernel.name(), estimator, brdf, vpl]);
+                    asked.extend(["matte", "glossy"].map(words));
+                }
+            }
+        }
+        asked
+    }
+
+    #[test]
+    fn the_modules_are_those_that_the_passes_ask_for() {
+        let found: BTreeSet<&str> = asked()
+            .into_iter()
+            .map(|(pass, words)| {
+                let module = Module::find(pass, &words).expect("the module is compiled");
+                module.name
+            })
+            .collect();
+        let compiled: BTreeSet<&str> = MODULES.iter().map(|module| module.name).collect();
+        assert_eq!(compiled, found);
+    }
+}

@@ -12,9 +12,9 @@ pub(crate) const NO_SURFACE: [f32; 4] = [0.0, 0.0, 0.0, -1.0];
 
 /// Images with one layer per face of the light.
 pub(crate) struct Rsm {
-    /// Q, local; the geometric normal, packed.
+    /// Q, local; its triangle.
     pub position: Image,
-    /// n_Q
+    /// n_Q; the geometric normal, packed.
     pub normal: Image,
     /// k_d; L_{L→Q} over the light's axial intensity.
     pub kd_irradiance: Image,

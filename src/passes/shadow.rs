@@ -6,7 +6,7 @@ use crate::{
     vulkan::{Buffer, Device, Image, ImageShape, Pipelines, Recorder, Target},
 };
 
-/// Position and packed geometric normal of what the light sees, one layer per face of the light.
+/// Position and triangle of what the light sees, one layer per face of the light.
 pub(crate) struct ShadowMap {
     pub position: Image,
     depth: Image,

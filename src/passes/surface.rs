@@ -79,6 +79,14 @@ impl Surfaces {
         }
     }
 
+    /// The triangles under the names that the shaders give their lists.
+    pub fn triangles(&self) -> [(&'static str, Resource<'_>); 2] {
+        [
+            ("positions", Resource::Buffer(&self.positions)),
+            ("indices", Resource::Buffer(&self.indices)),
+        ]
+    }
+
     /// Draws every surface as seen from a view.
     pub fn draw<'r>(
         &'r self,
@@ -105,11 +113,10 @@ impl Surfaces {
                 let pipeline = pass.pipelines.raster(pass.name, words, pass.color_count)?;
                 let mut resources = vec![
                     ("view", Resource::Buffer(view)),
-                    ("positions", Resource::Buffer(&self.positions)),
-                    ("indices", Resource::Buffer(&self.indices)),
                     ("normals", Resource::Buffer(&self.normals)),
                     ("texcoords", Resource::Buffer(&self.texcoords)),
                 ];
+                resources.extend(self.triangles());
                 let texture = range.texture.and_then(|index| self.textures.get(index));
                 if let Some((image, _)) = texture {
                     resources.push(("kd_texture", Resource::Image(image)));

@@ -15,42 +15,7 @@ const VERSION: u32 = 1;
 impl Scene {
     /// Loads and validates a scene file with the meshes, materials and textures that it names.
     ///
-    /// Lengths in metres, angles in degrees, paths relative to the file that names them. Whole numbers may stand for
-    /// numbers, and one number for three equal bands.
-    ///
-    /// ```toml
-    /// version = 1                         # optional
-    /// [camera]
-    /// resolution = [800, 800]
-    /// position = [0.0, 1.0, 3.2]
-    /// look_at = [0.0, 1.0, 0.0]
-    /// up = [0.0, 1.0, 0.0]
-    /// fov_y_deg = 50.0                    # or: intrinsics_px = { fx, fy, cx, cy }
-    /// [sensor]                            # optional; without it no energy channel is made
-    /// pixel_pitch_um = [12.0, 12.0]
-    /// exposure_time_s = 1.0e-3
-    /// duty_cycle = 0.5
-    /// [[light]]
-    /// kind = "point"                      # point: position, power_w
-    /// position = [0.0, 1.98, 0.0]         # spot: + direction, inner_half_angle_deg, outer_half_angle_deg
-    /// power_w = 50.0                      # directional: direction, irradiance_w_m2
-    /// [[mesh]]
-    /// path = "cornell.obj"                # OBJ + MTL (Kd, Ks, Ns, map_Kd)
-    /// scale = 1.0                         # optional: scale, then rotate_deg = [x, y, z] (x first), then translate
-    /// material = "clay"                   # optional: takes the place of the MTL
-    /// flat = false                        # optional: ignore the normals of the file
-    /// [material.clay]
-    /// kd = [0.75, 0.65, 0.5]
-    /// ks = 0.1                            # optional, 0 when absent
-    /// shininess = 20.0                    # needed with ks
-    /// [indirect]                          # absent: direct light only
-    /// estimator = "rsm-average"           # or "instant-radiosity"
-    /// rsm_size = 64                       # texels along one face's edge
-    /// ```
-    ///
-    /// An MTL gives no defaults: Ks is 0 when absent and Kd is 1 beside a map_Kd, but a material with neither Kd nor
-    /// map_Kd, or with Ks and no Ns, is an error. A face without normals, or with a zero normal, is flat. Points and lines
-    /// of an OBJ, and what an MTL says beyond those four, are ignored.
+    #[doc = include_str!("../../docs/scene.md")]
     ///
     /// # Errors
     /// [`Error::Scene`] with file and line: a file that is missing or unreadable, text that is not TOML, an unknown or

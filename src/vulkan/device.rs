@@ -210,3 +210,34 @@ impl Drop for Shared {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::{path::Path, sync::Arc};
+
+    use super::{Device, DeviceOptions};
+    use crate::{RenderOptions, Renderer, Scene};
+
+    /// What was made from a device and not destroyed is only told when the device is destroyed.
+    #[test]
+    fn nothing_is_left_when_the_device_closes() {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
+        let mut scene = Scene::load(&scene).expect("a demo scene loads");
+        scene.camera.resolution_px = [8, 8];
+        let device = Device::open(&DeviceOptions {
+            validation: true,
+            ..DeviceOptions::default()
+        })
+        .expect("scripts/test installs a driver and the layer");
+        let instance = device.shared.instance.clone();
+        let mut renderer = Renderer::new(&device).expect("a renderer");
+        renderer
+            .render(&scene, &mut RenderOptions::default())
+            .expect("the scene renders");
+        drop(renderer);
+        assert_eq!(Arc::strong_count(&device.shared), 1);
+        drop(device);
+        assert_eq!(Arc::strong_count(&instance), 1);
+        assert_eq!(instance.messages(), [""; 0]);
+    }
+}

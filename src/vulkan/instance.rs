@@ -8,7 +8,10 @@ use std::{
 
 use ash::{ext, khr, vk};
 
-use super::failed;
+use super::{
+    failed,
+    memory::{COLOR_FORMAT, DEPTH_FORMAT},
+};
 use crate::{Error, Result};
 
 const INSTALL_DRIVER: &str =
@@ -72,8 +75,8 @@ pub struct DeviceLimits {
 pub(super) struct Instance {
     pub raw: ash::Instance,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
-    /// Boxed, for the layer holds a pointer to it.
-    messages: Box<Mutex<Vec<String>>>,
+    /// On the heap and shared, for the layer holds a pointer to it.
+    messages: Arc<Mutex<Vec<String>>>,
     // The loader must outlive everything that was made from it.
     _entry: ash::Entry,
 }
@@ -88,7 +91,7 @@ impl Instance {
         let application = vk::ApplicationInfo::default()
             .engine_name(c"camlux")
             .api_version(vk::API_VERSION_1_3);
-        let messages: Box<Mutex<Vec<String>>> = Box::default();
+        let messages: Arc<Mutex<Vec<String>>> = Arc::default();
         let mut messenger_info = vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(
                 vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
@@ -99,12 +102,15 @@ impl Instance {
                     | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
             )
             .pfn_user_callback(Some(collect_message))
-            .user_data(std::ptr::from_ref(messages.as_ref()).cast_mut().cast());
+            .user_data(Arc::as_ptr(&messages).cast_mut().cast());
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features =
             vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
         let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
-        let extensions = [ext::debug_utils::NAME.as_ptr()];
+        let extensions = [
+            ext::debug_utils::NAME.as_ptr(),
+            ext::validation_features::NAME.as_ptr(),
+        ];
         let mut info = vk::InstanceCreateInfo::default().application_info(&application);
         if validation {
             info = info
@@ -252,15 +258,19 @@ impl Instance {
         let Some(_) = self.queue_family(device) else {
             return Some("a queue for graphics and compute with timestamps".into());
         };
-        // SAFETY: as above.
-        let format = unsafe {
-            self.raw
-                .get_physical_device_format_properties(device, vk::Format::R32G32B32A32_SFLOAT)
+        let offers = |format, wanted| {
+            // SAFETY: as above.
+            let found = unsafe {
+                self.raw
+                    .get_physical_device_format_properties(device, format)
+            };
+            found.optimal_tiling_features.contains(wanted)
         };
-        let wanted = vk::FormatFeatureFlags::COLOR_ATTACHMENT
+        let color = vk::FormatFeatureFlags::COLOR_ATTACHMENT
             | vk::FormatFeatureFlags::STORAGE_IMAGE
             | vk::FormatFeatureFlags::SAMPLED_IMAGE;
-        (!format.optimal_tiling_features.contains(wanted))
+        let depth = vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT;
+        (!offers(COLOR_FORMAT, color) || !offers(DEPTH_FORMAT, depth))
             .then(|| "rendering to 32-bit float images".into())
     }
 

@@ -42,6 +42,8 @@ pub(crate) struct Recorder<'r> {
     queries: vk::QueryPool,
     query_capacity: u32,
     passes: Vec<&'static str>,
+    /// Submitted, and not known to be complete.
+    is_in_flight: bool,
     /// Pipelines in use.
     pipelines: Vec<Arc<dyn Any + Send + Sync>>,
     resources: PhantomData<&'r ()>,
@@ -60,6 +62,7 @@ impl<'r> Recorder<'r> {
             queries: vk::QueryPool::null(),
             query_capacity: 2 * pass_capacity.max(1),
             passes: Vec::new(),
+            is_in_flight: false,
             pipelines: Vec::new(),
             resources: PhantomData,
         };
@@ -367,9 +370,11 @@ impl<'r> Recorder<'r> {
                 .map_err(failed("vkEndCommandBuffer"))?;
             raw.queue_submit2(*self.device.queue(), &submit, self.fence)
                 .map_err(failed("vkQueueSubmit2"))?;
+            self.is_in_flight = true;
             raw.wait_for_fences(&[self.fence], true, u64::MAX)
                 .map_err(failed("vkWaitForFences"))?;
         }
+        self.is_in_flight = false;
         let mut ticks = vec![0u64; 2 * self.passes.len()];
         if !ticks.is_empty() {
             // SAFETY: the submission is complete, so the queries that it wrote are available.
@@ -478,7 +483,13 @@ impl<'r> Recorder<'r> {
 impl Drop for Recorder<'_> {
     fn drop(&mut self) {
         let raw = self.device.raw();
-        // SAFETY: the work was never submitted, or was waited for, or the device is lost; null handles are ignored.
+        if self.is_in_flight {
+            // The wait for the fence failed. Whoever owns the resources frees them next, so the device must be done.
+            let _queue = self.device.queue();
+            // SAFETY: the lock keeps other threads from submitting meanwhile. Where this fails too, the device is lost.
+            let _ = unsafe { raw.device_wait_idle() };
+        }
+        // SAFETY: the work was never submitted, or is complete, or the device is lost; null handles are ignored.
         unsafe {
             raw.destroy_query_pool(self.queries, None);
             raw.destroy_fence(self.fence, None);

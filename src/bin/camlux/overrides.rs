@@ -6,8 +6,12 @@ use camlux::scene::{Camera, Estimator, Indirect, Intrinsics, Lens};
 
 use crate::Failure;
 
-/// Texels along one face's edge when only `--estimator` is given; the note on it tells the user.
-const FALLBACK_RSM_SIZE: u32 = 64;
+/// What is filled in when only one of `--estimator` and `--rsm-size` is given for a scene without `[indirect]`. The
+/// estimator is that of the document; a note tells the user, for the two differ too much for a silent default.
+const FALLBACK: Indirect = Indirect {
+    estimator: Estimator::RsmAverage,
+    rsm_size: 64,
+};
 
 /// Returns the camera at another resolution: a field of view stays as it is, measured intrinsics are scaled with the width
 /// (fx, cx) and the height (fy, cy), so that the frame shows the same part of the scene.
@@ -35,33 +39,30 @@ pub fn indirect(
     in_scene: Option<Indirect>,
     estimator: Option<Estimator>,
     rsm_size: Option<u32>,
-) -> Result<(Option<Indirect>, Option<String>), Failure> {
-    let indirect = match (in_scene, estimator) {
-        (Some(indirect), estimator) => Indirect {
-            estimator: estimator.unwrap_or(indirect.estimator),
-            rsm_size: rsm_size.unwrap_or(indirect.rsm_size),
-        },
-        (None, Some(estimator)) => Indirect {
-            estimator,
-            rsm_size: rsm_size.unwrap_or(FALLBACK_RSM_SIZE),
-        },
-        (None, None) if rsm_size.is_none() => return Ok((None, None)),
-        (None, None) => {
-            let [first, second] = Estimator::ALL.map(Estimator::name);
-            let text = format!(
-                "--rsm-size: the scene has no [indirect], and the two estimators differ too much for a default; \
-                 add --estimator {first} or --estimator {second}"
-            );
-            return Err(text.into());
-        }
+) -> (Option<Indirect>, Option<String>) {
+    if in_scene.is_none() && estimator.is_none() && rsm_size.is_none() {
+        return (None, None);
+    }
+    let base = in_scene.unwrap_or(FALLBACK);
+    let indirect = Indirect {
+        estimator: estimator.unwrap_or(base.estimator),
+        rsm_size: rsm_size.unwrap_or(base.rsm_size),
     };
-    let filled_in = in_scene.is_none() && rsm_size.is_none();
-    let note = filled_in.then(|| {
-        format!(
-            "the scene has no [indirect]: rsm_size is {FALLBACK_RSM_SIZE}; set it with --rsm-size"
-        )
-    });
-    Ok((Some(indirect), note))
+    let filled_in = match (in_scene, estimator, rsm_size) {
+        (None, None, _) => {
+            let [name, other] = Estimator::ALL.map(Estimator::name);
+            Some(format!(
+                "the estimator is {name}; --estimator {other} is the other one"
+            ))
+        }
+        (None, _, None) => {
+            let size = FALLBACK.rsm_size;
+            Some(format!("rsm_size is {size}; set it with --rsm-size"))
+        }
+        _ => None,
+    };
+    let note = filled_in.map(|what| format!("the scene has no [indirect]: {what}"));
+    (Some(indirect), note)
 }
 
 /// Refuses layers that a frame of this scene will not have, before the time for it is spent.
@@ -130,7 +131,7 @@ mod tests {
             (None, Some(8), Estimator::RsmAverage, 8),
         ];
         for (estimator, rsm_size, expected_estimator, expected_size) in cases {
-            let (indirect, note) = indirect(Some(in_scene), estimator, rsm_size).unwrap();
+            let (indirect, note) = indirect(Some(in_scene), estimator, rsm_size);
             let expected = Indirect {
                 estimator: expected_estimator,
                 rsm_size: expected_size,
@@ -141,17 +142,22 @@ mod tests {
     }
 
     #[test]
-    fn estimator_turns_indirect_light_on_and_is_never_guessed() {
-        assert_eq!(indirect(None, None, None).unwrap(), (None, None));
+    fn either_option_turns_indirect_light_on_and_says_what_it_filled_in() {
+        assert_eq!(indirect(None, None, None), (None, None));
 
-        let (filled_in, note) = indirect(None, Some(Estimator::InstantRadiosity), None).unwrap();
+        let (filled_in, note) = indirect(None, Some(Estimator::InstantRadiosity), None);
         assert_eq!(filled_in.unwrap().rsm_size, 64);
         assert!(note.unwrap().contains("64"));
 
-        let (_, note) = indirect(None, Some(Estimator::RsmAverage), Some(16)).unwrap();
-        assert_eq!(note, None);
+        let (filled_in, note) = indirect(None, None, Some(16));
+        let expected = Indirect {
+            estimator: Estimator::RsmAverage,
+            rsm_size: 16,
+        };
+        assert_eq!(filled_in, Some(expected));
+        assert!(note.unwrap().contains("rsm-average"));
 
-        let error = indirect(None, None, Some(16)).unwrap_err().to_string();
-        assert!(error.contains("add --estimator"), "{error}");
+        let (_, note) = indirect(None, Some(Estimator::RsmAverage), Some(16));
+        assert_eq!(note, None);
     }
 }

@@ -25,7 +25,7 @@ pub struct Args {
     /// How to compute indirect light: rsm-average or instant-radiosity; turns it on where the scene has none
     #[arg(long, value_name = "NAME", value_parser = parse_estimator)]
     pub estimator: Option<Estimator>,
-    /// Texels along one edge of a face of the reflective shadow map
+    /// Texels along one edge of a face of the reflective shadow map; turns indirect light on where the scene has none
     #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
     pub rsm_size: Option<u32>,
     /// Device by the number or by the name that `camlux info` lists
@@ -193,7 +193,7 @@ fn load(args: &Args) -> Result<Scene, Failure> {
     if let Some(&[width_px, height_px]) = args.size.as_deref() {
         scene.camera = overrides::resize(scene.camera, [width_px, height_px]);
     }
-    let (indirect, note) = overrides::indirect(scene.indirect, args.estimator, args.rsm_size)?;
+    let (indirect, note) = overrides::indirect(scene.indirect, args.estimator, args.rsm_size);
     scene.indirect = indirect;
     for warning in scene.warnings() {
         tell(&format!("camlux: warning: {warning}"));

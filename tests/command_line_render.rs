@@ -1,0 +1,363 @@
+//! The program from the scene file to the image files, on a real device.
+#![cfg(feature = "cli")]
+
+use std::{
+    fs,
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+};
+
+use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
+
+fn program(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
+    command.args(arguments).current_dir(folder);
+    command
+}
+
+/// `camlux render` of a demo scene at 24 × 16 pixels into `a.exr` of a folder, with more arguments.
+fn render(folder: &Path, name: &str, more: &[&str]) -> Output {
+    let scene = scene_file(name);
+    let mut arguments = vec!["render", scene.to_str().unwrap(), "--size", "24", "16"];
+    arguments.extend(["--rsm-size", "8", "-o", "a.exr"]);
+    arguments.extend(more);
+    program(folder, &arguments).output().unwrap()
+}
+
+fn scene_file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"))
+}
+
+/// The program's stderr, after checking that it did its work and kept stdout clean.
+#[track_caller]
+fn assert_succeeds(output: &Output) -> String {
+    let stderr = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(output.stdout.is_empty(), "stdout stays clean");
+    stderr
+}
+
+/// One line on stderr that says all of this, exit code 1, and no file.
+#[track_caller]
+fn assert_fails(folder: &Path, output: &Output, says: &[&str]) {
+    let stderr = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    for part in says {
+        assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
+    }
+    assert_eq!(files(folder), [""; 0], "no file is left");
+}
+
+fn files(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    names
+}
+
+fn read(path: &Path) -> FlatImage {
+    read_all_flat_layers_from_file(path).unwrap()
+}
+
+fn channels(image: &FlatImage) -> Vec<(String, FlatSamples)> {
+    let list = image.layer_data[0].channel_data.list.iter();
+    list.map(|channel| (channel.name.to_string(), channel.sample_data.clone()))
+        .collect()
+}
+
+fn channel_names(image: &FlatImage) -> Vec<String> {
+    channels(image).into_iter().map(|(name, _)| name).collect()
+}
+
+fn text_attribute(image: &FlatImage, name: &str) -> String {
+    let attributes = &image.layer_data[0].attributes.other;
+    match attributes.get(&Text::from(name)) {
+        Some(AttributeValue::Text(text)) => text.to_string(),
+        other => panic!("{name}: {other:?}"),
+    }
+}
+
+#[test]
+fn a_scene_becomes_image_preview_and_statistics() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = ["--png", "a.png", "--stats", "a.json"];
+    let stderr = assert_succeeds(&render(folder.path(), "cornell", &more));
+    for part in [
+        "device", "driver", "gbuffer ", "direct ", "gather ", "sensor ", " ms", "VPLs", "pairs/s",
+        "a.exr", "a.png", "a.json",
+    ] {
+        assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
+    }
+    assert_eq!(files(folder.path()), ["a.exr", "a.json", "a.png"]);
+
+    let image = read(&folder.path().join("a.exr"));
+    let size = image.layer_data[0].size;
+    assert_eq!((size.0, size.1), (24, 16));
+    let names = channel_names(&image);
+    assert_eq!(names.len(), 4 * 3 + 2 * 3 + 2 + 2, "{names:?}");
+    assert_eq!(text_attribute(&image, "camlux.estimator"), "rsm-average");
+    assert_eq!(text_attribute(&image, "camlux.unit.energy"), "J");
+    assert!(text_attribute(&image, "camlux.light.0").contains("point"));
+    let is_black = |samples: &FlatSamples| samples.values_as_f32().all(|value| value == 0.0);
+    for (name, samples) in channels(&image) {
+        assert!(!is_black(&samples), "{name} has values");
+    }
+
+    let preview = image::open(folder.path().join("a.png")).unwrap();
+    assert_eq!((preview.width() % 24, preview.height()), (0, 16));
+    assert!(preview.width() >= 3 * 24, "three panels");
+
+    let json = fs::read_to_string(folder.path().join("a.json")).unwrap();
+    let stats: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(
+        stats["settings"]["resolution_px"],
+        serde_json::json!([24, 16])
+    );
+    assert_eq!(stats["settings"]["rsm_size"], 8);
+    let hash = text_attribute(&image, "camlux.scene_hash");
+    assert_eq!(stats["scene"]["hash"], serde_json::json!(hash));
+    let vpl_count = stats["vpl_count"].as_u64().unwrap();
+    assert!(0 < vpl_count && vpl_count <= 6 * 8 * 8, "{vpl_count}");
+    let passes = stats["gpu_passes"].as_array().unwrap();
+    for name in [
+        "gbuffer",
+        "rsm",
+        "shadow",
+        "direct",
+        "vpl",
+        "receivers",
+        "gather",
+        "sensor",
+    ] {
+        let pass = passes.iter().find(|pass| pass["name"] == name);
+        let milliseconds = pass.and_then(|pass| pass["milliseconds"].as_f64());
+        assert!(
+            milliseconds.is_some_and(|ms| ms > 0.0),
+            "{name}: {passes:?}"
+        );
+    }
+}
+
+#[test]
+fn layers_and_half_pick_what_is_stored() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = ["--layers", "direct,depth,id.mesh", "--half"];
+    assert_succeeds(&render(folder.path(), "cornell", &more));
+    let image = read(&folder.path().join("a.exr"));
+    let names = channel_names(&image);
+    assert_eq!(
+        names,
+        ["depth.Z", "direct.B", "direct.G", "direct.R", "id.mesh"]
+    );
+    for (name, samples) in channels(&image) {
+        let fits = match samples {
+            FlatSamples::F16(_) => name.starts_with("direct"),
+            FlatSamples::F32(_) => name == "depth.Z",
+            FlatSamples::U32(_) => name == "id.mesh",
+        };
+        assert!(fits, "{name}");
+    }
+}
+
+#[test]
+fn a_layer_that_the_frame_will_not_have_is_refused_before_the_render() {
+    let folder = tempfile::tempdir().unwrap();
+    // The glossy scene has no sensor.
+    let output = render(folder.path(), "glossy", &["--layers", "energy"]);
+    assert_fails(folder.path(), &output, &["energy", "[sensor]"]);
+}
+
+#[test]
+fn estimator_turns_indirect_light_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = fs::read_to_string(scene_file("cornell")).unwrap();
+    let (direct_only, _) = text.split_once("[indirect]").unwrap();
+    for name in ["cornell.obj", "cornell.mtl"] {
+        let from = Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("scenes")
+            .join(name);
+        fs::copy(from, folder.path().join(name)).unwrap();
+    }
+    fs::write(folder.path().join("s.toml"), direct_only).unwrap();
+    let run = |more: &[&str]| {
+        let mut arguments = vec!["render", "s.toml", "--size", "24", "16", "-o", "a.exr"];
+        arguments.extend(more);
+        let stderr = assert_succeeds(&program(folder.path(), &arguments).output().unwrap());
+        (stderr, read(&folder.path().join("a.exr")))
+    };
+
+    let (stderr, image) = run(&[]);
+    assert!(!stderr.contains("VPLs"), "{stderr}");
+    assert!(!channel_names(&image).contains(&"indirect.R".to_owned()));
+    assert_eq!(text_attribute(&image, "camlux.estimator"), "none");
+
+    for estimator in ["rsm-average", "instant-radiosity"] {
+        let (stderr, image) = run(&["--estimator", estimator]);
+        assert!(stderr.contains("rsm_size is 64"), "{stderr}");
+        assert!(channel_names(&image).contains(&"indirect.R".to_owned()));
+        assert_eq!(text_attribute(&image, "camlux.estimator"), estimator);
+    }
+}
+
+#[test]
+fn the_plan_goes_to_stdout_unless_there_is_an_image_to_make() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene_file("cornell");
+    let scene = scene.to_str().unwrap();
+    let output = program(folder.path(), &["render", scene, "--plan"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stderr.is_empty());
+    let plan = String::from_utf8(output.stdout).unwrap();
+    for part in ["800 x 800 px", "rsm-average", "left out", "specular terms"] {
+        assert!(plan.contains(part), "{part:?} is missing in: {plan}");
+    }
+    assert_eq!(files(folder.path()), [""; 0]);
+
+    let stderr = assert_succeeds(&render(folder.path(), "cornell", &["--plan"]));
+    assert!(stderr.contains("24 x 16 px") && stderr.contains("left out"));
+    assert_eq!(files(folder.path()), ["a.exr"]);
+}
+
+#[test]
+fn a_device_is_picked_by_index_or_part_of_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let info = program(folder.path(), &["info"]).output().unwrap();
+    assert_eq!(info.status.code(), Some(0));
+    assert!(info.stderr.is_empty());
+    let info = String::from_utf8(info.stdout).unwrap();
+    for part in [
+        "usable",
+        "driver",
+        "largest image",
+        "storage buffer",
+        "default: ",
+    ] {
+        assert!(info.contains(part), "{part:?} is missing in: {info}");
+    }
+    let (_, chosen) = info.split_once("default: ").unwrap();
+    let (index, name) = chosen.trim().split_once(' ').unwrap();
+    let loud = name.to_uppercase();
+    for device in [index, name, &loud[..name.len() - 1]] {
+        let stderr = assert_succeeds(&render(folder.path(), "cornell", &["--device", device]));
+        assert!(stderr.contains(name), "{stderr}");
+        fs::remove_file(folder.path().join("a.exr")).unwrap();
+    }
+    for (device, problem) in [
+        ("99", "there is no device 99"),
+        ("voodoo", "no device is called \"voodoo\""),
+    ] {
+        let output = render(folder.path(), "cornell", &["--device", device]);
+        assert_fails(
+            folder.path(),
+            &output,
+            &[problem, "choose one of: 0 \"", name],
+        );
+    }
+}
+
+#[test]
+fn without_a_driver_it_says_what_to_install() {
+    let folder = tempfile::tempdir().unwrap();
+    let without_driver = |command: &mut Command| {
+        // The newer and the older name of the same variable.
+        for variable in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
+            command.env(variable, folder.path().join("none.json"));
+        }
+        command.output().unwrap()
+    };
+    let says = ["no driver", "apt-get install", "mesa-vulkan-drivers"];
+    let scene = scene_file("cornell");
+    let arguments = ["render", scene.to_str().unwrap(), "-o", "a.exr"];
+    let output = without_driver(&mut program(folder.path(), &arguments));
+    assert_fails(folder.path(), &output, &says);
+    assert!(output.stdout.is_empty());
+
+    let output = without_driver(&mut program(folder.path(), &["info"]));
+    assert_eq!(output.status.code(), Some(1));
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(stdout.lines().count(), 1, "{stdout}");
+    for part in says {
+        assert!(stdout.contains(part), "{part:?} is missing in: {stdout}");
+    }
+}
+
+#[test]
+fn an_image_over_the_devices_limits_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene_file("cornell");
+    let arguments = [
+        "render",
+        scene.to_str().unwrap(),
+        "-o",
+        "a.exr",
+        "--size",
+        "300000",
+        "4",
+    ];
+    let output = program(folder.path(), &arguments).output().unwrap();
+    assert_fails(
+        folder.path(),
+        &output,
+        &["300000", "over the limit", "smaller image"],
+    );
+}
+
+/// Nothing but the hidden file under construction is left, and what was there before is untouched.
+#[test]
+fn a_killed_render_leaves_no_half_image() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("old.exr"), "old").unwrap();
+    let scene = scene_file("cornell");
+    let scene = scene.to_str().unwrap();
+    for name in ["new.exr", "old.exr"] {
+        // Some 30 G pairs: far more than can be done before the kill.
+        let arguments = ["render", scene, "-o", name, "--rsm-size", "256"];
+        let mut child = program(folder.path(), &arguments)
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let stderr = BufReader::new(child.stderr.take().unwrap());
+        let at_work = stderr.lines().any(|line| line.unwrap().contains("gather"));
+        child.kill().unwrap();
+        let status = child.wait().unwrap();
+        assert!(
+            at_work && status.code().is_none(),
+            "killed at work: {status}"
+        );
+    }
+    let visible: Vec<String> = files(folder.path())
+        .into_iter()
+        .filter(|name| !(name.starts_with('.') && name.ends_with(".part")))
+        .collect();
+    assert_eq!(visible, ["old.exr"]);
+    assert_eq!(
+        fs::read_to_string(folder.path().join("old.exr")).unwrap(),
+        "old"
+    );
+}
+
+/// The driver reads its number of threads when it is loaded.
+#[test]
+fn threads_do_not_show() {
+    for name in ["cornell", "glossy"] {
+        let folder = tempfile::tempdir().unwrap();
+        let images = ["1", "2"].map(|threads| {
+            let scene = scene_file(name);
+            let arguments = ["render", scene.to_str().unwrap(), "-o", "a.exr"];
+            let output = program(folder.path(), &arguments)
+                .args(["--size", "96", "96", "--rsm-size", "24"])
+                .env("LP_NUM_THREADS", threads)
+                .output()
+                .unwrap();
+            assert_succeeds(&output);
+            channels(&read(&folder.path().join("a.exr")))
+        });
+        assert!(images[0] == images[1], "{name}");
+    }
+}

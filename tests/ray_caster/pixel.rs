@@ -1,0 +1,76 @@
+//! The rays of a camera's pixels and of a light's texels.
+
+use camlux::{
+    Scene,
+    emission::{EmissionDomain, Projection},
+};
+use glam::DVec3;
+
+use super::{Hit, RayCaster};
+
+/// A pixel is at an edge if a ray this far from its centre hits another triangle.
+const EDGE_PX: f64 = 1.0 / 32.0;
+
+/// A ray through a pixel's centre and the steps to the neighbouring pixels' rays.
+pub struct PixelRay {
+    pub origin_m: DVec3,
+    pub direction: DVec3,
+    /// What a step of one pixel to the right and down adds to origin and direction.
+    steps: [[DVec3; 2]; 2],
+}
+
+impl PixelRay {
+    /// What the ray hits, and whether it is away from edges.
+    pub fn cast(&self, caster: &RayCaster) -> (Option<Hit>, bool) {
+        let at = |x: f64, y: f64| {
+            let [[origin_x, direction_x], [origin_y, direction_y]] = self.steps;
+            caster.nearest(
+                self.origin_m + x * origin_x + y * origin_y,
+                self.direction + x * direction_x + y * direction_y,
+            )
+        };
+        let hit = at(0.0, 0.0);
+        let triangle = |hit: Option<Hit>| hit.map(|hit| (hit.mesh, hit.triangle));
+        let is_inside = [-1.0, 0.0, 1.0].iter().all(|x| {
+            let rows = [-1.0, 0.0, 1.0];
+            rows.iter()
+                .all(|y| triangle(at(x * EDGE_PX, y * EDGE_PX)) == triangle(hit))
+        });
+        (hit, is_inside)
+    }
+
+    /// The camera's ray through a pixel.
+    pub fn of_camera(scene: &Scene, x: u32, y: u32) -> PixelRay {
+        let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let direction = scene.camera.ray_direction(x, y);
+        PixelRay {
+            origin_m: scene.camera.position_m,
+            direction,
+            steps: [
+                [
+                    DVec3::ZERO,
+                    scene.camera.ray_direction(x + 1.0, y) - direction,
+                ],
+                [
+                    DVec3::ZERO,
+                    scene.camera.ray_direction(x, y + 1.0) - direction,
+                ],
+            ],
+        }
+    }
+
+    /// A light's ray through a texel of its RSM.
+    pub fn of_texel(domain: &EmissionDomain, face: usize, x: u32, y: u32) -> PixelRay {
+        let face = &domain.faces[face];
+        let texel = 2.0 * face.half_extent / f64::from(domain.size);
+        let step = |axis: DVec3| match domain.projection {
+            Projection::Perspective => [DVec3::ZERO, texel * axis],
+            Projection::Orthographic => [texel * axis, DVec3::ZERO],
+        };
+        PixelRay {
+            origin_m: domain.texel_origin_m(face, x, y),
+            direction: domain.texel_direction(face, x, y),
+            steps: [step(face.right), step(-face.up)],
+        }
+    }
+}
