@@ -23,7 +23,7 @@ use crate::{
         view,
         vpl::{self, VplLists},
     },
-    readback::{Pixels, read_images},
+    readback::read_layers,
     vulkan::{Image, ImageShape, PassTimes, Pipelines, Recorder},
 };
 
@@ -66,11 +66,11 @@ pub struct Progress {
 }
 
 /// The images that a frame ends with.
-struct DrawnFrame {
-    gbuffer: GBuffer,
-    direct: Image,
-    indirect: Option<Image>,
-    energy: Option<Image>,
+pub(crate) struct DrawnFrame {
+    pub gbuffer: GBuffer,
+    pub direct: Image,
+    pub indirect: Option<Image>,
+    pub energy: Option<Image>,
 }
 
 /// What a frame cost so far.
@@ -159,7 +159,10 @@ impl Renderer {
             &mut cost,
             keep.as_deref_mut(),
         )?;
-        let layers = self.read_back(scene, &space, &drawn, &mut cost, keep)?;
+        if let Some(keep) = keep {
+            keep.read_gbuffer(&self.device, &drawn.gbuffer, &space)?;
+        }
+        let layers = read_layers(&self.device, &scene.camera, &space, &drawn)?;
         let info = self.device.info();
         Ok(Frame {
             resolution_px: plan.resolution_px,
@@ -342,52 +345,6 @@ impl Renderer {
             indirect: indirect_radiance,
             energy,
         })
-    }
-
-    /// Copies the images to the host and makes the frame's layers of them.
-    fn read_back(
-        &self,
-        scene: &Scene,
-        space: &LocalSpace,
-        drawn: &DrawnFrame,
-        cost: &mut Cost,
-        keep: Option<&mut Intermediates>,
-    ) -> Result<Vec<(crate::output::Layer, crate::output::LayerData)>> {
-        let gbuffer = &drawn.gbuffer;
-        let always = [
-            &gbuffer.position_mesh,
-            &gbuffer.normal_geometric,
-            &gbuffer.kd_material,
-            &drawn.direct,
-        ];
-        let optional = [&drawn.indirect, &drawn.energy];
-        let images: Vec<&Image> = always
-            .into_iter()
-            .chain(optional.into_iter().flatten())
-            .collect();
-        let mut read = read_images(&self.device, &images)?.into_iter();
-        cost.submissions += 1;
-        let mut next = || {
-            read.next()
-                .ok_or_else(|| Error::internal("an image was not read back"))
-        };
-        let pixels = Pixels {
-            position_mesh: next()?,
-            normal_geometric: next()?,
-            kd_material: next()?,
-            direct: next()?,
-            indirect: drawn.indirect.as_ref().map(|_| next()).transpose()?,
-            energy: drawn.energy.as_ref().map(|_| next()).transpose()?,
-        };
-        if let Some(keep) = keep {
-            let ks_shininess = match &gbuffer.ks_shininess {
-                None => None,
-                Some(image) => read_images(&self.device, &[image])?.pop(),
-            };
-            keep.space = *space;
-            keep.set_pixels(&pixels, ks_shininess.as_deref());
-        }
-        pixels.into_layers(&scene.camera, space)
     }
 }
 

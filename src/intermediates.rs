@@ -4,12 +4,9 @@
 use glam::{DVec2, DVec3};
 
 use crate::{
-    Device, LightPlan, LocalSpace, Result,
-    emission::EmissionDomain,
-    frame::LightMaps,
-    light_setup::LightSetup,
-    readback::{Pixels, read_images},
-    scene::Bands,
+    Device, LightPlan, LocalSpace, Result, emission::EmissionDomain, frame::LightMaps,
+    light_setup::LightSetup, passes::gbuffer::GBuffer, readback::Readback, scene::Bands,
+    vulkan::Image,
 };
 
 /// What was kept of a frame.
@@ -60,24 +57,23 @@ pub struct RsmTexel {
 }
 
 impl Intermediates {
-    pub(crate) fn set_pixels(&mut self, pixels: &Pixels, ks_shininess: Option<&[[f32; 4]]>) {
-        self.gbuffer = (0..pixels.position_mesh.len())
+    pub(crate) fn read_gbuffer(
+        &mut self,
+        device: &Device,
+        gbuffer: &GBuffer,
+        space: &LocalSpace,
+    ) -> Result<()> {
+        let images = read_images(device, &gbuffer.colors())?;
+        self.space = *space;
+        self.gbuffer = (0..images[0].len())
             .map(|i| {
-                let position = pixels.position_mesh[i];
-                (position[3] != 0.0).then(|| {
-                    let normal = pixels.normal_geometric[i];
-                    let ks = ks_shininess.map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]);
-                    surface_point(
-                        &self.space,
-                        position,
-                        normal,
-                        normal[3],
-                        pixels.kd_material[i],
-                        ks,
-                    )
-                })
+                let (position, normal) = (images[0][i], images[1][i]);
+                let ks = images.get(3).map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]);
+                (position[3] != 0.0)
+                    .then(|| surface_point(space, position, normal, normal[3], images[2][i], ks))
             })
             .collect();
+        Ok(())
     }
 }
 
@@ -135,6 +131,18 @@ impl LightIntermediates {
             shadow_map,
         })
     }
+}
+
+/// The pixels of images of one shape.
+fn read_images(device: &Device, images: &[&Image]) -> Result<Vec<Vec<[f32; 4]>>> {
+    let Some(first) = images.first() else {
+        return Ok(Vec::new());
+    };
+    let mut readback = Readback::new(device, first.shape)?;
+    images
+        .iter()
+        .map(|image| Ok(readback.pixels(image)?.to_vec()))
+        .collect()
 }
 
 fn surface_point(

@@ -1,108 +1,125 @@
 //! From images on the device to the frame's layers.
 
+use std::thread;
+
 use glam::DVec3;
 
 use crate::{
     Device, LocalSpace, Result,
+    frame::DrawnFrame,
     output::{Layer, LayerData},
     scene::Camera,
-    vulkan::{Buffer, BufferUse, Image, Recorder},
+    vulkan::{Buffer, BufferUse, Image, ImageShape, Recorder},
 };
 
-/// Copies images to the host: row by row from the top, layer by layer.
-pub(crate) fn read_images(device: &Device, images: &[&Image]) -> Result<Vec<Vec<[f32; 4]>>> {
-    let buffers = images
-        .iter()
-        .map(|image| {
-            let bytes = image.shape.pixel_count() * size_of::<[f32; 4]>() as u64;
-            Buffer::new(device, "readback", bytes, BufferUse::Readback)
-        })
-        .collect::<Result<Vec<_>>>()?;
-    let mut recorder = Recorder::new(device, 1)?;
-    recorder.barrier();
-    for (image, buffer) in images.iter().zip(&buffers) {
-        recorder.copy_from_image(image, buffer);
+/// The way of images of one shape to the host. They go through one buffer, one after the other: to touch fresh memory
+/// takes longer than to copy.
+pub(crate) struct Readback<'d> {
+    device: &'d Device,
+    buffer: Buffer,
+}
+
+impl<'d> Readback<'d> {
+    pub fn new(device: &'d Device, shape: ImageShape) -> Result<Self> {
+        let bytes = shape.pixel_count() * size_of::<[f32; 4]>() as u64;
+        let buffer = Buffer::new(device, "readback", bytes, BufferUse::Readback)?;
+        Ok(Readback { device, buffer })
     }
-    recorder.submit()?;
-    images
-        .iter()
-        .zip(&buffers)
-        .map(|(image, buffer)| buffer.read(image.shape.pixel_count() as usize))
-        .collect()
+
+    /// The pixels of an image: row by row from the top, layer by layer.
+    pub fn pixels(&mut self, image: &Image) -> Result<&[[f32; 4]]> {
+        let mut recorder = Recorder::new(self.device, 1)?;
+        recorder.barrier();
+        recorder.copy_from_image(image, &self.buffer);
+        recorder.submit()?;
+        self.buffer.mapped(image.shape.pixel_count() as usize)
+    }
 }
 
-/// The images of a frame on the host.
-pub(crate) struct Pixels {
-    /// P, local; mesh id.
-    pub position_mesh: Vec<[f32; 4]>,
-    pub normal_geometric: Vec<[f32; 4]>,
-    pub kd_material: Vec<[f32; 4]>,
-    pub direct: Vec<[f32; 4]>,
-    pub indirect: Option<Vec<[f32; 4]>>,
-    pub energy: Option<Vec<[f32; 4]>>,
-}
+/// The layers of a frame.
+pub(crate) fn read_layers(
+    device: &Device,
+    camera: &Camera,
+    space: &LocalSpace,
+    drawn: &DrawnFrame,
+) -> Result<Vec<(Layer, LayerData)>> {
+    let mut readback = Readback::new(device, drawn.direct.shape)?;
 
-impl Pixels {
-    /// The frame's layers.
-    pub fn into_layers(
-        self,
-        camera: &Camera,
-        space: &LocalSpace,
-    ) -> Result<Vec<(Layer, LayerData)>> {
-        let count = self.position_mesh.len();
-        let mut position_m = Vec::with_capacity(3 * count);
-        let mut depth_m = Vec::with_capacity(count);
-        let mut range_m = Vec::with_capacity(count);
-        // Differences are taken in local space: in the world's they could cancel.
-        let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;
-        let forward = camera.basis().forward;
-        for &[x, y, z, mesh] in &self.position_mesh {
-            if mesh == 0.0 {
-                position_m.extend([0.0; 3]);
-                depth_m.push(f32::INFINITY);
-                range_m.push(f32::INFINITY);
-                continue;
-            }
+    let pixels = readback.pixels(&drawn.gbuffer.position_mesh)?;
+    let count = pixels.len();
+    let position = per_pixel(count, |i| match pixels[i] {
+        [_, _, _, 0.0] => [0.0; 3],
+        [x, y, z, _] => space.to_world([x, y, z]).as_vec3().to_array(),
+    });
+    // Differences are taken in local space: in the world's they could cancel.
+    let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;
+    let forward = camera.basis().forward;
+    let distance = |pixel: [f32; 4], length: &dyn Fn(DVec3) -> f64| match pixel {
+        [_, _, _, 0.0] => [f32::INFINITY],
+        [x, y, z, _] => {
             let offset = DVec3::from([x, y, z].map(f64::from)) - camera_local;
-            position_m.extend(space.to_world([x, y, z]).as_vec3().to_array());
-            depth_m.push((offset.dot(forward) * space.metres_per_unit) as f32);
-            range_m.push((offset.length() * space.metres_per_unit) as f32);
+            [(length(offset) * space.metres_per_unit) as f32]
         }
-        let ids = |pixels: &[[f32; 4]]| pixels.iter().map(|pixel| pixel[3] as u32).collect();
-        let direct = three(&self.direct);
-        let indirect = self.indirect.as_deref().map(three);
-        let radiance = match &indirect {
-            None => direct.clone(),
-            Some(indirect) => direct.iter().zip(indirect).map(|(d, i)| d + i).collect(),
-        };
+    };
+    let depth = per_pixel(count, |i| {
+        distance(pixels[i], &|offset| offset.dot(forward))
+    });
+    let range = per_pixel(count, |i| distance(pixels[i], &DVec3::length));
+    let mesh_ids = per_pixel(count, |i| [pixels[i][3] as u32]);
 
-        let mut layers = vec![
-            (Layer::Radiance, LayerData::Float(radiance)),
-            (Layer::Direct, LayerData::Float(direct)),
-        ];
-        layers.extend(indirect.map(|values| (Layer::Indirect, LayerData::Float(values))));
-        let energy = self.energy.as_deref().map(three);
-        layers.extend(energy.map(|values| (Layer::Energy, LayerData::Float(values))));
-        layers.extend([
-            (Layer::Position, LayerData::Float(position_m)),
-            (
-                Layer::Normal,
-                LayerData::Float(three(&self.normal_geometric)),
-            ),
-            (Layer::Depth, LayerData::Float(depth_m)),
-            (Layer::Range, LayerData::Float(range_m)),
-            (Layer::MeshId, LayerData::Id(ids(&self.position_mesh))),
-            (Layer::MaterialId, LayerData::Id(ids(&self.kd_material))),
-        ]);
-        Ok(layers)
-    }
+    let mut rgb = |image: &Image| -> Result<Vec<f32>> {
+        let pixels = readback.pixels(image)?;
+        Ok(per_pixel(count, |i| {
+            let [r, g, b, _] = pixels[i];
+            [r, g, b]
+        }))
+    };
+    let normal = rgb(&drawn.gbuffer.normal_geometric)?;
+    let direct = rgb(&drawn.direct)?;
+    let indirect = drawn.indirect.as_ref().map(&mut rgb).transpose()?;
+    let energy = drawn.energy.as_ref().map(&mut rgb).transpose()?;
+    let pixels = readback.pixels(&drawn.gbuffer.kd_material)?;
+    let material_ids = per_pixel(count, |i| [pixels[i][3] as u32]);
+    let radiance = match &indirect {
+        None => direct.clone(),
+        Some(indirect) => per_pixel(direct.len(), |i| [direct[i] + indirect[i]]),
+    };
+
+    let layers = [
+        (Layer::Radiance, Some(LayerData::Float(radiance))),
+        (Layer::Direct, Some(LayerData::Float(direct))),
+        (Layer::Indirect, indirect.map(LayerData::Float)),
+        (Layer::Energy, energy.map(LayerData::Float)),
+        (Layer::Position, Some(LayerData::Float(position))),
+        (Layer::Normal, Some(LayerData::Float(normal))),
+        (Layer::Depth, Some(LayerData::Float(depth))),
+        (Layer::Range, Some(LayerData::Float(range))),
+        (Layer::MeshId, Some(LayerData::Id(mesh_ids))),
+        (Layer::MaterialId, Some(LayerData::Id(material_ids))),
+    ];
+    let made = |(layer, data): (Layer, Option<LayerData>)| Some((layer, data?));
+    Ok(layers.into_iter().filter_map(made).collect())
 }
 
-/// The first three channels of each pixel.
-fn three(pixels: &[[f32; 4]]) -> Vec<f32> {
-    let mut values = Vec::with_capacity(3 * pixels.len());
-    for &[r, g, b, _] in pixels {
-        values.extend([r, g, b]);
-    }
+/// `N` values for each of `count` pixels, by as many threads as there are cores: the first touch of the result's pages,
+/// which the system has to clear, takes most of the time.
+fn per_pixel<T: Copy + Default + Send, const N: usize>(
+    count: usize,
+    value: impl Fn(usize) -> [T; N] + Sync,
+) -> Vec<T> {
+    let mut values = vec![T::default(); N * count];
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    let share = count.div_ceil(threads).max(1);
+    thread::scope(|scope| {
+        for (part, values) in values.chunks_mut(N * share).enumerate() {
+            let value = &value;
+            scope.spawn(move || {
+                let (pixels, _) = values.as_chunks_mut::<N>();
+                for (i, pixel) in pixels.iter_mut().enumerate() {
+                    *pixel = value(part * share + i);
+                }
+            });
+        }
+    });
     values
 }

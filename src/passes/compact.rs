@@ -89,11 +89,7 @@ impl Compactor {
 
     /// The lengths of the lists, after the submission.
     pub fn lengths(&self) -> Result<ListLengths> {
-        Ok(self
-            .readback
-            .read::<ListLengths>(1)?
-            .first()
-            .copied()
-            .unwrap_or_default())
+        let lengths = self.readback.mapped::<ListLengths>(1)?;
+        Ok(lengths.first().copied().unwrap_or_default())
     }
 }

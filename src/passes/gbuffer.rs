@@ -36,7 +36,8 @@ impl GBuffer {
         })
     }
 
-    fn colors(&self) -> Vec<&Image> {
+    /// All but the depth.
+    pub fn colors(&self) -> Vec<&Image> {
         let images = [
             &self.position_mesh,
             &self.normal_geometric,

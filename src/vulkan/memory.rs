@@ -8,7 +8,7 @@ use gpu_allocator::{
 
 use super::{
     Device, failed,
-    shaders::{Plain, bytes_of, values_of},
+    shaders::{Plain, bytes_of, values_in},
 };
 use crate::{Error, Result};
 
@@ -88,20 +88,14 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// The bytes of a readback buffer, after the submission that wrote it has completed.
-    pub fn mapped_bytes(&self) -> Result<&[u8]> {
+    /// The first `count` values of a readback buffer, after the submission that wrote it has completed.
+    pub fn mapped<T: Plain>(&self, count: usize) -> Result<&[T]> {
         self.allocation
             .as_ref()
             .and_then(Allocation::mapped_slice)
-            .and_then(|memory| memory.get(..self.bytes as usize))
+            .and_then(values_in)
+            .and_then(|values| values.get(..count))
             .ok_or_else(|| Error::internal("a buffer to be read back is not mapped"))
-    }
-
-    /// The values of a readback buffer; as [`Buffer::mapped_bytes`].
-    pub fn read<T: Plain>(&self, count: usize) -> Result<Vec<T>> {
-        let bytes = self.mapped_bytes()?;
-        let wanted = (count * size_of::<T>()).min(bytes.len());
-        Ok(values_of(&bytes[..wanted]))
     }
 }
 
@@ -140,8 +134,10 @@ impl ImageShape {
         }
     }
 
+    /// The depth image that serves the layers one after the other.
     pub fn depth(self) -> Self {
         ImageShape {
+            layers: None,
             is_depth: true,
             ..self
         }

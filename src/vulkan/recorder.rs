@@ -24,8 +24,9 @@ pub(crate) enum Resource<'r> {
 /// What a draw writes to.
 pub(crate) struct Target<'t, 'r> {
     pub colors: &'t [&'r Image],
+    /// Scratch, without layers.
     pub depth: &'r Image,
-    /// Layer of all of them.
+    /// Layer of the colour images.
     pub layer: u32,
     /// What the pixels without a surface hold, per colour image.
     pub clear: &'t [[f32; 4]],
@@ -131,18 +132,12 @@ impl<'r> Recorder<'r> {
         }
     }
 
-    /// Sets every pixel to zero.
+    /// Sets every pixel to zero. By rendering nothing, for CPU drivers clear for a rendering on all their threads.
     pub fn clear_image(&mut self, image: &'r Image) {
-        let zero = vk::ClearColorValue { float32: [0.0; 4] };
-        // SAFETY: as above.
-        unsafe {
-            self.device.raw().cmd_clear_color_image(
-                self.commands,
-                image.raw,
-                vk::ImageLayout::GENERAL,
-                &zero,
-                &[whole(image)],
-            );
+        for &view in &image.layer_views {
+            let color = [cleared(view, [0.0; 4])];
+            self.begin_rendering(image.shape.size_px, &color, None);
+            self.end_rendering();
         }
     }
 
@@ -193,6 +188,8 @@ impl<'r> Recorder<'r> {
                 query,
             );
         }
+        // lavapipe takes the time when it next flushes, which a barrier makes it do.
+        self.barrier();
     }
 
     /// Runs `groups` workgroups. `resources` are taken by the names of the shader's bindings; those that this
@@ -223,52 +220,59 @@ impl<'r> Recorder<'r> {
         target: &Target<'_, 'r>,
         record: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
+        // The rendering before may have used the same depth image.
+        self.barrier();
         let [width, height] = target.depth.shape.size_px;
-        let area = vk::Rect2D {
-            offset: vk::Offset2D::default(),
-            extent: vk::Extent2D { width, height },
-        };
-        let attachment = |image: &Image, clear| {
-            vk::RenderingAttachmentInfo::default()
-                .image_view(image.layer_views[target.layer as usize])
-                .image_layout(vk::ImageLayout::GENERAL)
-                .load_op(vk::AttachmentLoadOp::CLEAR)
-                .store_op(vk::AttachmentStoreOp::STORE)
-                .clear_value(clear)
-        };
         let colors: Vec<_> = target
             .colors
             .iter()
             .zip(target.clear)
-            .map(|(image, &float32)| {
-                let color = vk::ClearColorValue { float32 };
-                attachment(image, vk::ClearValue { color })
-            })
+            .map(|(image, &clear)| cleared(image.layer_views[target.layer as usize], clear))
             .collect();
         // Reversed depth: 0 is infinitely far.
-        let depth = attachment(target.depth, vk::ClearValue::default());
-        let rendering = vk::RenderingInfo::default()
-            .render_area(area)
-            .layer_count(1)
-            .color_attachments(&colors)
-            .depth_attachment(&depth);
+        let depth = cleared(target.depth.view, [0.0; 4]);
+        self.begin_rendering([width, height], &colors, Some(&depth));
         let viewport = vk::Viewport {
             width: width as f32,
             height: height as f32,
             max_depth: 1.0,
             ..vk::Viewport::default()
         };
-        let raw = self.device.raw().clone();
-        // SAFETY: the command buffer is being recorded and the images live until it was submitted.
+        let raw = self.device.raw();
+        // SAFETY: the command buffer is being recorded.
         unsafe {
-            raw.cmd_begin_rendering(self.commands, &rendering);
             raw.cmd_set_viewport(self.commands, 0, &[viewport]);
-            raw.cmd_set_scissor(self.commands, 0, &[area]);
+            raw.cmd_set_scissor(self.commands, 0, &[area([width, height])]);
         }
         let result = record(self);
-        // SAFETY: rendering was begun above.
-        unsafe { raw.cmd_end_rendering(self.commands) };
+        self.end_rendering();
         result
+    }
+
+    fn begin_rendering(
+        &mut self,
+        size_px: [u32; 2],
+        colors: &[vk::RenderingAttachmentInfo],
+        depth: Option<&vk::RenderingAttachmentInfo>,
+    ) {
+        let mut rendering = vk::RenderingInfo::default()
+            .render_area(area(size_px))
+            .layer_count(1)
+            .color_attachments(colors);
+        if let Some(depth) = depth {
+            rendering = rendering.depth_attachment(depth);
+        }
+        // SAFETY: the command buffer is being recorded and the images live until it was submitted.
+        unsafe {
+            self.device
+                .raw()
+                .cmd_begin_rendering(self.commands, &rendering);
+        }
+    }
+
+    fn end_rendering(&mut self) {
+        // SAFETY: rendering was begun.
+        unsafe { self.device.raw().cmd_end_rendering(self.commands) };
     }
 
     /// Binds a raster pipeline and its resources for the draws that follow.
@@ -491,6 +495,25 @@ impl Drop for Recorder<'_> {
             raw.destroy_fence(self.fence, None);
             raw.destroy_command_pool(self.pool, None);
         }
+    }
+}
+
+/// An attachment that holds the same in every pixel before something is drawn; a depth takes the first value.
+fn cleared(view: vk::ImageView, float32: [f32; 4]) -> vk::RenderingAttachmentInfo<'static> {
+    vk::RenderingAttachmentInfo::default()
+        .image_view(view)
+        .image_layout(vk::ImageLayout::GENERAL)
+        .load_op(vk::AttachmentLoadOp::CLEAR)
+        .store_op(vk::AttachmentStoreOp::STORE)
+        .clear_value(vk::ClearValue {
+            color: vk::ClearColorValue { float32 },
+        })
+}
+
+fn area([width, height]: [u32; 2]) -> vk::Rect2D {
+    vk::Rect2D {
+        offset: vk::Offset2D::default(),
+        extent: vk::Extent2D { width, height },
     }
 }
 

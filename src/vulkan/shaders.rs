@@ -23,6 +23,13 @@ pub(crate) fn bytes_of<T: Plain>(values: &[T]) -> &[u8] {
     unsafe { std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values)) }
 }
 
+/// Bytes as values; a rest shorter than a value is left out. `None` where they are not aligned to them.
+pub(crate) fn values_in<T: Plain>(bytes: &[u8]) -> Option<&[T]> {
+    // SAFETY: `Plain` types take any bit pattern.
+    let (before, values, _) = unsafe { bytes.align_to::<T>() };
+    before.is_empty().then_some(values)
+}
+
 /// Copies bytes into values; a rest shorter than a value is left out.
 pub(crate) fn values_of<T: Plain>(bytes: &[u8]) -> Vec<T> {
     let count = bytes.len() / size_of::<T>();

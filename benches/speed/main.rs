@@ -1,0 +1,92 @@
+//! Speed as ratios of things measured in one run: `cargo bench --bench speed`.
+//!
+//! `gather`: the gather kernels, by GPU timestamps, against a hand-vectorised loop of the same formula on as many threads;
+//! both take turns, so that what else the machine does hits both. `frame`: the whole program, from its start to its end,
+//! with an OpenEXR file written.
+
+mod frame;
+mod gather;
+#[cfg(target_arch = "x86_64")]
+mod native;
+
+use std::{
+    env, fs,
+    process::{Command, ExitCode},
+};
+
+use camlux::{Device, DeviceOptions};
+
+/// Threads of lavapipe, read when the driver is loaded.
+const DRIVER_THREADS: &str = "LP_NUM_THREADS";
+
+type Failure = Box<dyn std::error::Error>;
+
+fn main() -> ExitCode {
+    // The environment of a running process cannot be changed safely.
+    if env::var_os(DRIVER_THREADS).is_none() {
+        return run_again().unwrap_or_else(fail);
+    }
+    report().map_or_else(fail, |()| ExitCode::SUCCESS)
+}
+
+fn fail(failure: Failure) -> ExitCode {
+    eprintln!("speed: {failure}");
+    ExitCode::FAILURE
+}
+
+/// Runs this program with two threads for the driver.
+fn run_again() -> Result<ExitCode, Failure> {
+    let status = Command::new(env::current_exe()?)
+        .args(env::args_os().skip(1))
+        .env(DRIVER_THREADS, "2")
+        .status()?;
+    Ok(if status.success() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+fn report() -> Result<(), Failure> {
+    let threads: usize = env::var(DRIVER_THREADS)?.parse()?;
+    let device = Device::open(&DeviceOptions::default())?;
+    let info = device.info();
+    println!("device   {}", info.name);
+    println!("driver   {}", info.driver);
+    println!("CPU      {}", cpu_model());
+    println!("threads  {threads} ({DRIVER_THREADS}, and as many for the native loop)");
+    println!();
+    gather::report(&device, threads)?;
+    println!();
+    frame::report()
+}
+
+fn cpu_model() -> String {
+    let text = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let line = text.lines().find(|line| line.starts_with("model name"));
+    let model = line.and_then(|line| Some(line.split_once(':')?.1.trim()));
+    model.unwrap_or("unknown").to_owned()
+}
+
+/// Median, least and greatest of some figures.
+struct Spread {
+    median: f64,
+    min: f64,
+    max: f64,
+}
+
+impl Spread {
+    fn of(mut figures: Vec<f64>) -> Spread {
+        figures.sort_by(f64::total_cmp);
+        Spread {
+            median: figures[figures.len() / 2],
+            min: figures[0],
+            max: figures[figures.len() - 1],
+        }
+    }
+}
+
+/// What stands beside a bar.
+fn verdict(is_met: bool) -> &'static str {
+    if is_met { "met" } else { "missed" }
+}
