@@ -4,8 +4,11 @@
 use glam::{DVec2, DVec3};
 
 use crate::{
-    Device, LightPlan, LocalSpace, Result, emission::EmissionDomain, frame::LightMaps,
-    light_setup::LightSetup, passes::gbuffer::GBuffer, readback::Readback, scene::Bands,
+    Device, LocalSpace, Result,
+    emission::EmissionDomain,
+    frame::Readback,
+    passes::{Context, gbuffer::GBuffer, light::DeviceLight, rsm::Rsm, vpl::VplLists},
+    scene::Bands,
     vulkan::Image,
 };
 
@@ -79,14 +82,17 @@ impl Intermediates {
 
 impl LightIntermediates {
     pub(crate) fn read(
-        device: &Device,
-        light: &LightSetup,
-        plan: &LightPlan,
-        maps: &LightMaps,
-        space: &LocalSpace,
+        context: &Context,
+        light: &DeviceLight,
+        light_map: &Image,
+        indirect: Option<(&Rsm, &VplLists)>,
     ) -> Result<Self> {
+        let Context { device, space, .. } = *context;
         let mut rsm = Vec::new();
-        if let Some(images) = &maps.rsm {
+        let mut vpl_counts = [0; 2];
+        if let Some((images, vpls)) = indirect {
+            let lengths = vpls.lengths()?;
+            vpl_counts = [lengths.matte, lengths.glossy];
             let read = read_images(device, &images.colors())?;
             let is_parallel = light.domain.projection == crate::emission::Projection::Orthographic;
             let unit = if is_parallel {
@@ -111,14 +117,7 @@ impl LightIntermediates {
                 })
                 .collect();
         }
-        let positions = maps.shadow_positions(plan.shadow_from_rsm)?;
-        let lengths = maps
-            .vpls
-            .as_ref()
-            .map(|vpls| vpls.lengths())
-            .transpose()?
-            .unwrap_or_default();
-        let shadow_map = read_images(device, &[positions])?
+        let shadow_map = read_images(device, &[light_map])?
             .concat()
             .into_iter()
             .map(|[x, y, z, triangle]| (triangle >= 0.0).then(|| space.to_world([x, y, z])))
@@ -126,8 +125,8 @@ impl LightIntermediates {
         Ok(LightIntermediates {
             domain: light.domain.clone(),
             rsm,
-            vpl_counts: [lengths.matte, lengths.glossy],
-            shadow_size: plan.shadow_size,
+            vpl_counts,
+            shadow_size: light.plan.shadow_size,
             shadow_map,
         })
     }

@@ -135,10 +135,22 @@ impl Plan {
                 })
         });
         let bounds = scene_sphere(scene);
-        let lights = scene
-            .lights
-            .iter()
-            .map(|light| LightPlan::new(scene, light, &bounds, device))
+        // The faces do not depend on the texels.
+        let faces = |light: &Light| EmissionDomain::new(light, 1, &bounds).faces.len();
+        let faces: Vec<usize> = scene.lights.iter().map(faces).collect();
+        let fine_enough = shadow_size(scene, faces.iter().copied().min().unwrap_or(1), device);
+        // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
+        // miss what is smaller than twenty pixels.
+        let rsm_size = scene.indirect.map(|indirect| indirect.rsm_size);
+        let from_rsm = rsm_size.filter(|&size| size >= fine_enough);
+        let lights = scene.lights.iter().zip(faces);
+        let lights = lights
+            .map(|(light, faces)| LightPlan {
+                kind: light.kind(),
+                faces: faces as u32,
+                shadow_size: from_rsm.unwrap_or(fine_enough),
+                shadow_from_rsm: from_rsm.is_some(),
+            })
             .collect();
         let plan = Plan {
             resolution_px: scene.camera.resolution_px,
@@ -160,6 +172,12 @@ impl Plan {
     /// The word of the shader permutations that tells whether there is a specular term.
     pub(crate) fn brdf_word(&self) -> &'static str {
         if self.is_specular { "phong" } else { "lambert" }
+    }
+
+    /// Faces of the light that emits into the most.
+    pub(crate) fn max_faces(&self) -> u32 {
+        let faces = self.lights.iter().map(|light| light.faces);
+        faces.max().unwrap_or(1)
     }
 
     fn check_limits(&self, scene: &Scene, device: &DeviceInfo) -> Result<()> {
@@ -288,32 +306,19 @@ pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
     }
 }
 
-impl LightPlan {
-    fn new(scene: &Scene, light: &Light, bounds: &BoundingSphere, device: &DeviceInfo) -> Self {
-        // The faces do not depend on the texels.
-        let faces = EmissionDomain::new(light, 1, bounds).faces.len() as u32;
-        // Shadow edges are those of triangles, not of texels: half the pixels' density is enough to find the triangles,
-        // if they are not much smaller than the texels.
-        let [width, height] = scene.camera.resolution_px;
-        let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
-        let for_triangles =
-            (SHADOW_TEXELS_PER_TRIANGLE * triangles as f64 / f64::from(faces.max(1))).sqrt();
-        let fine_enough = (width.max(height) / 2)
-            .max(for_triangles as u32)
-            .clamp(*SHADOW_SIZE.start(), *SHADOW_SIZE.end())
-            .next_multiple_of(64)
-            .min(device.limits.max_image_px);
-        let rsm_size = scene.indirect.map(|indirect| indirect.rsm_size);
-        // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
-        // miss what is smaller than twenty pixels.
-        let from_rsm = rsm_size.filter(|&size| size >= fine_enough);
-        LightPlan {
-            kind: light.kind(),
-            faces,
-            shadow_size: from_rsm.unwrap_or(fine_enough),
-            shadow_from_rsm: from_rsm.is_some(),
-        }
-    }
+/// Edge of a face of a shadow map that is fine enough for every light, so that the lights can use one in turn.
+///
+/// Shadow edges are those of triangles, not of texels: half the pixels' density is enough to find the triangles, if they
+/// are not much smaller than the texels.
+fn shadow_size(scene: &Scene, fewest_faces: usize, device: &DeviceInfo) -> u32 {
+    let [width, height] = scene.camera.resolution_px;
+    let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    let texels = SHADOW_TEXELS_PER_TRIANGLE * triangles as f64 / fewest_faces.max(1) as f64;
+    (width.max(height) / 2)
+        .max(texels.sqrt() as u32)
+        .clamp(*SHADOW_SIZE.start(), *SHADOW_SIZE.end())
+        .next_multiple_of(64)
+        .min(device.limits.max_image_px)
 }
 
 impl fmt::Display for Plan {

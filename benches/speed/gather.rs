@@ -127,7 +127,11 @@ fn duel(side: &mut Side, threads: usize, has_bar: bool) -> Result<(), Failure> {
     let (_, native_sum) = opponent.run();
     let apart = (native_sum / sum - 1.0).abs();
     if work.pairs() != frame.stats.pixel_vpl_pairs as f64 || apart > 1e-5 {
-        eprintln!("{} vs {} pairs; {native_sum} vs {sum}", work.pairs(), frame.stats.pixel_vpl_pairs);
+        eprintln!(
+            "{} vs {} pairs; {native_sum} vs {sum}",
+            work.pairs(),
+            frame.stats.pixel_vpl_pairs
+        );
     }
     let giga_pairs = work.pairs() * 1e-9;
     let native_rate = |time: Duration| giga_pairs / time.as_secs_f64();

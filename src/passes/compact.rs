@@ -1,9 +1,10 @@
 //! Stable compaction of items into a matte and a glossy list, shared by the passes that make lists.
 
+use super::Context;
 use crate::{
     Error, Result,
     vulkan::{
-        Buffer, BufferUse, Device, Pipelines, Recorder, Resource,
+        Buffer, BufferUse, Device, Recorder, Resource,
         shaders::{Compaction, ListLengths, Module},
     },
 };
@@ -52,12 +53,13 @@ impl Compactor {
     pub fn record<'r>(
         &'r self,
         recorder: &mut Recorder<'r>,
-        pipelines: &Pipelines,
+        context: &Context,
         pass: &'static str,
         count_words: &[&str],
         write_words: &[&str],
         resources: &[(&str, Resource<'r>)],
     ) -> Result<()> {
+        let pipelines = context.pipelines;
         let count = pipelines.compute(pass, &[&["count"], count_words].concat())?;
         let scan = pipelines.compute("compact", &["scan"])?;
         let write = pipelines.compute(pass, &[&["write"], write_words].concat())?;

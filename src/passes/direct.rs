@@ -1,43 +1,36 @@
 //! Direct pass: the direct radiance of one light, added to the direct image.
 
-use super::{gbuffer::GBuffer, surface::Surfaces};
+use super::{Context, gbuffer::GBuffer, light::DeviceLight, surface::Surfaces};
 use crate::{
     Result,
-    plan::{LightPlan, Plan},
     vulkan::{
-        Buffer, Image, Pipelines, Recorder, Resource,
+        Image, Recorder, Resource,
         shaders::{DirectParameters, Module},
     },
 };
 
 /// Shades the G-buffer. `light_map` holds the positions and triangles that the light sees.
-#[allow(
-    clippy::too_many_arguments,
-    reason = "a pass is a function of its images"
-)]
 pub(crate) fn shade<'r>(
     recorder: &mut Recorder<'r>,
-    pipelines: &Pipelines,
-    plan: &Plan,
-    light_plan: &LightPlan,
+    context: &Context,
     surfaces: &'r Surfaces,
     gbuffer: &'r GBuffer,
-    light: &'r Buffer,
+    light: &'r DeviceLight,
     light_map: &'r Image,
-    camera_position: [f32; 3],
     direct: &'r Image,
 ) -> Result<()> {
-    let words = [light_plan.kind, plan.brdf_word()];
-    let pipeline = pipelines.compute("direct", &words)?;
+    let plan = context.plan;
+    let words = [light.plan.kind, plan.brdf_word()];
+    let pipeline = context.pipelines.compute("direct", &words)?;
     let mut resources = gbuffer.resources();
     resources.extend(surfaces.triangles());
     resources.extend([
-        ("light", Resource::Buffer(light)),
+        ("light", Resource::Buffer(&light.uniform)),
         ("light_map", Resource::Image(light_map)),
         ("direct_radiance", Resource::Image(direct)),
     ]);
     let parameters = DirectParameters {
-        camera_position,
+        camera_position: context.camera_position(),
         ..DirectParameters::default()
     };
     let groups = groups_over(plan.resolution_px, pipeline.module);

@@ -6,6 +6,7 @@
 use std::time::{Duration, Instant};
 
 use super::{
+    Context,
     gbuffer::GBuffer,
     receivers::Receivers,
     vpl::{VplLists, estimator_word},
@@ -14,7 +15,7 @@ use crate::{
     Result,
     plan::IndirectPlan,
     vulkan::{
-        Device, Image, PassTimes, Pipelines, Recorder, Resource,
+        Image, PassTimes, Recorder, Resource,
         shaders::{GatherParameters, ListLengths},
     },
 };
@@ -29,14 +30,11 @@ const FIRST_SUBMISSION_PAIRS: f64 = (1u64 << 26) as f64;
 
 /// What the pass works on.
 pub(crate) struct Gather<'g> {
-    pub device: &'g Device,
-    pub pipelines: &'g Pipelines,
+    pub context: &'g Context<'g>,
     pub indirect: &'g IndirectPlan,
     pub gbuffer: &'g GBuffer,
     pub receivers: &'g Receivers,
     pub receiver_lengths: ListLengths,
-    /// C, local.
-    pub camera_position: [f32; 3],
     /// Sum of everything gathered so far.
     pub indirect_radiance: &'g Image,
     pub submission_target: Duration,
@@ -68,9 +66,9 @@ pub(crate) fn accumulate(
     gather: &Gather,
     vpls: &VplLists,
     vpl_lengths: ListLengths,
-    stats: &mut GatherStats,
     proceed: &mut dyn FnMut(f64) -> Result<()>,
-) -> Result<()> {
+) -> Result<GatherStats> {
+    let mut stats = GatherStats::default();
     let receivers = gather.receiver_lengths;
     let mut works = Vec::new();
     for (receiver_word, first_receiver, receiver_count) in [
@@ -103,13 +101,13 @@ pub(crate) fn accumulate(
     for work in &works {
         // Kernels differ in speed by up to ten.
         stats.speed = None;
-        gather.run(work, stats, &mut |pairs_of_work| {
+        gather.run(work, &mut stats, &mut |pairs_of_work| {
             proceed((done + pairs_of_work) as f64 / total as f64)
         })?;
         done += pairs(work);
     }
     stats.pairs += total;
-    Ok(())
+    Ok(stats)
 }
 
 impl Gather<'_> {
@@ -119,7 +117,7 @@ impl Gather<'_> {
         stats: &mut GatherStats,
         proceed: &mut dyn FnMut(u64) -> Result<()>,
     ) -> Result<()> {
-        let pipeline = self.pipelines.compute(
+        let pipeline = self.context.pipelines.compute(
             "gather",
             &[
                 self.indirect.kernel.name(),
@@ -152,12 +150,12 @@ impl Gather<'_> {
             while first_vpl < work.vpl_count {
                 let budget = self.budget(stats);
                 let mut pairs = 0;
-                let mut recorder = Recorder::new(self.device, 1)?;
+                let mut recorder = Recorder::new(self.context.device, 1)?;
                 recorder.pass("gather", |recorder| {
                     while first_vpl < work.vpl_count && (pairs == 0 || (pairs as f64) < budget) {
                         let vpl_count = DISPATCH_VPLS.min(work.vpl_count - first_vpl);
                         let parameters = GatherParameters {
-                            camera_position: self.camera_position,
+                            camera_position: self.context.camera_position(),
                             first_receiver: work.first_receiver + first_receiver,
                             receiver_count,
                             first_vpl,

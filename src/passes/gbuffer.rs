@@ -1,10 +1,13 @@
 //! G-buffer pass: what the camera sees at each pixel's centre.
 
-use super::surface::{RasterPass, Surfaces};
+use super::{
+    Context,
+    surface::{RasterPass, Surfaces},
+};
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Buffer, Device, Image, ImageShape, Pipelines, Recorder, Resource, Target},
+    vulkan::{Buffer, Device, Image, ImageShape, Recorder, Resource, Target},
 };
 
 /// Images of the camera's size.
@@ -63,8 +66,7 @@ impl GBuffer {
 /// Fills the G-buffer with the surfaces as seen from `view`.
 pub(crate) fn draw<'r>(
     recorder: &mut Recorder<'r>,
-    pipelines: &Pipelines,
-    plan: &Plan,
+    context: &Context,
     surfaces: &'r Surfaces,
     view: &'r Buffer,
     gbuffer: &'r GBuffer,
@@ -75,8 +77,8 @@ pub(crate) fn draw<'r>(
     recorder.pass("gbuffer", |recorder| {
         let pass = RasterPass {
             name: "gbuffer",
-            pipelines,
-            brdf: Some(plan.brdf_word()),
+            pipelines: context.pipelines,
+            brdf: Some(context.plan.brdf_word()),
             color_count: colors.len(),
         };
         let target = Target {

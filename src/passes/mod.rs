@@ -1,9 +1,15 @@
-//! The passes of a frame, one file each, named as its shader and its timestamp. `frame.rs` puts them in order.
+//! The passes of a frame, one file each, named as its shader and its timestamp. `frame` puts them in order.
+
+use crate::{
+    LocalSpace, Plan, Scene,
+    vulkan::{Device, Pipelines},
+};
 
 pub(crate) mod compact;
 pub(crate) mod direct;
 pub(crate) mod gather;
 pub(crate) mod gbuffer;
+pub(crate) mod light;
 pub(crate) mod receivers;
 pub(crate) mod rsm;
 pub(crate) mod sensor;
@@ -11,6 +17,23 @@ pub(crate) mod shadow;
 pub(crate) mod surface;
 pub(crate) mod view;
 pub(crate) mod vpl;
+
+/// What a frame is made of and made with: the same for all of its passes.
+#[derive(Clone, Copy)]
+pub(crate) struct Context<'c> {
+    pub device: &'c Device,
+    pub pipelines: &'c Pipelines,
+    pub scene: &'c Scene,
+    pub plan: &'c Plan,
+    pub space: &'c LocalSpace,
+}
+
+impl Context<'_> {
+    /// C, local.
+    pub fn camera_position(&self) -> [f32; 3] {
+        self.space.to_local(self.scene.camera.position_m)
+    }
+}
 
 #[cfg(test)]
 mod tests {

@@ -1,10 +1,10 @@
 //! Receivers pass: the pixels that show a surface, those with a specular lobe apart.
 
-use super::{compact::Compactor, gbuffer::GBuffer};
+use super::{Context, compact::Compactor, gbuffer::GBuffer};
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Buffer, BufferUse, Device, Pipelines, Recorder, Resource, shaders::ListLengths},
+    vulkan::{Buffer, BufferUse, Device, Recorder, Resource, shaders::ListLengths},
 };
 
 /// Pixels as column + 65536 · row: matte ones, then glossy ones.
@@ -37,15 +37,14 @@ impl Receivers {
 /// Lists the pixels of the G-buffer that show a surface.
 pub(crate) fn list<'r>(
     recorder: &mut Recorder<'r>,
-    pipelines: &Pipelines,
-    plan: &Plan,
+    context: &Context,
     gbuffer: &'r GBuffer,
     receivers: &'r Receivers,
 ) -> Result<()> {
-    let brdf = [plan.brdf_word()];
+    let brdf = [context.plan.brdf_word()];
     let mut resources = gbuffer.resources();
     resources.push(("receivers", Resource::Buffer(&receivers.pixels)));
     receivers
         .compactor
-        .record(recorder, pipelines, "receivers", &brdf, &brdf, &resources)
+        .record(recorder, context, "receivers", &brdf, &brdf, &resources)
 }

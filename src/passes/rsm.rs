@@ -1,10 +1,14 @@
 //! RSM pass: the reflective shadow map (Dachsbacher & Stamminger 2005) of a light.
 
-use super::surface::{RasterPass, Surfaces};
+use super::{
+    Context,
+    light::DeviceLight,
+    surface::{RasterPass, Surfaces},
+};
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Buffer, Device, Image, ImageShape, Pipelines, Recorder, Resource, Target},
+    vulkan::{Device, Image, ImageShape, Recorder, Resource, Target},
 };
 
 /// A position image's pixel that shows no surface.
@@ -56,14 +60,12 @@ impl Rsm {
     }
 }
 
-/// Draws the surfaces as seen through each of the light's faces. `emission` holds ΔΩ and s of every texel.
+/// Draws the surfaces as seen through each of the light's faces.
 pub(crate) fn draw<'r>(
     recorder: &mut Recorder<'r>,
-    pipelines: &Pipelines,
-    plan: &Plan,
+    context: &Context,
     surfaces: &'r Surfaces,
-    faces: &'r [Buffer],
-    emission: &'r Buffer,
+    light: &'r DeviceLight,
     rsm: &'r Rsm,
 ) -> Result<()> {
     let colors = rsm.colors();
@@ -72,18 +74,18 @@ pub(crate) fn draw<'r>(
     recorder.pass("rsm", |recorder| {
         let pass = RasterPass {
             name: "rsm",
-            pipelines,
-            brdf: Some(plan.brdf_word()),
+            pipelines: context.pipelines,
+            brdf: Some(context.plan.brdf_word()),
             color_count: colors.len(),
         };
-        for (layer, view) in faces.iter().enumerate() {
+        for (layer, view) in light.rsm_views.iter().enumerate() {
             let target = Target {
                 colors: &colors,
                 depth: &rsm.depth,
                 layer: layer as u32,
                 clear: &[NO_SURFACE, [0.0; 4], [0.0; 4], [0.0; 4]],
             };
-            let emission = ("emission", Resource::Buffer(emission));
+            let emission = ("emission", Resource::Buffer(&light.emission));
             surfaces.draw(recorder, &pass, &target, view, &[emission])?;
         }
         Ok(())

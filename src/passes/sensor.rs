@@ -1,24 +1,22 @@
 //! Sensor pass: energy on each pixel in the exposure.
 
-use super::direct::groups_over;
+use super::{Context, direct::groups_over};
 use crate::{
     Result,
-    plan::Plan,
-    vulkan::{Image, Pipelines, Recorder, Resource, shaders::SensorParameters},
+    vulkan::{Image, Recorder, Resource, shaders::SensorParameters},
 };
 
 /// energy = (direct + indirect) · joule_per_irradiance.
 pub(crate) fn expose<'r>(
     recorder: &mut Recorder<'r>,
-    pipelines: &Pipelines,
-    plan: &Plan,
+    context: &Context,
     joule_per_irradiance: f64,
     direct: &'r Image,
     indirect: Option<&'r Image>,
     energy: &'r Image,
 ) -> Result<()> {
     let word = if indirect.is_some() { "indirect" } else { "" };
-    let pipeline = pipelines.compute("sensor", &[word])?;
+    let pipeline = context.pipelines.compute("sensor", &[word])?;
     let mut resources = vec![
         ("direct_radiance", Resource::Image(direct)),
         ("energy", Resource::Image(energy)),
@@ -27,7 +25,7 @@ pub(crate) fn expose<'r>(
     let parameters = SensorParameters {
         joule_per_irradiance: joule_per_irradiance as f32,
     };
-    let groups = groups_over(plan.resolution_px, pipeline.module);
+    let groups = groups_over(context.plan.resolution_px, pipeline.module);
     recorder.prepare_images(&[energy]);
     recorder.pass("sensor", |recorder| {
         recorder.dispatch(&pipeline, &resources, &parameters, groups)

@@ -1,9 +1,13 @@
 //! Shadow pass: where a light's rays end, for lights whose RSM is absent or too coarse for the shadow test.
 
-use super::surface::{RasterPass, Surfaces};
+use super::{
+    Context,
+    light::DeviceLight,
+    surface::{RasterPass, Surfaces},
+};
 use crate::{
-    Result,
-    vulkan::{Buffer, Device, Image, ImageShape, Pipelines, Recorder, Target},
+    Plan, Result,
+    vulkan::{Device, Image, ImageShape, Recorder, Target},
 };
 
 /// Position and triangle of what the light sees, one layer per face of the light.
@@ -13,33 +17,37 @@ pub(crate) struct ShadowMap {
 }
 
 impl ShadowMap {
-    /// Room for the light with the most faces; the others use the first layers.
-    pub fn new(device: &Device, size: u32, max_faces: u32) -> Result<ShadowMap> {
-        let shape = ImageShape::layers(size, max_faces);
-        Ok(ShadowMap {
+    /// Room that the lights use in turn, as large as the light needs that needs most; `None` where RSMs serve them all.
+    pub fn for_plan(device: &Device, plan: &Plan) -> Result<Option<ShadowMap>> {
+        let own = plan.lights.iter().filter(|light| !light.shadow_from_rsm);
+        let Some(size) = own.map(|light| light.shadow_size).max() else {
+            return Ok(None);
+        };
+        let shape = ImageShape::layers(size, plan.max_faces());
+        Ok(Some(ShadowMap {
             position: Image::new(device, "shadow map", shape)?,
             depth: Image::new(device, "shadow map depth", shape.depth())?,
-        })
+        }))
     }
 }
 
 /// Draws the surfaces as seen through each of the light's faces.
 pub(crate) fn draw<'r>(
     recorder: &mut Recorder<'r>,
-    pipelines: &Pipelines,
+    context: &Context,
     surfaces: &'r Surfaces,
-    faces: &'r [Buffer],
+    light: &'r DeviceLight,
     map: &'r ShadowMap,
 ) -> Result<()> {
     recorder.prepare_images(&[&map.position, &map.depth]);
     recorder.pass("shadow", |recorder| {
         let pass = RasterPass {
             name: "shadow",
-            pipelines,
+            pipelines: context.pipelines,
             brdf: None,
             color_count: 1,
         };
-        for (layer, view) in faces.iter().enumerate() {
+        for (layer, view) in light.shadow_views.iter().enumerate() {
             let target = Target {
                 colors: &[&map.position],
                 depth: &map.depth,

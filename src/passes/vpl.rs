@@ -1,12 +1,12 @@
 //! VPL pass: the texels of an RSM that carry flux become virtual point lights, in a compact list.
 
-use super::{compact::Compactor, rsm::Rsm};
+use super::{Context, compact::Compactor, light::DeviceLight, rsm::Rsm};
 use crate::{
     Result,
     plan::{IndirectPlan, Plan},
     scene::Estimator,
     vulkan::{
-        Buffer, Device, Image, ImageShape, Pipelines, Recorder, Resource,
+        Device, Image, ImageShape, Recorder, Resource,
         shaders::{ListLengths, Module},
     },
 };
@@ -64,17 +64,11 @@ pub(crate) fn estimator_word(estimator: Estimator) -> &'static str {
 }
 
 /// Lists the VPLs of an RSM. What is left of the last fetch is zero: a VPL without power.
-#[allow(
-    clippy::too_many_arguments,
-    reason = "a pass is a function of its images"
-)]
 pub(crate) fn extract<'r>(
     recorder: &mut Recorder<'r>,
-    pipelines: &Pipelines,
-    plan: &Plan,
+    context: &Context,
     indirect: &IndirectPlan,
-    light: &'r Buffer,
-    emission: &'r Buffer,
+    light: &'r DeviceLight,
     rsm: &'r Rsm,
     vpls: &'r VplLists,
 ) -> Result<()> {
@@ -87,17 +81,17 @@ pub(crate) fn extract<'r>(
     }
     let mut resources = rsm.resources();
     resources.extend([
-        ("emission", Resource::Buffer(emission)),
-        ("light", Resource::Buffer(light)),
+        ("emission", Resource::Buffer(&light.emission)),
+        ("light", Resource::Buffer(&light.uniform)),
         ("vpls", Resource::Image(&vpls.matte)),
     ]);
     if let Some(glossy) = &vpls.glossy {
         resources.push(("glossy_vpls", Resource::Image(glossy)));
     }
-    let brdf = plan.brdf_word();
+    let brdf = context.plan.brdf_word();
     vpls.compactor.record(
         recorder,
-        pipelines,
+        context,
         "vpl",
         &[brdf],
         &[brdf, estimator_word(indirect.estimator)],

@@ -1,11 +1,11 @@
 //! A light on the device: its parameters, its views, and its emission table.
 
+use super::{Context, surface::upload_view, view};
 use crate::{
-    Device, Plan, Result, Scene,
+    Result,
     emission::EmissionDomain,
     local_space::LocalSpace,
-    passes::{surface::upload_view, view},
-    plan::scene_sphere,
+    plan::{LightPlan, scene_sphere},
     scene::Light,
     vulkan::{
         Buffer,
@@ -14,7 +14,8 @@ use crate::{
 };
 
 /// What the passes of one light share.
-pub(crate) struct LightSetup {
+pub(crate) struct DeviceLight<'c> {
+    pub plan: &'c LightPlan,
     pub domain: EmissionDomain,
     pub uniform: Buffer,
     pub shadow_views: Vec<Buffer>,
@@ -25,18 +26,19 @@ pub(crate) struct LightSetup {
     pub texel_count: u32,
 }
 
-impl LightSetup {
-    pub fn new(
-        device: &Device,
-        scene: &Scene,
-        index: usize,
-        plan: &Plan,
-        space: &LocalSpace,
-    ) -> Result<LightSetup> {
-        let light = &scene.lights[index];
-        let light_plan = &plan.lights[index];
+impl<'c> DeviceLight<'c> {
+    pub fn new(context: &Context<'c>, light: &Light, plan: &'c LightPlan) -> Result<Self> {
+        let Context {
+            device,
+            scene,
+            space,
+            ..
+        } = *context;
         // Without an RSM only the faces count, which do not depend on the texels.
-        let rsm_size = plan.indirect.map_or(1, |indirect| indirect.rsm_size);
+        let rsm_size = context
+            .plan
+            .indirect
+            .map_or(1, |indirect| indirect.rsm_size);
         let domain = EmissionDomain::new(light, rsm_size, &scene_sphere(scene));
         let views = |size: u32| -> Result<Vec<Buffer>> {
             (0..domain.faces.len())
@@ -50,7 +52,7 @@ impl LightSetup {
         } else {
             1.0
         };
-        let emission: Vec<[f32; 2]> = match plan.indirect {
+        let emission: Vec<[f32; 2]> = match context.plan.indirect {
             None => Vec::new(),
             Some(_) => domain
                 .texels
@@ -59,20 +61,21 @@ impl LightSetup {
                 .collect(),
         };
         let uniform = shaders::Light {
-            shadow_size: light_plan.shadow_size,
+            shadow_size: plan.shadow_size,
             rsm_size,
             emission_measure: (domain.total_measure() / measure_unit) as f32,
             is_parallel: is_parallel.into(),
             ..parameters(light, &domain, space)
         };
-        Ok(LightSetup {
+        Ok(DeviceLight {
+            plan,
             uniform: Buffer::upload(device, "light", &[uniform])?,
-            shadow_views: if light_plan.shadow_from_rsm {
+            shadow_views: if plan.shadow_from_rsm {
                 Vec::new()
             } else {
-                views(light_plan.shadow_size)?
+                views(plan.shadow_size)?
             },
-            rsm_views: match plan.indirect {
+            rsm_views: match context.plan.indirect {
                 None => Vec::new(),
                 Some(_) => views(rsm_size)?,
             },

@@ -4,9 +4,9 @@ use std::thread;
 
 use glam::DVec3;
 
+use super::DrawnFrame;
 use crate::{
     Device, LocalSpace, Result,
-    frame::DrawnFrame,
     output::{Layer, LayerData},
     scene::Camera,
     vulkan::{Buffer, BufferUse, Image, ImageShape, Recorder},

@@ -1,0 +1,45 @@
+//! What a frame cost so far.
+
+use crate::{
+    Result,
+    output::PassTime,
+    passes::gather::GatherStats,
+    vulkan::{PassTimes, Recorder, shaders::ListLengths},
+};
+
+#[derive(Default)]
+pub(crate) struct Cost {
+    times: PassTimes,
+    pub submissions: u32,
+    pub vpl_count: u64,
+    pub pairs: u64,
+}
+
+impl Cost {
+    /// Submits recorded passes, waits for them and counts them in.
+    pub fn submit(&mut self, recorder: Recorder) -> Result<()> {
+        self.times.extend(recorder.submit()?);
+        self.submissions += 1;
+        Ok(())
+    }
+
+    /// Counts a light's gather in.
+    pub fn add_gather(&mut self, vpls: ListLengths, gathered: GatherStats) {
+        self.vpl_count += u64::from(vpls.matte) + u64::from(vpls.glossy);
+        self.pairs += gathered.pairs;
+        self.submissions += gathered.submissions;
+        self.times.extend(gathered.times);
+    }
+
+    /// Times of the same pass added up, in the order of first appearance.
+    pub fn passes(&self) -> Vec<PassTime> {
+        let mut passes: Vec<PassTime> = Vec::new();
+        for &(name, milliseconds) in &self.times {
+            match passes.iter_mut().find(|pass| pass.name == name) {
+                Some(pass) => pass.milliseconds += milliseconds,
+                None => passes.push(PassTime { name, milliseconds }),
+            }
+        }
+        passes
+    }
+}

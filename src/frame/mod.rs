@@ -1,0 +1,193 @@
+//! A frame, from the scene to the images of its layers: [`draw`] is the sequence of passes.
+
+mod cost;
+mod progress;
+mod readback;
+
+use std::time::Duration;
+
+use crate::{
+    Error, IndirectPlan, Result,
+    intermediates::{Intermediates, LightIntermediates},
+    passes::{
+        Context, direct,
+        gather::{self, Gather},
+        gbuffer::{self, GBuffer},
+        light::DeviceLight,
+        receivers::{self, Receivers},
+        rsm::{self, Rsm},
+        sensor,
+        shadow::{self, ShadowMap},
+        surface::{Surfaces, upload_view},
+        view,
+        vpl::{self, VplLists},
+    },
+    vulkan::{Image, ImageShape, Recorder},
+};
+
+pub(crate) use cost::Cost;
+pub use progress::Progress;
+pub(crate) use progress::ProgressReport;
+pub(crate) use readback::{Readback, read_layers};
+
+/// Passes of one submission but the gather's: as many have timestamps.
+const TIMED_PASSES: u32 = 16;
+
+/// The images that a frame ends with.
+pub(crate) struct DrawnFrame {
+    pub gbuffer: GBuffer,
+    pub direct: Image,
+    pub indirect: Option<Image>,
+    pub energy: Option<Image>,
+}
+
+/// The frame: G-buffer; for each light its maps, direct light, VPLs and gather; the sensor.
+pub(crate) fn draw(
+    context: &Context,
+    submission_target: Duration,
+    progress: &mut ProgressReport,
+    cost: &mut Cost,
+    mut keep: Option<&mut Intermediates>,
+) -> Result<DrawnFrame> {
+    let Context {
+        device,
+        scene,
+        plan,
+        space,
+        ..
+    } = *context;
+    let image = |what| Image::new(device, what, ImageShape::plain(plan.resolution_px));
+    let surfaces = Surfaces::upload(device, scene, plan, space)?;
+    let camera_view = upload_view(device, &view::of_camera(&scene.camera, space))?;
+    let gbuffer = GBuffer::new(device, plan)?;
+    let direct = image("direct radiance")?;
+    let shadow_map = ShadowMap::for_plan(device, plan)?;
+    let mut indirect = plan
+        .indirect
+        .as_ref()
+        .map(|indirect| Indirect::new(context, indirect))
+        .transpose()?;
+
+    progress.report("gbuffer", 0.0)?;
+    let mut recorder = Recorder::new(device, TIMED_PASSES)?;
+    surfaces.record_textures(&mut recorder);
+    recorder.prepare_images(&[&direct]);
+    recorder.clear_image(&direct);
+    gbuffer::draw(&mut recorder, context, &surfaces, &camera_view, &gbuffer)?;
+    if let Some(indirect) = &indirect {
+        recorder.prepare_images(&[&indirect.radiance]);
+        recorder.clear_image(&indirect.radiance);
+        receivers::list(&mut recorder, context, &gbuffer, &indirect.receivers)?;
+    }
+    cost.submit(recorder)?;
+
+    for (index, (light, light_plan)) in scene.lights.iter().zip(&plan.lights).enumerate() {
+        progress.begin_light(index, "direct")?;
+        let light = DeviceLight::new(context, light, light_plan)?;
+        if let Some(indirect) = &mut indirect {
+            indirect.vpls.set_texel_count(light.texel_count)?;
+        }
+
+        let mut recorder = Recorder::new(device, TIMED_PASSES)?;
+        if let Some(indirect) = &indirect {
+            rsm::draw(&mut recorder, context, &surfaces, &light, &indirect.rsm)?;
+        }
+        let light_map = match (&shadow_map, &indirect) {
+            (_, Some(indirect)) if light_plan.shadow_from_rsm => &indirect.rsm.position,
+            (Some(map), _) => {
+                shadow::draw(&mut recorder, context, &surfaces, &light, map)?;
+                &map.position
+            }
+            _ => return Err(Error::internal("a light has no map for its shadows")),
+        };
+        direct::shade(
+            &mut recorder,
+            context,
+            &surfaces,
+            &gbuffer,
+            &light,
+            light_map,
+            &direct,
+        )?;
+        if let Some(Indirect {
+            plan, rsm, vpls, ..
+        }) = &indirect
+        {
+            vpl::extract(&mut recorder, context, plan, &light, rsm, vpls)?;
+        }
+        cost.submit(recorder)?;
+
+        if let Some(keep) = keep.as_deref_mut() {
+            let rsm = indirect.as_ref().map(|i| (&i.rsm, &i.vpls));
+            let kept = LightIntermediates::read(context, &light, light_map, rsm)?;
+            keep.lights.push(kept);
+        }
+        if let Some(indirect) = &indirect {
+            let gather = Gather {
+                context,
+                indirect: indirect.plan,
+                gbuffer: &gbuffer,
+                receivers: &indirect.receivers,
+                receiver_lengths: indirect.receivers.lengths()?,
+                indirect_radiance: &indirect.radiance,
+                submission_target,
+            };
+            let lengths = indirect.vpls.lengths()?;
+            let gathered = gather::accumulate(&gather, &indirect.vpls, lengths, &mut |share| {
+                progress.report("gather", share)
+            })?;
+            cost.add_gather(lengths, gathered);
+        }
+    }
+
+    let mut frame = DrawnFrame {
+        gbuffer,
+        direct,
+        indirect: indirect.map(|indirect| indirect.radiance),
+        energy: None,
+    };
+    if let Some(joule_per_irradiance) = plan.joule_per_irradiance {
+        let energy = image("energy")?;
+        let mut recorder = Recorder::new(device, TIMED_PASSES)?;
+        let (direct, indirect) = (&frame.direct, frame.indirect.as_ref());
+        sensor::expose(
+            &mut recorder,
+            context,
+            joule_per_irradiance,
+            direct,
+            indirect,
+            &energy,
+        )?;
+        cost.submit(recorder)?;
+        frame.energy = Some(energy);
+    }
+    Ok(frame)
+}
+
+/// What indirect light takes beside the G-buffer. RSM and VPLs are room that the lights use in turn.
+struct Indirect<'c> {
+    plan: &'c IndirectPlan,
+    rsm: Rsm,
+    vpls: VplLists,
+    receivers: Receivers,
+    radiance: Image,
+}
+
+impl<'c> Indirect<'c> {
+    fn new(context: &Context, plan: &'c IndirectPlan) -> Result<Self> {
+        let Context {
+            device,
+            plan: frame,
+            ..
+        } = *context;
+        let faces = frame.max_faces();
+        let shape = ImageShape::plain(frame.resolution_px);
+        Ok(Indirect {
+            plan,
+            rsm: Rsm::new(device, frame, plan.rsm_size, faces)?,
+            vpls: VplLists::new(device, frame, faces * plan.rsm_size * plan.rsm_size)?,
+            receivers: Receivers::new(device, frame)?,
+            radiance: Image::new(device, "indirect radiance", shape)?,
+        })
+    }
+}

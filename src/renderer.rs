@@ -1,0 +1,129 @@
+//! What a caller renders with.
+
+use std::{
+    ops::ControlFlow,
+    time::{Duration, Instant},
+};
+
+use crate::{
+    Device, GatherKernel, LocalSpace, Plan, Result, Scene,
+    frame::{self, Cost, Progress, ProgressReport, read_layers},
+    intermediates::Intermediates,
+    output::{Frame, FrameDescription, FrameStats},
+    passes::Context,
+    vulkan::Pipelines,
+};
+
+/// Renders frames on a device. Pipelines are made once and kept.
+pub struct Renderer {
+    device: Device,
+    pipelines: Pipelines,
+}
+
+/// How to render, apart from what.
+pub struct RenderOptions<'a> {
+    /// Called between submissions; `Break` ends the render with [`Error::Cancelled`](crate::Error::Cancelled).
+    pub progress: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
+    /// GPU time that one submission of the gather should take.
+    pub submission_target: Duration,
+    /// The gather kernel; `None`: the fastest for the device.
+    pub gather_kernel: Option<GatherKernel>,
+}
+
+impl Default for RenderOptions<'_> {
+    fn default() -> Self {
+        RenderOptions {
+            progress: None,
+            submission_target: Duration::from_millis(500),
+            gather_kernel: None,
+        }
+    }
+}
+
+impl Renderer {
+    /// A renderer on a device.
+    ///
+    /// # Errors
+    /// None today; pipelines are made when a scene first needs them.
+    pub fn new(device: &Device) -> Result<Renderer> {
+        Ok(Renderer {
+            device: device.clone(),
+            pipelines: Pipelines::new(device),
+        })
+    }
+
+    /// Renders a frame.
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) for an invalid scene and [`Error::DeviceLimit`](crate::Error::DeviceLimit) for
+    /// one that the device cannot hold, both before any work starts; [`Error::NoDevice`](crate::Error::NoDevice) for a
+    /// gather kernel that does not run on this one; [`Error::Cancelled`](crate::Error::Cancelled);
+    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
+    pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
+        self.render_keeping(scene, options, None)
+    }
+
+    /// Renders a frame and keeps what its passes hand to each other: for tests and for a look inside.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_with_intermediates(
+        &mut self,
+        scene: &Scene,
+        options: &mut RenderOptions,
+    ) -> Result<(Frame, Intermediates)> {
+        let mut intermediates = Intermediates::default();
+        let frame = self.render_keeping(scene, options, Some(&mut intermediates))?;
+        Ok((frame, intermediates))
+    }
+
+    fn render_keeping(
+        &mut self,
+        scene: &Scene,
+        options: &mut RenderOptions,
+        mut keep: Option<&mut Intermediates>,
+    ) -> Result<Frame> {
+        let start = Instant::now();
+        let info = self.device.info();
+        let mut plan = Plan::new(scene, info)?;
+        if let (Some(indirect), Some(kernel)) = (&mut plan.indirect, options.gather_kernel) {
+            indirect.kernel = kernel.checked_for(info)?;
+        }
+        let space = LocalSpace::of(scene.bounding_box());
+        let context = Context {
+            device: &self.device,
+            pipelines: &self.pipelines,
+            scene,
+            plan: &plan,
+            space: &space,
+        };
+        let report = options.progress.as_mut().map(|report| &mut **report as _);
+        let mut progress = ProgressReport::new(report, plan.lights.len());
+        let mut cost = Cost::default();
+        let drawn = frame::draw(
+            &context,
+            options.submission_target,
+            &mut progress,
+            &mut cost,
+            keep.as_deref_mut(),
+        )?;
+        if let Some(keep) = keep {
+            keep.read_gbuffer(&self.device, &drawn.gbuffer, &space)?;
+        }
+        let layers = read_layers(&self.device, &scene.camera, &space, &drawn)?;
+        Ok(Frame {
+            resolution_px: plan.resolution_px,
+            layers,
+            stats: FrameStats {
+                device: info.name.clone(),
+                driver: info.driver.clone(),
+                passes: cost.passes(),
+                vpl_count: cost.vpl_count,
+                pixel_vpl_pairs: cost.pairs,
+                submissions: cost.submissions,
+                wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
+            },
+            description: FrameDescription::new(scene, scene.hash()),
+        })
+    }
+}
