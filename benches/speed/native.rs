@@ -88,18 +88,18 @@ impl Work {
         self.reflectance.len() as f64 * self.vpls.len() as f64
     }
 
-    /// The kernels that fit the estimator, with the receivers that each keeps in registers.
+    /// The kernels that fit the estimator, with the vectors of receivers that each keeps in registers.
     fn kernels(&self) -> [(usize, Kernel); 3] {
         match self.estimator {
             Estimator::RsmAverage => [
-                (LANES, gather::<1, true>),
-                (2 * LANES, gather::<2, true>),
-                (4 * LANES, gather::<4, true>),
+                (1, gather::<1, true>),
+                (2, gather::<2, true>),
+                (4, gather::<4, true>),
             ],
             Estimator::InstantRadiosity => [
-                (LANES, gather::<1, false>),
-                (2 * LANES, gather::<2, false>),
-                (4 * LANES, gather::<4, false>),
+                (1, gather::<1, false>),
+                (2, gather::<2, false>),
+                (4, gather::<4, false>),
             ],
         }
     }
@@ -109,10 +109,10 @@ impl Work {
         if !(is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")) {
             return None;
         }
-        let all = self.kernels().map(|(receivers, kernel)| Opponent {
+        let all = self.kernels().map(|(vectors, kernel)| Opponent {
             work: self,
             threads,
-            receivers,
+            vectors,
             kernel,
         });
         all.into_iter()
@@ -124,8 +124,8 @@ impl Work {
 pub struct Opponent<'w> {
     work: &'w Work,
     threads: usize,
-    /// Receivers in registers.
-    pub receivers: usize,
+    /// Vectors of receivers in registers.
+    pub vectors: usize,
     kernel: Kernel,
 }
 
@@ -148,8 +148,9 @@ impl Opponent<'_> {
                 }
             };
             let threads: Vec<_> = (0..self.threads).map(|_| scope.spawn(work)).collect();
-            let join = |thread: std::thread::ScopedJoinHandle<f64>| thread.join();
-            threads.into_iter().flat_map(join).sum()
+            let join =
+                |thread: std::thread::ScopedJoinHandle<f64>| thread.join().expect("no panic");
+            threads.into_iter().map(join).sum()
         });
         (start.elapsed(), sum)
     }
@@ -175,7 +176,6 @@ fn gather<const R: usize, const AVERAGE: bool>(
     radiance: &mut [[f32; CHUNK]; 3],
 ) {
     let zero = _mm256_setzero_ps();
-    let one = _mm256_set1_ps(1.0);
     let tiny = _mm256_set1_ps(1e-37);
     for block in (0..CHUNK).step_by(LANES * R) {
         let mut receivers = [[zero; 6]; R];
@@ -186,9 +186,9 @@ fn gather<const R: usize, const AVERAGE: bool>(
         }
         let mut sums = [[zero; 3]; R];
         for vpl in &work.vpls {
-            let [qx, qy, qz] = vpl.position.map(|x| _mm256_set1_ps(x));
-            let [mx, my, mz] = vpl.normal.map(|x| _mm256_set1_ps(x));
-            let diffuse = vpl.diffuse.map(|x| _mm256_set1_ps(x));
+            let [qx, qy, qz] = broadcast(vpl.position);
+            let [mx, my, mz] = broadcast(vpl.normal);
+            let diffuse = broadcast(vpl.diffuse);
             for ([px, py, pz, nx, ny, nz], sum) in receivers.iter().zip(&mut sums) {
                 let dx = _mm256_sub_ps(qx, *px);
                 let dy = _mm256_sub_ps(qy, *py);
@@ -197,9 +197,9 @@ fn gather<const R: usize, const AVERAGE: bool>(
                 let cos_p = _mm256_max_ps(dot([*nx, *ny, *nz], [dx, dy, dz]), zero);
                 let behind = dot([mx, my, mz], [dx, dy, dz]);
                 let weight = if AVERAGE {
-                    let inverse = _mm256_div_ps(one, _mm256_sqrt_ps(_mm256_max_ps(d2, tiny)));
+                    let distance = _mm256_sqrt_ps(_mm256_max_ps(d2, tiny));
                     let is_lit = _mm256_cmp_ps::<_CMP_LT_OQ>(behind, zero);
-                    _mm256_and_ps(is_lit, _mm256_mul_ps(cos_p, inverse))
+                    _mm256_and_ps(is_lit, _mm256_div_ps(cos_p, distance))
                 } else {
                     let cos_q = _mm256_max_ps(_mm256_sub_ps(zero, behind), zero);
                     let d4 = _mm256_fmadd_ps(d2, d2, tiny);
@@ -222,6 +222,11 @@ fn gather<const R: usize, const AVERAGE: bool>(
 fn dot(a: [__m256; 3], b: [__m256; 3]) -> __m256 {
     let z = _mm256_mul_ps(a[2], b[2]);
     _mm256_fmadd_ps(a[0], b[0], _mm256_fmadd_ps(a[1], b[1], z))
+}
+
+#[target_feature(enable = "avx2")]
+fn broadcast([x, y, z]: [f32; 3]) -> [__m256; 3] {
+    [_mm256_set1_ps(x), _mm256_set1_ps(y), _mm256_set1_ps(z)]
 }
 
 #[target_feature(enable = "avx2")]

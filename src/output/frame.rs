@@ -217,7 +217,7 @@ pub struct FrameStats {
     pub vpl_count: u64,
     /// How many (pixel, VPL) pairs the gather evaluated.
     pub pixel_vpl_pairs: u64,
-    /// Queue submissions.
+    /// Queue submissions of the passes.
     pub submissions: u32,
     /// From the call of the renderer to its return.
     pub wall_milliseconds: f64,
