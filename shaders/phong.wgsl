@@ -11,17 +11,19 @@ fn log2_near_one(value: f32, deficit: f32) -> f32 {
     // ln(1+x) = 2 artanh(x/(2+x)), |x/(2+x)| ≤ 0.1716: the next term is below 1e-9.
     let y = excess / (2.0 + excess);
     let z = y * y;
-    let series = y + y * z * (0.33333333 + z * (0.2 + z * (0.14285714 + z * 0.11111111)));
+    let series = y + y * z * ((0.33333333 + z * 0.2) + (z * z) * (0.14285714 + z * 0.11111111));
     return exponent + series * 2.88539008;
 }
 
 // 2^x for x ≤ 0; below the smallest normal number the result is 0.
 fn exp2_of_negative(x: f32) -> f32 {
     let whole = round(max(x, -126.0));
-    let rest = max(x, -126.0) - whole;
-    // Taylor to rest^7, |rest| ≤ ½: within 6e-9.
-    let power = 1.0 + rest * (0.69314718 + rest * (0.24022651 + rest * (0.055504109 + rest * (0.0096181291
-        + rest * (0.0013333558 + rest * (0.00015403530 + rest * 0.000015252734))))));
+    let t = max(x, -126.0) - whole;
+    // Taylor to t^7, |t| ≤ ½: within 6e-9. By Estrin's scheme: a lobe is one long chain of operations, and latency bounds it.
+    let t2 = t * t;
+    let low = (1.0 + t * 0.69314718) + t2 * (0.24022651 + t * 0.055504109);
+    let high = (0.0096181291 + t * 0.0013333558) + t2 * (0.00015403530 + t * 0.000015252734);
+    let power = low + (t2 * t2) * high;
     let scale = bitcast<f32>(u32(i32(whole) + 127) << 23u);
     return select(power * scale, 0.0, x < -126.0);
 }
