@@ -39,9 +39,10 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let to_light = -light.axis;
     let irradiance = light.intensity;
 #else
-    let distance_squared = max(dot(from_light, from_light), 1e-30);
+    // A light in the surface itself lights nothing there: the direction to it is not defined.
+    let distance_squared = max(dot(from_light, from_light), 1e-18);
     let to_light = -from_light * inverseSqrt(distance_squared);
-    var irradiance = light.intensity / distance_squared;
+    var irradiance = select(vec3<f32>(0.0), light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
 #endif
 #if SPOT
     irradiance *= spot_falloff(-to_light);
@@ -65,8 +66,8 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
 // that shadows have the edges of their triangles however coarse the texels are; only corners of a triangle, and
 // triangles smaller than a texel, slip through.
 //
-// P is therefore hidden, too, if each of the four texels hides it by the planes alone: the surface Q that the light sees lies in front of P's tangent plane *and* P lies behind
-// Q's. A plane, a convex edge and a concave edge each fail one of the two however coarse the texels are, so that neither
+// For the sake of those, P is hidden, too, if each of the four texels hides it by planes alone: the surface Q that the light
+// sees lies in front of P's tangent plane *and* P lies behind Q's, by more than facets rise from their neighbours. A plane, a convex edge and a concave edge each fail one of the two however coarse the texels are, so that neither
 // acne nor a depth bias that grows with the slope is there to be traded.
 fn visibility(position: vec3<f32>, geometric_normal: vec3<f32>) -> f32 {
     let offset = position - light.position;

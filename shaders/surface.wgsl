@@ -98,7 +98,7 @@ fn hit_surface(raster: Raster) -> Hit {
     hit.shading_normal = hit.geometric_normal;
     hit.kd = draw.kd;
 
-    // Barycentric coordinates of corners 1 and 2, scaled by the longer edges' plane.
+    // Barycentric coordinates of corners 1 and 2.
     let doubled_area = cross(edge1, edge2);
     let from0 = offset - corner0;
     let scale = 1.0 / dot(doubled_area, doubled_area);
@@ -109,8 +109,12 @@ fn hit_surface(raster: Raster) -> Hit {
     // plane to rounding, however far the origin is.
     hit.position = positions[i0].xyz + b1 * edge1 + b2 * edge2;
 #if SMOOTH
-    let smooth_normal = normalize(b0 * normals[i0].xyz + b1 * normals[i1].xyz + b2 * normals[i2].xyz);
-    hit.shading_normal = select(smooth_normal, -smooth_normal, dot(smooth_normal, hit.geometric_normal) < 0.0);
+    // Opposed normals may cancel: the triangle's own stays.
+    let blend = b0 * normals[i0].xyz + b1 * normals[i1].xyz + b2 * normals[i2].xyz;
+    let length_squared = dot(blend, blend);
+    let smooth_normal = blend * inverseSqrt(max(length_squared, 1e-12));
+    let turned = select(smooth_normal, -smooth_normal, dot(smooth_normal, hit.geometric_normal) < 0.0);
+    hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
 #endif
 #if TEXTURED
     hit.kd *= sample_kd(b0 * texcoords[i0] + b1 * texcoords[i1] + b2 * texcoords[i2]);

@@ -120,6 +120,8 @@ impl LightIntermediates {
         let shadow_map = read_images(device, &[light_map])?
             .concat()
             .into_iter()
+            // Other lights may have more faces.
+            .take(light.domain.faces.len() * (light.plan.shadow_size as usize).pow(2))
             .map(|[x, y, z, triangle]| (triangle >= 0.0).then(|| space.to_world([x, y, z])))
             .collect();
         Ok(LightIntermediates {

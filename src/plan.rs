@@ -230,13 +230,7 @@ impl Plan {
                 max_image_px,
                 smaller_rsm,
             )?;
-            let faces = self
-                .lights
-                .iter()
-                .map(|light| light.faces)
-                .max()
-                .unwrap_or(0);
-            let texels = u64::from(faces) * u64::from(rsm_size) * u64::from(rsm_size);
+            let texels = u64::from(self.max_faces()) * u64::from(rsm_size) * u64::from(rsm_size);
             check(
                 "an image of the RSM (bytes)",
                 texels * PIXEL_BYTES,
@@ -248,6 +242,14 @@ impl Plan {
                 "the list of VPLs (rows)",
                 texels.div_ceil(1024),
                 max_image_px,
+                smaller_rsm,
+            )?;
+            // Members of a record are layers of an image.
+            let members = if self.is_specular { 5 } else { 3 };
+            check(
+                "the list of VPLs (bytes)",
+                texels * members * PIXEL_BYTES,
+                limits.max_allocation_bytes,
                 smaller_rsm,
             )?;
             check(
@@ -269,6 +271,21 @@ impl Plan {
                 width.max(height).into(),
                 max_image_px,
                 "scale the texture down, or choose another device",
+            )?;
+            check(
+                &format!("texture \"{}\" (bytes)", texture.name),
+                u64::from(width) * u64::from(height) * PIXEL_BYTES,
+                limits.max_allocation_bytes,
+                "scale the texture down, or choose another device",
+            )?;
+        }
+        for light in self.lights.iter().filter(|light| !light.shadow_from_rsm) {
+            let size = u64::from(light.shadow_size);
+            check(
+                "the shadow map (bytes)",
+                u64::from(self.max_faces()) * size * size * PIXEL_BYTES,
+                limits.max_allocation_bytes,
+                smaller_image,
             )?;
         }
         let vertices: u64 = scene

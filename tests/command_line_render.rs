@@ -13,6 +13,8 @@ use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_l
 fn program(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
     command.args(arguments).current_dir(folder);
+    // What the layer has to say would go to stdout, which the tests want clean.
+    command.env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation");
     command
 }
 
@@ -360,4 +362,27 @@ fn threads_do_not_show() {
         });
         assert!(images[0] == images[1], "{name}");
     }
+}
+
+#[test]
+fn outputs_destroy_neither_each_other_nor_the_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("own.exr");
+    std::fs::write(&scene, "a scene").unwrap();
+    for (arguments, says) in [
+        (
+            ["render", "b.toml", "-o", "x.exr", "--stats", "./x.exr"],
+            "named for two outputs",
+        ),
+        (
+            ["render", "own.exr", "-o", "./own.exr", "--stats", "s.json"],
+            "is the scene file",
+        ),
+    ] {
+        let output = program(folder.path(), &arguments).output().unwrap();
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert!(stderr.contains(says), "{stderr}");
+    }
+    assert_eq!(std::fs::read_to_string(&scene).unwrap(), "a scene");
 }

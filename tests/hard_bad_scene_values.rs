@@ -178,6 +178,19 @@ fn scenes_from_slices_are_validated() {
             "light 0 (spot): power_w is [-1.0",
         ),
         (
+            Box::new(move |s| s.lights[0] = spot(down, 0.0, 1e-160, 1.0)),
+            "give degrees above 0 (1e-4 at least)",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, 1e40)),
+            "up to 1e24",
+        ),
+        (Box::new(|s| s.materials[0].shininess = 1e39), "up to 1e9"),
+        (
+            Box::new(|s| s.meshes[0].texcoords = vec![[0.0, 1e39]; 3]),
+            "within -1e6 and 1e6",
+        ),
+        (
             Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, f64::INFINITY)),
             "light 0 (spot): power_w is [inf",
         ),

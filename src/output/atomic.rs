@@ -34,14 +34,21 @@ impl OutputFile {
         let Some(name) = target.file_name() else {
             return Err(output_error(&path, "it names no file", "add a file name"));
         };
-        // Unique within the process by the count, between processes by the id.
+        // Unique within the process by the count, between processes by the id; where ids come again, as in containers, a
+        // killed process may have left the name, so that the next count is tried.
         static COUNT: AtomicU64 = AtomicU64::new(0);
-        let count = COUNT.fetch_add(1, Ordering::Relaxed);
-        let mut hidden_name = std::ffi::OsString::from(".");
-        hidden_name.push(name);
-        hidden_name.push(format!(".{}-{count}.part", std::process::id()));
-        let temporary = target.with_file_name(hidden_name);
-        let file = File::create_new(&temporary).map_err(|error| creation_error(&path, &error))?;
+        let (temporary, file) = loop {
+            let count = COUNT.fetch_add(1, Ordering::Relaxed);
+            let mut hidden_name = std::ffi::OsString::from(".");
+            hidden_name.push(name);
+            hidden_name.push(format!(".{}-{count}.part", std::process::id()));
+            let temporary = target.with_file_name(hidden_name);
+            match File::create_new(&temporary) {
+                Ok(file) => break (temporary, file),
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(creation_error(&path, &error)),
+            }
+        };
         Ok(OutputFile {
             path,
             target,

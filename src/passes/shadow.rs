@@ -17,7 +17,7 @@ pub(crate) struct ShadowMap {
 }
 
 impl ShadowMap {
-    /// Room that the lights use in turn, as large as the light needs that needs most; `None` where RSMs serve them all.
+    /// Room that the lights use in turn; `None` where RSMs serve them all.
     pub fn for_plan(device: &Device, plan: &Plan) -> Result<Option<ShadowMap>> {
         let own = plan.lights.iter().filter(|light| !light.shadow_from_rsm);
         let Some(size) = own.map(|light| light.shadow_size).max() else {

@@ -34,7 +34,7 @@ struct Range {
 pub(crate) struct RasterPass<'p> {
     pub name: &'static str,
     pub pipelines: &'p Pipelines,
-    /// The word for the BRDF; `None`: positions only, which need neither normals nor textures.
+    /// The word for the BRDF; `None`: positions and triangles only, which need neither normals nor textures.
     pub brdf: Option<&'static str>,
     pub color_count: usize,
 }

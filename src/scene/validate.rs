@@ -7,6 +7,10 @@ use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
 const FARTHEST_M: f64 = 1e12;
+/// Power or irradiance beyond which the device's f32 overflows.
+const STRONGEST: f64 = 1e24;
+/// A narrower cone is nearer to a ray than f32 can tell.
+const NARROWEST_DEG: f64 = 1e-4;
 
 /// Below this angle between view and `up`, the turn of the image about its axis is rounding noise.
 const SMALLEST_UP_ANGLE_RAD: f64 = 1e-6;
@@ -101,9 +105,9 @@ impl Part {
 
     fn require_emission(self, what: &str, bands: Bands) -> Check {
         self.require(
-            bands.iter().all(|&value| value >= 0.0 && value.is_finite()),
+            bands.iter().all(|value| (0.0..=STRONGEST).contains(value)),
             || format!("{what} is {bands:?}"),
-            "give finite values of 0 or more",
+            "give finite values of 0 or more, up to 1e24",
         )
     }
 
@@ -233,9 +237,9 @@ fn check_light(part: Part, light: &Light) -> Check {
             part.require_direction("direction", direction)?;
             let (inner, outer) = (cone.inner_half_angle_deg, cone.outer_half_angle_deg);
             part.require(
-                outer > 0.0 && outer <= 180.0,
+                (NARROWEST_DEG..=180.0).contains(&outer),
                 || format!("outer_half_angle_deg is {outer}"),
-                "give degrees above 0, up to 180",
+                "give degrees above 0 (1e-4 at least), up to 180",
             )?;
             part.require(
                 inner >= 0.0,

@@ -90,6 +90,11 @@ fn check_texture(part: Part, texture: &Texture) -> Check {
     )
 }
 
+/// The largest Phong exponent: beyond, a lobe is narrower than f32 directions.
+const SHARPEST: f64 = 1e9;
+/// Beyond, f32 has no digits left to tell texels apart.
+const FARTHEST_TEXCOORD: f64 = 1e6;
+
 fn check_material(part: Part, material: &Material, texture_count: usize) -> Check {
     for (what, bands) in [("kd", material.kd), ("ks", material.ks)] {
         part.require(
@@ -100,9 +105,9 @@ fn check_material(part: Part, material: &Material, texture_count: usize) -> Chec
     }
     let shininess = material.shininess;
     part.require(
-        shininess >= 0.0 && shininess.is_finite(),
+        (0.0..=SHARPEST).contains(&shininess),
         || format!("shininess is {shininess}"),
-        "give a finite Phong exponent of 0 or more",
+        "give a Phong exponent of 0 or more, up to 1e9",
     )?;
     part.require(
         material
@@ -139,7 +144,7 @@ fn check_mesh(part: Part, mesh: &Mesh, material_count: usize) -> Check {
     let wrong = mesh
         .texcoords
         .iter()
-        .position(|uv| !uv.iter().all(|t| t.is_finite()));
+        .position(|uv| !uv.iter().all(|t| t.abs() <= FARTHEST_TEXCOORD));
     part.require(
         wrong.is_none(),
         || {
@@ -149,7 +154,7 @@ fn check_mesh(part: Part, mesh: &Mesh, material_count: usize) -> Check {
                 mesh.texcoords[vertex]
             )
         },
-        "give finite texture coordinates",
+        "give texture coordinates within -1e6 and 1e6",
     )?;
 
     let triangle_count = mesh.triangles.len();

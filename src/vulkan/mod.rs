@@ -1,5 +1,4 @@
-//! The Vulkan layer: device, memory, pipelines and command recording. All of the engine's `unsafe` but the C ABI's lies
-//! here. It knows no scene and no pass.
+//! The Vulkan layer: device, memory, pipelines and command recording. All of the engine's `unsafe` lies here. It knows no scene and no pass.
 //!
 //! Conventions that keep it small: one queue; every image lives in layout GENERAL; passes are separated by full memory
 //! barriers; descriptors are pushed, by the names that the shaders give their bindings.

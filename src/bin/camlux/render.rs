@@ -174,10 +174,16 @@ impl Outputs {
             .flatten()
             .map(PathBuf::as_path)
             .collect();
-        if let Some(twice) = (1..paths.len()).find(|&index| paths[..index].contains(&paths[index]))
+        let files: Vec<PathBuf> = paths.iter().map(|path| file_behind(path)).collect();
+        if let Some(twice) = (1..files.len()).find(|&index| files[..index].contains(&files[index]))
         {
             let path = paths[twice].display();
             return Err(format!("{path} is named for two outputs; give each its own name").into());
+        }
+        let scene = file_behind(&args.scene);
+        if let Some(same) = files.iter().position(|file| *file == scene) {
+            let path = paths[same].display();
+            return Err(format!("{path} is the scene file; give the output another name").into());
         }
         let create = |path: &PathBuf| OutputFile::create(path);
         Ok(Some(Outputs {
@@ -186,6 +192,19 @@ impl Outputs {
             stats: args.stats.as_ref().map(create).transpose()?,
         }))
     }
+}
+
+/// The file that a path leads to, one way of writing it for all: also where the file is not there yet.
+fn file_behind(path: &Path) -> PathBuf {
+    let by_folder = || {
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    };
+    let canonical = path.canonicalize().ok().or_else(by_folder);
+    canonical.unwrap_or_else(|| path.to_owned())
 }
 
 fn load(args: &Args) -> Result<Scene, Failure> {
