@@ -29,6 +29,8 @@ pub mod scene;
 mod vulkan;
 
 pub use error::{Error, Result};
+/// The vectors of this crate's interface.
+pub use glam;
 pub use frame::Progress;
 pub use local_space::LocalSpace;
 pub use plan::{GatherKernel, IndirectPlan, LightPlan, Plan};
