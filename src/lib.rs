@@ -29,9 +29,9 @@ pub mod scene;
 mod vulkan;
 
 pub use error::{Error, Result};
+pub use frame::Progress;
 /// The vectors of this crate's interface.
 pub use glam;
-pub use frame::Progress;
 pub use local_space::LocalSpace;
 pub use plan::{GatherKernel, IndirectPlan, LightPlan, Plan};
 pub use renderer::{RenderOptions, Renderer};
