@@ -344,6 +344,37 @@ fn a_killed_render_leaves_no_half_image() {
     );
 }
 
+/// Ctrl-C and SIGTERM end the program between two submissions, and it cleans up.
+#[test]
+fn a_terminated_render_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene_file("cornell");
+    let arguments = [
+        "render",
+        scene.to_str().unwrap(),
+        "-o",
+        "a.exr",
+        "--rsm-size",
+        "256",
+    ];
+    let mut child = program(folder.path(), &arguments)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().contains("gather")));
+    let pid = child.id().to_string();
+    let signal = Command::new("kill").args(["-TERM", &pid]).status().unwrap();
+    assert!(signal.success());
+    let rest: Vec<String> = lines.map(|line| line.unwrap()).collect();
+    assert_eq!(child.wait().unwrap().code(), Some(1), "{rest:?}");
+    assert!(
+        rest.iter().any(|line| line.contains("cancelled")),
+        "{rest:?}"
+    );
+    assert_eq!(files(folder.path()), Vec::<String>::new());
+}
+
 /// The driver reads its number of threads when it is loaded.
 #[test]
 fn threads_do_not_show() {

@@ -1,7 +1,8 @@
-//! Progress on stderr: a bar on a terminal, a line per pass elsewhere.
+//! Progress on stderr: a bar on a terminal, a line per pass elsewhere. And the end of it by Ctrl-C.
 
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use camlux::Progress;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -9,6 +10,19 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::tell;
 
 const STEPS: u64 = 1000;
+
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// From here on Ctrl-C and SIGTERM end the render between two submissions, so that the files under construction are
+/// removed; the second one ends the program at once.
+pub fn stop_on_signals() {
+    // Without a handler a signal ends the program at once, as ever.
+    let _ = ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+}
 
 /// Shows the progress of a render until dropped.
 pub struct ProgressDisplay {
@@ -43,6 +57,9 @@ impl ProgressDisplay {
                 tell(&format!("{percent:3.0} % {}", progress.pass));
             }
             None => {}
+        }
+        if INTERRUPTED.load(Ordering::Relaxed) {
+            return ControlFlow::Break(());
         }
         ControlFlow::Continue(())
     }

@@ -7,7 +7,7 @@ use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_pn
 use camlux::scene::Estimator;
 use camlux::{Device, DeviceChoice, DeviceOptions, Plan, RenderOptions, Renderer, Scene};
 
-use crate::progress::ProgressDisplay;
+use crate::progress::{ProgressDisplay, stop_on_signals};
 use crate::summary::{self, Run, WallTimes, Written};
 use crate::{Failure, json, overrides, print, tell};
 
@@ -63,6 +63,7 @@ fn parse_layer(name: &str) -> Result<Layer, String> {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
+    stop_on_signals();
     // Before anything that takes time: a place that cannot be written is said at once.
     let outputs = Outputs::create(args)?;
 
