@@ -12,7 +12,7 @@ use crate::{
 
 /// Bytes of a pixel of every image.
 const PIXEL_BYTES: u64 = 16;
-/// Bounds of the edge of a shadow map of a light's own.
+/// Bounds of the edge of the shadow map that lights share whose RSM is too coarse, texels.
 const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
 /// Texels of such a map per triangle of the scene: fewer, and many triangles are not in the map.
 const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;

@@ -3,9 +3,9 @@
 
 use std::{
     fs,
-    io::{BufRead, BufReader},
+    io::{BufRead, BufReader, Lines},
     path::{Path, PathBuf},
-    process::{Command, Output, Stdio},
+    process::{Child, ChildStderr, Command, Output, Stdio},
 };
 
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
@@ -310,28 +310,37 @@ fn an_image_over_the_devices_limits_leaves_no_file() {
     );
 }
 
+/// A render that has reached the gather, and what it goes on to say.
+fn render_at_work(folder: &Path, name: &str) -> (Child, Lines<BufReader<ChildStderr>>) {
+    let scene = scene_file("cornell");
+    // Some 30 G pairs: far more than can be done before a signal.
+    let arguments = [
+        "render",
+        scene.to_str().unwrap(),
+        "-o",
+        name,
+        "--rsm-size",
+        "256",
+    ];
+    let mut child = program(folder, &arguments)
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    assert!(lines.any(|line| line.unwrap().contains("gather")));
+    (child, lines)
+}
+
 /// Nothing but the hidden file under construction is left, and what was there before is untouched.
 #[test]
 fn a_killed_render_leaves_no_half_image() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("old.exr"), "old").unwrap();
-    let scene = scene_file("cornell");
-    let scene = scene.to_str().unwrap();
     for name in ["new.exr", "old.exr"] {
-        // Some 30 G pairs: far more than can be done before the kill.
-        let arguments = ["render", scene, "-o", name, "--rsm-size", "256"];
-        let mut child = program(folder.path(), &arguments)
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let stderr = BufReader::new(child.stderr.take().unwrap());
-        let at_work = stderr.lines().any(|line| line.unwrap().contains("gather"));
+        let (mut child, _stderr) = render_at_work(folder.path(), name);
         child.kill().unwrap();
         let status = child.wait().unwrap();
-        assert!(
-            at_work && status.code().is_none(),
-            "killed at work: {status}"
-        );
+        assert!(status.code().is_none(), "killed at work: {status}");
     }
     let visible: Vec<String> = files(folder.path())
         .into_iter()
@@ -348,21 +357,7 @@ fn a_killed_render_leaves_no_half_image() {
 #[test]
 fn a_terminated_render_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = scene_file("cornell");
-    let arguments = [
-        "render",
-        scene.to_str().unwrap(),
-        "-o",
-        "a.exr",
-        "--rsm-size",
-        "256",
-    ];
-    let mut child = program(folder.path(), &arguments)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
-    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
-    assert!(lines.any(|line| line.unwrap().contains("gather")));
+    let (mut child, lines) = render_at_work(folder.path(), "a.exr");
     let pid = child.id().to_string();
     let signal = Command::new("kill").args(["-TERM", &pid]).status().unwrap();
     assert!(signal.success());

@@ -84,7 +84,7 @@ impl Compactor {
             recorder.barrier();
             recorder.dispatch(&write, &all, &parameters, groups)?;
             let bytes = size_of::<ListLengths>() as u64;
-            recorder.copy_buffer(&self.lengths, &self.readback, 0, bytes);
+            recorder.copy_buffer(&self.lengths, &self.readback, bytes);
             Ok(())
         })
     }

@@ -336,11 +336,11 @@ impl<'r> Recorder<'r> {
         self.transition(from, layout, vk::ImageLayout::GENERAL);
     }
 
-    /// Copies the first `bytes` bytes of a buffer to another at `to_offset`.
-    pub fn copy_buffer(&mut self, from: &'r Buffer, to: &'r Buffer, to_offset: u64, bytes: u64) {
+    /// Copies the first `bytes` bytes of a buffer to the start of another.
+    pub fn copy_buffer(&mut self, from: &'r Buffer, to: &'r Buffer, bytes: u64) {
         let region = vk::BufferCopy {
             src_offset: 0,
-            dst_offset: to_offset,
+            dst_offset: 0,
             size: bytes,
         };
         // SAFETY: both ranges lie in their buffers, which live until the submission.
