@@ -6,4 +6,4 @@ class Failure(Exception):
 
 
 class Unsupported(Exception):
-    """A scene that this peer cannot express. The text says what of it."""
+    """A scene that the peers have no part in. The text says why."""

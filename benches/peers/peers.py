@@ -1,4 +1,4 @@
-"""Renders a camlux scene with Mitsuba 3, and with Mitsuba 3 and Open Image Denoise, and prints what it took as JSON lines.
+"""Renders a camlux scene with Mitsuba 3, alone and denoised by Open Image Denoise; prints what it took as JSON lines.
 
 README.md says what is measured; `run` makes the environment that this needs."""
 
@@ -15,22 +15,29 @@ from failure import Failure, Unsupported
 
 VARIANT = "llvm_ad_rgb"
 SAMPLES = [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024]
+PEERS = ["mitsuba", "mitsuba-path", "mitsuba+oidn", "mitsuba+oidn-fast"]
 QUICK_SAMPLES = [1, 4, 16, 64]
 # More samples than these are not worth denoising: the denoiser's bias stays.
 MOST_SAMPLES_DENOISED = 32
+# Its error falls with the square root of the samples: what lies beyond can be drawn as a line.
+MOST_SAMPLES_OF_PATH = 256
 RUNS = 3
 LONG_RUN_SECONDS = 10.0
 
 NOTES = [
-    "Timed: rendering direct and indirect light, denoising, writing the OpenEXR file. Not timed: starting Python, loading the scene, "
-    "building its acceleration structure, compiling the kernels and making the denoiser. No timed run compiles: checked.",
-    "Every frame spends a few milliseconds of Python on tracing its kernels.",
-    "In Mitsuba's favour: the primary hit is traced once a pixel and not once a sample, direct light is computed once and exactly, the "
-    "samples are multi-jittered, and the loop over them is inside one kernel. The plugin `path` as it is shipped does none of "
-    "that and is several times slower at the same error (README.md).",
-    "In Mitsuba's favour: compiling its kernels (0.2 to 1 s for a new scene) is left out.",
-    "Mitsuba computes the true single bounce, with visibility; camlux's estimators may leave visibility out.",
-    "Both are general: they would also render area lights, many bounces and transmission.",
+    "Timed: rendering direct and indirect light, denoising, writing the OpenEXR file. Not timed: starting Python, "
+    "loading the scene, building its acceleration structure, compiling the kernels (0.1 to 1 s) and making the "
+    "denoiser. No timed run compiles: checked.",
+    "Every frame spends a few milliseconds of Python on tracing its kernels; this is timed.",
+    "mitsuba: Mitsuba's rays, materials and lights, but an estimator made for this comparison, in Mitsuba's "
+    "favour: the primary hit is traced once a pixel and not once a sample, no sample is spent on direct light, "
+    "and the samples are multi-jittered.",
+    "mitsuba-path: the plugin path as it is shipped, max_depth 3, independent samples, less the direct light. "
+    "With several lights its indirect light holds the noise of choosing one for the direct light.",
+    "mitsuba+oidn: the frames of mitsuba with the indirect light denoised in the best quality, guided by albedo "
+    "and normals without noise; mitsuba+oidn-fast: in the fastest.",
+    "All compute the true single bounce, with visibility; camlux's estimators may leave visibility out.",
+    "Mitsuba is general: it would also render area lights, many bounces and transmission.",
 ]
 
 
@@ -44,6 +51,14 @@ def main() -> int:
         run(options, threads, results)
     except Failure as failure:
         print(f"peers: {failure}", file=sys.stderr)
+        return 1
+    except (RuntimeError, OSError, MemoryError) as error:
+        # What Mitsuba, Dr.Jit and OpenEXR raise for files they cannot read or write and for want of memory.
+        reason = " ".join(str(error).split()) or type(error).__name__
+        print(
+            f"peers: {options.scene}: {reason}; check the files it names, the space for the output, and the size",
+            file=sys.stderr,
+        )
         return 1
     return 0
 
@@ -91,12 +106,14 @@ def run(options: argparse.Namespace, threads: int, results):
         loaded = scene.load(options.scene, tuple(options.size))
     except Unsupported as unsupported:
         put(about="camlux's peers", notes=NOTES)
-        for peer in ("mitsuba", "mitsuba+oidn"):
+        for peer in PEERS:
             put(peer=peer, unsupported=str(unsupported))
         return
     except (KeyError, IndexError, TypeError, ValueError) as error:
         problem = f"{type(error).__name__}: {error}"
-        raise Failure(f"{options.scene}: cannot be read ({problem}); camlux render says what is wrong with it") from error
+        raise Failure(
+            f"{options.scene}: cannot be read ({problem}); camlux render says what is wrong with it"
+        ) from error
 
     mi, dr = start_mitsuba(threads)
     from tracer import Tracer
@@ -108,7 +125,7 @@ def run(options: argparse.Namespace, threads: int, results):
         check.compare(tracer, loaded.size_px, options.check)
         return
 
-    from frames import Denoised, Denoiser, PathTraced
+    from frames import Denoised, Denoiser, PathPlugin, PathTraced
 
     try:
         options.output.mkdir(parents=True, exist_ok=True)
@@ -116,47 +133,57 @@ def run(options: argparse.Namespace, threads: int, results):
         raise Failure(f"cannot make the folder {options.output}: {error.strerror}; give another --output") from error
     put(about="Mitsuba 3, alone and denoised by Open Image Denoise, on a scene of camlux", notes=NOTES)
     mitsuba, oidn = mi.__version__, oidn_version()
-    stem = options.scene.stem
     samples = options.spp or (QUICK_SAMPLES if options.quick else SAMPLES)
-    common = {"variant": VARIANT, "threads": threads}
-    for spp in samples:
-        path = options.output / f"{stem}_mitsuba_{spp}.exr"
-        put(
-            peer="mitsuba",
-            version=mitsuba,
-            label=f"Mitsuba {mitsuba}, {spp} spp",
-            spp=spp,
-            **common,
-            **measure(PathTraced(tracer, loaded.size_px, spp), path, dr),
+    size_px = loaded.size_px
+
+    def put_frames(peer: str, version: str, label: str, most_samples: int, frame):
+        for spp in samples:
+            if spp <= most_samples:
+                path = options.output / f"{options.scene.stem}_{peer.replace('+', '_')}_{spp}.exr"
+                timed = measure(frame(spp), path, dr)
+                put(
+                    peer=peer,
+                    version=version,
+                    variant=VARIANT,
+                    label=f"{label}, {VARIANT}, {spp} spp",
+                    spp=spp,
+                    threads=threads,
+                    **timed,
+                )
+
+    put_frames("mitsuba", mitsuba, f"Mitsuba {mitsuba}", max(samples), lambda spp: PathTraced(tracer, size_px, spp))
+    put_frames(
+        "mitsuba-path",
+        mitsuba,
+        f"Mitsuba {mitsuba} path",
+        MOST_SAMPLES_OF_PATH,
+        lambda spp: PathPlugin(tracer, size_px, spp),
+    )
+    for peer, quality, fast in (("mitsuba+oidn", "", False), ("mitsuba+oidn-fast", " fast", True)):
+        denoiser = Denoiser(size_px, threads, fast)
+        put_frames(
+            peer,
+            f"{mitsuba} + {oidn}",
+            f"Mitsuba {mitsuba} + OIDN {oidn}{quality}",
+            MOST_SAMPLES_DENOISED,
+            lambda spp, denoiser=denoiser: Denoised(tracer, size_px, spp, denoiser),
         )
-    denoiser = Denoiser(loaded.size_px, threads)
-    for spp in samples:
-        if spp <= MOST_SAMPLES_DENOISED:
-            path = options.output / f"{stem}_mitsuba_oidn_{spp}.exr"
-            put(
-                peer="mitsuba+oidn",
-                version=f"{mitsuba} + {oidn}",
-                label=f"Mitsuba {mitsuba} + OIDN {oidn}, {spp} spp",
-                spp=spp,
-                **common,
-                **measure(Denoised(tracer, loaded.size_px, spp, denoiser), path, dr),
-            )
 
 
 def start_mitsuba(threads: int):
     import drjit as dr
     import mitsuba as mi
 
-    mi.set_variant(VARIANT)
-    mi.set_log_level(mi.LogLevel.Error)
-    dr.set_thread_count(threads)
     try:
+        mi.set_variant(VARIANT)
+        dr.set_thread_count(threads)
         dr.eval(dr.arange(mi.Float, 2) + 1)
-    except Exception as error:
-        reason = str(error).strip().splitlines()[0]
+    except (ImportError, RuntimeError) as error:
         raise Failure(
-            f"Mitsuba cannot compile: {reason}; install a recent LLVM (Debian: libllvm19) or name its library in DRJIT_LIBLLVM_PATH"
+            f"Mitsuba cannot compile for this processor ({str(error).splitlines()[0]}); install a newer LLVM (Debian: "
+            "libllvm19) and name its library in DRJIT_LIBLLVM_PATH"
         ) from error
+    mi.set_log_level(mi.LogLevel.Error)
     return mi, dr
 
 

@@ -1,5 +1,6 @@
-"""What camlux's model has and Mitsuba does not: its BRDF and the falloff of its spot light. Traced into the same kernels as
-Mitsuba's own plugins. Import after the variant is set."""
+"""What camlux's model has and Mitsuba does not: its BRDF and the falloff of its spot light.
+
+Traced into the same kernels as Mitsuba's own plugins. Import after the variant is set."""
 
 import drjit as dr
 import mitsuba as mi
@@ -8,7 +9,8 @@ import mitsuba as mi
 class ModifiedPhong(mi.BSDF):
     """Two-sided f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s (Lafortune & Willems 1994).
 
-    Sampled by a mixture of the cosine and of (s+1)/(2π)·cos^s about the mirror direction, by the share of either in k_d + k_s.
+    Sampled by a mixture of the cosine and of (s+1)/(2π)·cos^s about the mirror direction, in the proportion of k_d to
+    k_s.
     """
 
     def __init__(self, props):
@@ -91,7 +93,7 @@ class ModifiedPhong(mi.BSDF):
 
 
 class CosineSpot(mi.Emitter):
-    """I_0·cos(½π·(θ−θ_i)/(θ_o−θ_i)) between the inner and the outer half angle; Mitsuba's `spot` falls linearly in θ."""
+    """I_0·cos(½π·(θ−θ_i)/(θ_o−θ_i)) between inner and outer half angle; Mitsuba's `spot` falls linearly in θ."""
 
     def __init__(self, props):
         mi.Emitter.__init__(self, props)

@@ -2,8 +2,9 @@
 
 camlux is what validates scenes; here a broken one may end in a KeyError.
 
-Mitsuba computes in float32 and keeps rays off surfaces by distances that suit scenes of about 1. So the scene is moved to the
-origin and scaled by a power of two, which changes no digit of a radiance: an intensity is scaled by the square.
+Mitsuba computes in float32 and keeps rays off surfaces by distances that suit scenes of about 1. So the scene is
+moved to the origin and scaled by a power of two, which changes no digit of a radiance: an intensity is scaled by the
+square.
 """
 
 import math
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from failure import Failure
+from failure import Failure, Unsupported
 from obj import Group, read_mtl, read_obj
 
 
@@ -39,7 +40,7 @@ class Mesh:
 
 @dataclass
 class Light:
-    """`emission`: I (point) or I_0 (spot) in W/sr times the square of the local scale, or E_L in W/m² (directional)."""
+    """`emission`: I (point) or I_0 (spot), W/sr times the square of the local scale; E_L (directional), W/m²."""
 
     kind: str
     emission: np.ndarray
@@ -77,6 +78,8 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
     for number, keys in enumerate(toml["mesh"]):
         add_mesh(scene, path.parent, keys, f"mesh {number}")
     scene.lights = [light(keys) for keys in toml["light"]]
+    if "indirect" not in toml:
+        raise Unsupported("the scene has no [indirect]: there is no single bounce to compare")
     move_to_local_space(scene)
     return scene
 

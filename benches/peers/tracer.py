@@ -55,22 +55,25 @@ class Tracer:
 
     @dr.syntax
     def indirect(self, pattern: "Pattern", iterations: int):
-        """The mean of `iterations` samples of the pattern of the single bounce: what `path` estimates with max_depth = 3, less the
-        direct light. `iterations` is not compiled in."""
+        """The single bounce, as the mean of the first `iterations` samples of the pattern: what `path` estimates with
+        max_depth 3, less the direct light. `iterations` is not compiled in."""
         context = mi.BSDFContext()
         si = self.primary_hits()
         bsdf_at_pixel = si.bsdf()
+        # Named inside the loop, so that Dr.Jit carries its state from one sample to the next.
         jitter = pattern.jitter
         radiance = mi.Color3f(0)
         index = mi.UInt32(0)
         count = dr.opaque(mi.UInt32, iterations)
         while index < count:
             bs, weight = bsdf_at_pixel.sample(
-                context, si, pattern.point_1d(index, 0), pattern.point_2d(index, 1), si.is_valid()
+                context, si, pattern.point_1d(index, 0, jitter), pattern.point_2d(index, 1, jitter), si.is_valid()
             )
             active = si.is_valid() & (dr.max(weight) > 0)
             lit = self.scene.ray_intersect(si.spawn_ray(si.to_world(bs.wo)), active)
-            ds, irradiance = self.scene.sample_emitter_direction(lit, pattern.point_2d(index, 2), True, lit.is_valid())
+            ds, irradiance = self.scene.sample_emitter_direction(
+                lit, pattern.point_2d(index, 2, jitter), True, lit.is_valid()
+            )
             value = lit.bsdf().eval(context, lit, lit.to_local(ds.d), lit.is_valid() & (ds.pdf > 0))
             radiance += weight * value * irradiance
             index += 1
@@ -92,8 +95,8 @@ class Tracer:
 
 
 class Pattern:
-    """Correlated multi-jittered points (Kensler 2013), as Mitsuba's sampler `multijitter` makes them, a pattern of `samples` points
-    per pixel. That plugin cannot run inside a loop of a kernel: Dr.Jit does not see its sample index."""
+    """Correlated multi-jittered points (Kensler 2013), as Mitsuba's sampler `multijitter` makes them: `samples` a
+    pixel. That plugin cannot run inside a loop of a kernel, for Dr.Jit does not see its sample index."""
 
     def __init__(self, samples: int, pixel_count: int, seed: int):
         rows = next(n for n in range(math.isqrt(samples), 0, -1) if samples % n == 0)
@@ -103,21 +106,21 @@ class Pattern:
         self.jitter = mi.load_dict({"type": "independent"})
         self.jitter.seed(seed, pixel_count)
 
-    def point_1d(self, index, dimension: int):
+    def point_1d(self, index, dimension: int, jitter):
         stratum = mi.permute_kensler(index, self.samples, (self.permutation + dimension) * 0x45FBE943)
-        return (mi.Float(stratum) + self.jitter.next_1d()) / self.samples
+        return (mi.Float(stratum) + jitter.next_1d()) / self.samples
 
-    def point_2d(self, index, dimension: int):
+    def point_2d(self, index, dimension: int, jitter):
         seed = self.permutation + dimension
         cell = mi.permute_kensler(index, self.samples, seed * 0x51633E2D)
         y = cell // self.columns
         x = cell - y * self.columns
         finer_x = mi.Float(mi.permute_kensler(y, self.rows, seed * 0x02E5BE93))
         finer_y = mi.Float(mi.permute_kensler(x, self.columns, seed * 0x68BC21EB))
-        jitter = self.jitter.next_2d()
+        offset = jitter.next_2d()
         return mi.Point2f(
-            (mi.Float(x) + (finer_x + jitter.x) / self.rows) / self.columns,
-            (mi.Float(y) + (finer_y + jitter.y) / self.columns) / self.rows,
+            (mi.Float(x) + (finer_x + offset.x) / self.rows) / self.columns,
+            (mi.Float(y) + (finer_y + offset.y) / self.columns) / self.rows,
         )
 
 
