@@ -25,6 +25,8 @@ pub mod model;
 pub mod output;
 mod passes;
 mod plan;
+#[cfg(feature = "reference")]
+pub mod reference;
 mod renderer;
 pub mod scene;
 mod vulkan;

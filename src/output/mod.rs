@@ -11,5 +11,7 @@ mod png;
 pub use atomic::OutputFile;
 pub use exr::{ExrOptions, write_exr};
 pub use exr_read::{ImageLayer, LayeredImage};
-pub use frame::{Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime};
+pub use frame::{
+    Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples,
+};
 pub use png::{PngPreview, PngView, write_png};
