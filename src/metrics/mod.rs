@@ -15,11 +15,11 @@ use crate::error::{Error, Result};
 use crate::model::CompensatedSum;
 
 /// Two images to be compared, in memory. All slices hold width · height · `channels` values, channels interleaved, but
-/// `valid`, which has one entry a pixel.
+/// `valid`, which has one entry a pixel. The reference is f32, as files are, or f64, as the model is.
 #[derive(Debug, Clone, Copy)]
-pub struct Pixels<'a> {
+pub struct Pixels<'a, T = f32> {
     pub image: &'a [f32],
-    pub reference: &'a [f32],
+    pub reference: &'a [T],
     /// τ of each value, in the unit of `image`; `None` for an image without noise.
     pub image_standard_error: Option<&'a [f32]>,
     /// σ of each value, in the unit of `reference`; `None` where it is not known.
@@ -70,7 +70,7 @@ impl Comparison {
     ///
     /// # Errors
     /// [`Error::Input`] when the slices do not fit together.
-    pub fn of(pixels: &Pixels) -> Result<Self> {
+    pub fn of<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Result<Self> {
         check(pixels)?;
         let selection = Selection::of(pixels);
         let samples = &selection.samples;
@@ -134,7 +134,7 @@ struct Selection {
 }
 
 impl Selection {
-    fn of(pixels: &Pixels) -> Self {
+    fn of<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Self {
         let mut selection = Selection {
             samples: Vec::new(),
             non_finite_image: 0,
@@ -149,7 +149,7 @@ impl Selection {
                 let sample = Sample {
                     pixel,
                     x: f64::from(pixels.image[index]),
-                    t: f64::from(pixels.reference[index]),
+                    t: pixels.reference[index].into(),
                     sigma: standard_error(pixels.reference_standard_error, index),
                     tau: standard_error(pixels.image_standard_error, index),
                 };
@@ -179,7 +179,7 @@ fn percentile_99(samples: &[Sample], offset: f64) -> f64 {
     *percentile
 }
 
-fn check(pixels: &Pixels) -> Result<()> {
+fn check<T>(pixels: &Pixels<T>) -> Result<()> {
     let refuse = |problem: String| {
         Err(Error::Input {
             at: "comparison".into(),
@@ -189,19 +189,21 @@ fn check(pixels: &Pixels) -> Result<()> {
     };
     let due = pixels.valid.len().checked_mul(pixels.channels);
     let lists = [
-        ("image", Some(pixels.image)),
-        ("reference", Some(pixels.reference)),
-        ("image's standard error", pixels.image_standard_error),
+        ("image", Some(pixels.image.len())),
+        ("reference", Some(pixels.reference.len())),
+        (
+            "image's standard error",
+            pixels.image_standard_error.map(<[f32]>::len),
+        ),
         (
             "reference's standard error",
-            pixels.reference_standard_error,
+            pixels.reference_standard_error.map(<[f32]>::len),
         ),
     ];
-    for (name, values) in lists {
-        if let Some(values) = values.filter(|values| Some(values.len()) != due) {
+    for (name, length) in lists {
+        if let Some(length) = length.filter(|&length| Some(length) != due) {
             return refuse(format!(
-                "the {name} has {} values where {} pixels of {} are due",
-                values.len(),
+                "the {name} has {length} values where {} pixels of {} are due",
                 pixels.valid.len(),
                 pixels.channels
             ));
