@@ -49,7 +49,7 @@ pub fn write_png(mut file: OutputFile, map: &ErrorMap, title: &Title) -> Result<
 fn picture(map: &ErrorMap, title: &Title) -> RgbImage {
     let range = map.range();
     let colors = map.rgb(range, MOST_PX);
-    let scale = (LEAST_PX / colors.width()).max(1);
+    let scale = (LEAST_PX / colors.width().max(colors.height())).max(1);
     let [map_width, map_height] = [colors.width(), colors.height()].map(|px| px * scale);
     let width = map_width.max(LEAST_PX) + 2 * MARGIN_PX;
     let legend_top = map_height + 2 * MARGIN_PX;
