@@ -2,6 +2,7 @@
 
 mod atomic;
 mod exr;
+mod exr_blocks;
 mod exr_decode;
 mod exr_read;
 mod frame;

@@ -1,0 +1,195 @@
+//! Where an image is too dark and too bright: signed errors as colours.
+
+mod picture;
+
+use camlux::metrics::Pixels;
+use image::{Rgb, RgbImage};
+
+pub use picture::{Title, write_png};
+
+/// Signed errors of an image, pixel by pixel.
+pub struct ErrorMap {
+    size_px: [usize; 2],
+    /// The mean over the bands of x − t, over the mean of t over all valid pixels and bands; not a number where the image or
+    /// the reference is none, `None` where no surface is seen.
+    errors: Vec<Option<f64>>,
+}
+
+impl ErrorMap {
+    /// For slices that fit together. `None` where the mean of the reference is not over 0.
+    pub fn new(resolution_px: [u32; 2], pixels: &Pixels) -> Option<ErrorMap> {
+        let channels = pixels.channels;
+        let valid = || pixels.valid.iter().enumerate().filter(|(_, valid)| **valid);
+        let values = valid()
+            .flat_map(|(pixel, _)| &pixels.reference[pixel * channels..(pixel + 1) * channels])
+            .filter(|value| value.is_finite());
+        let (mut sum, mut count) = (0.0, 0_usize);
+        for &value in values {
+            sum += f64::from(value);
+            count += 1;
+        }
+        let mean = sum / count as f64;
+        if count == 0 || mean <= 0.0 {
+            return None;
+        }
+        let mut errors = vec![None; pixels.valid.len()];
+        for (pixel, _) in valid() {
+            let bands = pixel * channels..(pixel + 1) * channels;
+            let difference: f64 = bands
+                .map(|index| f64::from(pixels.image[index]) - f64::from(pixels.reference[index]))
+                .sum();
+            errors[pixel] = Some(difference / channels as f64 / mean);
+        }
+        Some(ErrorMap {
+            size_px: resolution_px.map(|px| px as usize),
+            errors,
+        })
+    }
+
+    /// A range of colours that 99 % of the pixels do not leave: the next of 1, 1.5, 2, 3 and 5 times a power of ten.
+    pub fn range(&self) -> f64 {
+        let mut magnitudes: Vec<f64> = self.errors.iter().flatten().map(|e| e.abs()).collect();
+        magnitudes.retain(|magnitude| magnitude.is_finite());
+        if magnitudes.is_empty() {
+            return 1.0;
+        }
+        let rank = (magnitudes.len() * 99).div_ceil(100) - 1;
+        let (_, percentile, _) = magnitudes.select_nth_unstable_by(rank, f64::total_cmp);
+        // Below that of f32 there is nothing to see; images may be equal.
+        let percentile = percentile.max(1e-7);
+        let power = 10_f64.powf(percentile.log10().floor());
+        let steps = [1.0, 1.5, 2.0, 3.0, 5.0].map(|step| step * power);
+        let fits = steps
+            .into_iter()
+            .find(|step| percentile <= step * 1.000_001);
+        fits.unwrap_or(10.0 * power)
+    }
+
+    /// The map alone, colours ending at ±`range`. It is not wider than `widest_px`: larger images are averaged over squares of
+    /// pixels, their surfaces only.
+    pub fn rgb(&self, range: f64, widest_px: usize) -> RgbImage {
+        let [width, height] = self.size_px;
+        let edge = width.div_ceil(widest_px.max(1)).max(1);
+        let size = [width, height].map(|px| px.div_ceil(edge) as u32);
+        RgbImage::from_fn(size[0], size[1], |x, y| {
+            let [left, top] = [x, y].map(|px| px as usize * edge);
+            let rows = top..(top + edge).min(height);
+            let seen = rows.flat_map(|row| {
+                let row = row * width;
+                self.errors[row + left..row + (left + edge).min(width)]
+                    .iter()
+                    .flatten()
+            });
+            let (sum, count) = seen.fold((0.0, 0), |(sum, count), error| (sum + error, count + 1));
+            if count == 0 {
+                return BACKGROUND;
+            }
+            Rgb(diverging(sum / f64::from(count) / range))
+        })
+    }
+}
+
+const BACKGROUND: Rgb<u8> = Rgb([128; 3]);
+/// Colour of an error from −1 (blue) over 0 (almost white) to 1 (red); black for what is not a number. The palette is
+/// "RdBu" of ColorBrewer (Harrower and Brewer 2003), made for the colour-blind, too.
+pub fn diverging(share: f64) -> [u8; 3] {
+    const STOPS: [[u8; 3]; 11] = [
+        [5, 48, 97],
+        [33, 102, 172],
+        [67, 147, 195],
+        [146, 197, 222],
+        [209, 229, 240],
+        [247, 247, 247],
+        [253, 219, 199],
+        [244, 165, 130],
+        [214, 96, 77],
+        [178, 24, 43],
+        [103, 0, 31],
+    ];
+    if share.is_nan() {
+        return [0; 3];
+    }
+    let at = (share.clamp(-1.0, 1.0) + 1.0) / 2.0 * (STOPS.len() - 1) as f64;
+    let index = (at as usize).min(STOPS.len() - 2);
+    let weight = at - index as f64;
+    std::array::from_fn(|band| {
+        let [low, high] = [STOPS[index][band], STOPS[index + 1][band]].map(f64::from);
+        (low + weight * (high - low)).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A map of one row of one channel; background where the reference is negative.
+    fn map(image: &[f32], reference: &[f32]) -> Option<ErrorMap> {
+        let valid: Vec<bool> = reference.iter().map(|&t| t >= 0.0).collect();
+        let pixels = Pixels {
+            image,
+            reference,
+            image_standard_error: None,
+            reference_standard_error: None,
+            valid: &valid,
+            channels: 1,
+        };
+        ErrorMap::new([image.len() as u32, 1], &pixels)
+    }
+
+    #[test]
+    fn colours_tell_dark_from_bright() {
+        // Mean 2, errors -0.5, 0, +0.5, none, not a number.
+        let map = map(&[1.0, 2.0, 3.0, 9.0, f32::NAN], &[2.0, 2.0, 2.0, -1.0, 2.0]).unwrap();
+        let colors = map.rgb(0.5, 100);
+        let at = |x: u32| colors.get_pixel(x, 0).0;
+        assert_eq!(at(0), [5, 48, 97]);
+        assert_eq!(at(1), [247; 3]);
+        assert_eq!(at(2), [103, 0, 31]);
+        assert_eq!(at(3), BACKGROUND.0);
+        assert_eq!(at(4), [0; 3]);
+        assert_eq!(map.range(), 0.5);
+        // What leaves the range stays at its end.
+        assert_eq!(map.rgb(0.1, 100).get_pixel(0, 0).0, at(0));
+    }
+
+    #[test]
+    fn a_wide_map_is_averaged_over_its_surfaces() {
+        // Squares of 3: (0.3, -0.3, none), (none), (0.3).
+        let map = map(
+            &[13.0, 7.0, 0.0, 0.0, 0.0, 0.0, 13.0],
+            &[10.0, 10.0, -1.0, -1.0, -1.0, -1.0, 10.0],
+        )
+        .unwrap();
+        let colors = map.rgb(0.3, 3);
+        assert_eq!(colors.dimensions(), (3, 1));
+        assert_eq!(colors.get_pixel(0, 0).0, [247; 3]);
+        assert_eq!(*colors.get_pixel(1, 0), BACKGROUND);
+        assert_eq!(colors.get_pixel(2, 0).0, [103, 0, 31]);
+    }
+
+    #[test]
+    fn range_is_the_next_round_number() {
+        for (error, range) in [
+            (0.12, 0.15),
+            (0.2, 0.2),
+            (0.6, 1.0),
+            (4.0, 5.0),
+            (0.0, 1e-7),
+        ] {
+            let found = map(&[1.0 + error], &[1.0]).unwrap().range();
+            assert!((found / range - 1.0).abs() < 1e-9, "{error}: {found}");
+        }
+        // One pixel of 200 does not count.
+        let mut image = [1.1; 200];
+        image[7] = 9.0;
+        let found = map(&image, &[1.0; 200]).unwrap().range();
+        assert!((found - 0.1).abs() < 1e-9, "{found}");
+    }
+
+    #[test]
+    fn a_black_or_empty_reference_has_no_map() {
+        assert!(map(&[1.0], &[0.0]).is_none());
+        assert!(map(&[1.0], &[-1.0]).is_none());
+        assert!(map(&[1.0], &[f32::NAN]).is_none());
+    }
+}
