@@ -26,6 +26,7 @@ mod passes;
 mod plan;
 mod renderer;
 pub mod scene;
+pub mod twin;
 mod vulkan;
 
 pub use error::{Error, Result};
