@@ -1,6 +1,7 @@
 //! `camlux report`: speed against error of everything that trades one for the other.
 
 mod axis;
+mod error;
 mod figures;
 mod html;
 mod labels;
@@ -128,7 +129,7 @@ fn examine(args: &Args, subject: &Subject, renderer: &mut Renderer) -> Result<Sc
     let (mut entries, skipped) = sweep.settings()?;
     entries.extend(truth::series(name, scene, &scratch, extent.longest_reference_s, &steps)?);
     let peers = match &args.peers {
-        None => Peers::not_asked_for(),
+        None => Peers::new("not run; --peers PROGRAM adds them"),
         Some(program) => {
             let run = peers::Run {
                 program,

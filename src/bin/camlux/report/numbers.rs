@@ -24,13 +24,17 @@ pub fn signed_percent(share: f64) -> String {
 
 /// The relRMSE, with its uncertainty where the noise leaves one to speak of, or as a bound.
 pub fn relative_rmse(error: &ModelError) -> String {
-    let value = percent(error.relative_rmse);
+    let value = error.relative_rmse * 100.0;
     if error.is_upper_bound {
-        return format!("≤ {value}");
+        return format!("≤ {} %", three_digits(value));
     }
-    match error.relative_rmse_uncertainty {
-        Some(own) if own > 5e-3 * error.relative_rmse => format!("{value} ± {}", percent(own)),
-        _ => value,
+    let decimals = decimals_of_three_digits(value);
+    match error.relative_rmse_uncertainty.map(|own| own * 100.0) {
+        // Where it shows in the last digit.
+        Some(own) if own > 0.5 * 0.1_f64.powi(decimals as i32) => {
+            format!("{value:.decimals$} ± {own:.decimals$} %")
+        }
+        _ => format!("{value:.decimals$} %"),
     }
 }
 
@@ -46,13 +50,17 @@ pub fn count(value: f64) -> String {
 
 /// Three significant digits, no exponent.
 fn three_digits(value: f64) -> String {
+    let decimals = decimals_of_three_digits(value);
+    format!("{value:.decimals$}")
+}
+
+fn decimals_of_three_digits(value: f64) -> usize {
     let magnitude = if value > 0.0 && value.is_finite() {
         value.log10().floor() as i32
     } else {
         0
     };
-    let decimals = usize::try_from(2 - magnitude).unwrap_or(0).min(6);
-    format!("{value:.decimals$}")
+    usize::try_from(2 - magnitude).unwrap_or(0).min(6)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::html::{escape, image, table};
 use super::machine::Machine;
 use super::numbers::{count, duration, percent, relative_rmse, signed_percent};
 use super::picture::{ERROR_RANGE, Pictures};
-use super::results::{Entry, ModelError, Report, SceneReport, Seconds};
+use super::results::{Entry, ModelError, Report, SceneReport, Seconds, Unsupported};
 use super::summary::summary;
 use super::style::STYLE;
 use crate::Failure;
@@ -246,7 +246,7 @@ fn notes(scene: &SceneReport) -> String {
     notes.push(format!("Peers: {}.", peers.status));
     notes.extend(peers.about.clone());
     notes.extend(peers.notes.iter().cloned());
-    for (peer, reason) in &peers.unsupported {
+    for Unsupported { peer, reason } in &peers.unsupported {
         notes.push(format!("{peer} cannot render this scene: {reason}"));
     }
     let descriptions = scene.entries.iter().filter_map(|e| e.description.clone());

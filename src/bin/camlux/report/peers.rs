@@ -15,9 +15,9 @@ use std::time::Duration;
 use camlux::output::{Layer, LayeredImage};
 use serde::Deserialize;
 
-use super::results::{Entry, Kind, Part, Peers, Seconds};
+use super::results::{Entry, Kind, Part, Peers, Seconds, Unsupported};
 use super::steps::Steps;
-use super::truth::TruthImage;
+use super::truth::{Measured, TruthImage};
 use crate::Failure;
 
 /// A line of the program. What is not named here is for other readers.
@@ -58,7 +58,7 @@ impl Run<'_> {
     /// Only cancelled after a signal.
     pub fn run(&self) -> Result<(Vec<Entry>, Peers), Failure> {
         self.steps.begin(&format!("{}: peers", self.name))?;
-        let mut peers = Peers::default();
+        let mut peers = Peers::new("");
         let mut entries = Vec::new();
         let ran = self.follow(&mut |line| self.take(line, &mut entries, &mut peers));
         // A signal ends the report, whatever became of the program.
@@ -143,7 +143,7 @@ impl Run<'_> {
             return Ok(());
         };
         if let Some(reason) = line.unsupported {
-            peers.unsupported.push((peer, reason));
+            peers.unsupported.push(Unsupported { peer, reason });
             return Ok(());
         }
         self.steps.detail(|| format!("{}: {peer}", self.name));
@@ -153,11 +153,8 @@ impl Run<'_> {
         let seconds = Seconds::of_runs(line.seconds, parts)
             .filter(|seconds| seconds.min.is_finite() && seconds.min >= 0.0)
             .ok_or_else(|| format!("{peer} gives no times"))?;
-        let measured = self.measure(&image, Layer::Indirect);
-        let indirect = measured.map_err(|error| format!("{peer}: {error}"))?;
-        let direct = self.measure(&image, Layer::Direct);
-        let direct = direct.map_err(|error| format!("{peer}: {error}"))?;
-        let total: Vec<f32> = indirect.iter().zip(&direct).map(|(a, b)| a + b).collect();
+        let measured = self.measure(&image);
+        let measured = measured.map_err(|problem| format!("{peer}: {problem}"))?;
         entries.push(Entry {
             kind: Kind::Peer,
             label: match line.spp {
@@ -167,21 +164,31 @@ impl Run<'_> {
             series: peer,
             description: line.label,
             seconds,
-            indirect: self.truth.error_of(&indirect, Layer::Indirect),
-            total: self.truth.error_of(&total, Layer::Radiance),
+            indirect: measured.indirect,
+            total: measured.total,
             engine: None,
             is_on_engine_front: false,
             is_on_front: false,
-            pictures: Some(
-                self.truth
-                    .pictures_of(&indirect)
-                    .map_err(|error| error.to_string())?,
-            ),
+            pictures: Some(measured.pictures),
         });
         Ok(())
     }
+
+    fn measure(&self, file: &Path) -> Result<Measured, Failure> {
+        let image = LayeredImage::read(file)?;
+        let values = |layer: Layer| {
+            let name = layer.name();
+            let missing = || format!("{}: it has no layer {name}", file.display());
+            image.values(name).ok_or_else(missing)
+        };
+        let (indirect, direct) = (values(Layer::Indirect)?, values(Layer::Direct)?);
+        let total: Vec<f32> = indirect.iter().zip(direct).map(|(a, b)| a + b).collect();
+        self.truth.measure(indirect, &total)
+    }
 }
 
+/// Where a line came from.
+#[derive(Clone, Copy)]
 enum Source {
     Stdout,
     Stderr,
@@ -189,12 +196,12 @@ enum Source {
 
 fn send_lines(
     from: impl Read + Send + 'static,
-    source: fn() -> Source,
+    source: Source,
     to: mpsc::Sender<(Source, String)>,
 ) -> thread::JoinHandle<()> {
     thread::spawn(move || {
         for line in BufReader::new(from).lines().map_while(Result::ok) {
-            if to.send((source(), line)).is_err() {
+            if to.send((source, line)).is_err() {
                 return;
             }
         }

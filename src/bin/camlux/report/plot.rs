@@ -9,13 +9,16 @@ use super::axis::{LogAxis, Unit, is_drawable};
 use super::labels::Labels;
 use crate::Failure;
 
-const SIZE_PX: (u32, u32) = (920, 600);
+const WIDTH_PX: u32 = 920;
 /// The field between the axes.
 const LEFT: i32 = 84;
 const RIGHT: i32 = 900;
 const TOP: i32 = 14;
 const BOTTOM: i32 = 480;
 const MARKER_PX: i32 = 5;
+/// Middle of the legend's first row, and from row to row.
+const LEGEND: i32 = BOTTOM + 68;
+const LEGEND_ROW_PX: i32 = 26;
 
 pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 pub const GRID: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
@@ -82,7 +85,9 @@ impl Plot<'_> {
         };
         let mut svg = String::new();
         {
-            let area = SVGBackend::with_string(&mut svg, SIZE_PX).into_drawing_area();
+            let (_, legend_end) = self.legend_places().last().copied().unwrap_or((0, LEGEND));
+            let size_px = (WIDTH_PX, (legend_end + LEGEND_ROW_PX) as u32);
+            let area = SVGBackend::with_string(&mut svg, size_px).into_drawing_area();
             area.fill(&PAPER)?;
             self.draw_axes(&area, &x, &y)?;
             let mut labels = Labels::new([LEFT, TOP], [RIGHT, BOTTOM]);
@@ -204,30 +209,40 @@ impl Plot<'_> {
         Ok(())
     }
 
-    /// Names of the series and the fronts, in rows below the plot.
+    /// Where the items of the legend go, in rows below the plot: the series, then the fronts.
+    fn legend_places(&self) -> Vec<(i32, i32)> {
+        let mut at = (LEFT, LEGEND);
+        let series = self.series.iter().map(|series| series.name);
+        series
+            .chain(self.drawn_fronts().map(|front| front.name))
+            .map(|name| {
+                let width = 44 + 8 * name.chars().count() as i32;
+                if at.0 + width > RIGHT {
+                    at = (LEFT, at.1 + LEGEND_ROW_PX);
+                }
+                let place = at;
+                at.0 += width;
+                place
+            })
+            .collect()
+    }
+
     fn draw_legend(&self, area: &Area) -> Result<(), Failure> {
-        let mut at = (LEFT, BOTTOM + 68);
-        let mut next = |name: &str| {
-            let width = 44 + 8 * name.chars().count() as i32;
-            if at.0 + width > RIGHT {
-                at = (LEFT, at.1 + 26);
-            }
-            let place = at;
-            at.0 += width;
-            place
-        };
         let name_style = text(14, HPos::Left, VPos::Center);
-        for (index, series) in self.series.iter().enumerate() {
-            let (px, py) = next(series.name);
+        let mut places = self.legend_places().into_iter();
+        for ((index, series), (px, py)) in self.series.iter().enumerate().zip(&mut places) {
             draw_marker(area, index, (px + 8, py), false)?;
             area.draw(&Text::new(series.name, (px + 20, py), name_style.clone()))?;
         }
-        for front in self.fronts.iter().filter(|front| !front.points.is_empty()) {
-            let (px, py) = next(front.name);
+        for (front, (px, py)) in self.drawn_fronts().zip(places) {
             front.draw_line(area, &[(px, py), (px + 22, py)])?;
             area.draw(&Text::new(front.name, (px + 28, py), name_style.clone()))?;
         }
         Ok(())
+    }
+
+    fn drawn_fronts(&self) -> impl Iterator<Item = &Front<'_>> {
+        self.fronts.iter().filter(|front| !front.points.is_empty())
     }
 }
 
@@ -256,7 +271,7 @@ fn line(points: &[(i32, i32)], style: ShapeStyle) -> PathElement<(i32, i32)> {
 fn text(size_px: u32, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
     // plotters writes the size divided by 1.24.
     ("sans-serif", f64::from(size_px) * 1.24)
-        .into_text_style(&SIZE_PX)
+        .into_text_style(&(WIDTH_PX, WIDTH_PX))
         .color(&INK)
         .pos(Pos::new(horizontal, vertical))
 }

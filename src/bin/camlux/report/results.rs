@@ -174,15 +174,50 @@ pub struct ModelError {
     pub non_finite: u64,
 }
 
+impl ModelError {
+    /// The error of an image that is nothing but noise of this relative size.
+    pub fn of_standard_error(relative: f64) -> ModelError {
+        ModelError {
+            relative_rmse: relative,
+            is_upper_bound: false,
+            relative_rmse_uncertainty: None,
+            relative_rmse_uncorrected: None,
+            bias: None,
+            bias_uncertainty: None,
+            mean_relative_error: None,
+            p99: None,
+            non_finite: 0,
+        }
+    }
+}
+
 /// What the peers' program said.
-#[derive(Serialize, Default)]
+#[derive(Serialize)]
 pub struct Peers {
     /// In one sentence: whether it ran.
     pub status: String,
     pub about: Option<String>,
     pub notes: Vec<String>,
-    /// Peer and why it cannot render the scene.
-    pub unsupported: Vec<(String, String)>,
+    pub unsupported: Vec<Unsupported>,
+}
+
+/// A peer that cannot render the scene.
+#[derive(Serialize)]
+pub struct Unsupported {
+    pub peer: String,
+    pub reason: String,
+}
+
+impl Peers {
+    /// Nothing but how it went.
+    pub fn new(status: impl Into<String>) -> Peers {
+        Peers {
+            status: status.into(),
+            about: None,
+            notes: Vec::new(),
+            unsupported: Vec::new(),
+        }
+    }
 }
 
 #[cfg(test)]

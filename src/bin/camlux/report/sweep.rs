@@ -7,7 +7,6 @@ use camlux::scene::{Estimator, Indirect};
 use camlux::intermediates::Intermediates;
 use camlux::{Error, RenderOptions, Renderer, Scene, twin};
 
-use super::error;
 use super::results::{EngineFigures, Entry, Kind, PassMedian, Seconds};
 use super::steps::Steps;
 use super::timing::{Effort, Timed, time};
@@ -23,6 +22,8 @@ pub struct Extent {
     pub sizes: &'static [u32],
     /// A frame that is expected to take longer is left out.
     pub longest_s: f64,
+    /// The reference's series ends with the first point that took longer.
+    pub longest_reference_s: f64,
     /// Pixels on which the kernel error is measured.
     pub kernel_pixels: usize,
     pub effort: Effort,
@@ -33,6 +34,7 @@ impl Extent {
         Extent {
             sizes: if is_quick { &SIZES[..4] } else { &SIZES },
             longest_s: if is_quick { 3.0 } else { 60.0 },
+            longest_reference_s: if is_quick { 0.5 } else { 15.0 },
             kernel_pixels: if is_quick { 128 } else { 512 },
             effort: Effort::new(is_quick),
         }
@@ -123,13 +125,18 @@ impl Sweep<'_> {
             estimator,
             rsm_size,
         } = indirect;
+        let measured = self.truth.measure(
+            frame_values(&frame, Layer::Indirect)?,
+            frame_values(&frame, Layer::Radiance)?,
+        )?;
         Ok(Entry {
             kind: Kind::Engine,
             series: estimator.name().into(),
             label: format!("{rsm_size}²"),
             description: None,
-            indirect: self.truth.error_of(frame_values(&frame, Layer::Indirect)?, Layer::Indirect),
-            total: self.truth.error_of(frame_values(&frame, Layer::Radiance)?, Layer::Radiance),
+            seconds,
+            indirect: measured.indirect,
+            total: measured.total,
             engine: Some(EngineFigures {
                 estimator: estimator.name(),
                 rsm_size,
@@ -140,10 +147,9 @@ impl Sweep<'_> {
                 kernel_error,
                 kernel_error_pixels,
             }),
-            pictures: Some(self.truth.pictures_of(frame_values(&frame, Layer::Indirect)?)?),
-            seconds,
             is_on_engine_front: false,
             is_on_front: false,
+            pictures: Some(measured.pictures),
         })
     }
 
@@ -164,8 +170,8 @@ impl Sweep<'_> {
         let pixels = spread(&kept, self.extent.kernel_pixels);
         let exact = twin::indirect_at(scene, estimator, &kept, &pixels);
         let (indirect, _) = frame_values(&frame, Layer::Indirect)?.as_chunks::<3>();
-        let computed: Vec<[f32; 3]> = pixels.iter().map(|&pixel| indirect[pixel]).collect();
-        Ok((error::kernel_error(&computed, &exact), pixels.len()))
+        let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| indirect[pixel]).collect();
+        Ok((twin::relative_rmse(&computed, &exact), pixels.len()))
     }
 
     fn time(&mut self, scene: &Scene) -> Result<Timed, Failure> {
