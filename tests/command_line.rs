@@ -40,7 +40,7 @@ fn assert_fails(arguments: &[&str], exit_code: i32, says: &str) {
 
 #[test]
 fn wrong_usage_is_said_with_exit_code_2() {
-    let cases: [(&[&str], &str); 8] = [
+    let cases: [(&[&str], &str); 9] = [
         (&["render", "scene.toml"], "--output"),
         (&["render", "-o", "a.exr"], "SCENE.toml"),
         (
@@ -57,6 +57,11 @@ fn wrong_usage_is_said_with_exit_code_2() {
                 "direct,x",
             ],
             "id.material",
+        ),
+        // Only a reference image has it.
+        (
+            &["render", "scene.toml", "-o", "a.exr", "--layers", "stderr"],
+            "the layers are radiance, direct, indirect, energy, P",
         ),
         (
             &["render", "scene.toml", "-o", "a.exr", "--size", "0", "5"],

@@ -139,7 +139,9 @@ impl<'frame> FrameChannels<'frame> {
 fn sample_type(layer: Layer, half: bool) -> SampleType {
     let may_be_half = match layer {
         Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::Normal => true,
-        Layer::Energy | Layer::Position | Layer::Depth | Layer::Range => false,
+        Layer::StandardError | Layer::Energy | Layer::Position | Layer::Depth | Layer::Range => {
+            false
+        }
         Layer::MeshId | Layer::MaterialId => return SampleType::U32,
     };
     if half && may_be_half {

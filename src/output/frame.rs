@@ -15,6 +15,8 @@ pub enum Layer {
     /// Single bounce over the reflective shadow maps by the [`Estimator`](crate::scene::Estimator) that
     /// [`FrameDescription::indirect`] names, W/sr/m², channels R, G, B.
     Indirect,
+    /// Standard error of `indirect`, and so of `radiance`, W/sr/m², channels R, G, B: only a reference image has it.
+    StandardError,
     /// Q_C = E_C · SensorPixelArea · SignalDutyCycle · ExposureTime, joules, channels R, G, B.
     Energy,
     /// P in world space, metres, channels X, Y, Z; rounded to f32, so at 10⁵ m from the origin it has steps of 8 mm,
@@ -34,10 +36,11 @@ pub enum Layer {
 
 impl Layer {
     /// Every layer, in the order of the documentation.
-    pub const ALL: [Layer; 10] = [
+    pub const ALL: [Layer; 11] = [
         Layer::Radiance,
         Layer::Direct,
         Layer::Indirect,
+        Layer::StandardError,
         Layer::Energy,
         Layer::Position,
         Layer::Normal,
@@ -53,6 +56,7 @@ impl Layer {
             Layer::Radiance => "radiance",
             Layer::Direct => "direct",
             Layer::Indirect => "indirect",
+            Layer::StandardError => "stderr",
             Layer::Energy => "energy",
             Layer::Position => "P",
             Layer::Normal => "N",
@@ -74,6 +78,7 @@ impl Layer {
             Layer::Radiance => &["radiance.R", "radiance.G", "radiance.B"],
             Layer::Direct => &["direct.R", "direct.G", "direct.B"],
             Layer::Indirect => &["indirect.R", "indirect.G", "indirect.B"],
+            Layer::StandardError => &["stderr.R", "stderr.G", "stderr.B"],
             Layer::Energy => &["energy.R", "energy.G", "energy.B"],
             Layer::Position => &["P.X", "P.Y", "P.Z"],
             Layer::Normal => &["N.X", "N.Y", "N.Z"],
@@ -87,7 +92,7 @@ impl Layer {
     /// The unit of the values; "1" for a plain number.
     pub fn unit(self) -> &'static str {
         match self {
-            Layer::Radiance | Layer::Direct | Layer::Indirect => "W/sr/m^2",
+            Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::StandardError => "W/sr/m^2",
             Layer::Energy => "J",
             Layer::Position | Layer::Depth | Layer::Range => "m",
             Layer::Normal | Layer::MeshId | Layer::MaterialId => "1",
@@ -99,11 +104,13 @@ impl Layer {
         matches!(self, Layer::MeshId | Layer::MaterialId)
     }
 
-    /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light.
+    /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light. No
+    /// render has `stderr`.
     pub fn is_made_for(self, scene: &Scene) -> bool {
         match self {
             Layer::Energy => scene.sensor.is_some(),
             Layer::Indirect => scene.indirect.is_some(),
+            Layer::StandardError => false,
             _ => true,
         }
     }

@@ -56,8 +56,10 @@ fn parse_estimator(name: &str) -> Result<Estimator, String> {
 }
 
 fn parse_layer(name: &str) -> Result<Layer, String> {
-    Layer::from_name(name).ok_or_else(|| {
-        let names = Layer::ALL.map(Layer::name);
+    let is_rendered = |layer: &Layer| *layer != Layer::StandardError;
+    Layer::from_name(name).filter(is_rendered).ok_or_else(|| {
+        let rendered = Layer::ALL.into_iter().filter(is_rendered);
+        let names: Vec<&str> = rendered.map(Layer::name).collect();
         format!("the layers are {}", names.join(", "))
     })
 }
