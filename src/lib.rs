@@ -24,6 +24,8 @@ pub mod model;
 pub mod output;
 mod passes;
 mod plan;
+#[cfg(feature = "reference")]
+pub mod reference;
 mod renderer;
 pub mod scene;
 pub mod twin;

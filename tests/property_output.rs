@@ -56,6 +56,7 @@ fn frame() -> Frame {
             ..FrameStats::default()
         },
         description: FrameDescription {
+            reference: None,
             indirect: Some(Indirect {
                 estimator: Estimator::InstantRadiosity,
                 rsm_size: 48,

@@ -249,8 +249,10 @@ pub struct PassTime {
 /// What a frame shows: goes into the header of the image file. Device and driver are in [`FrameStats`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameDescription {
-    /// `None`: direct light only.
+    /// `None`: direct light only, or a reference.
     pub indirect: Option<Indirect>,
+    /// Only of a path-sampled image.
+    pub reference: Option<ReferenceSamples>,
     pub lights: Vec<Light>,
     pub camera: Camera,
     pub sensor: Option<Sensor>,
@@ -263,10 +265,19 @@ impl FrameDescription {
     pub fn new(scene: &Scene, scene_hash: String) -> Self {
         FrameDescription {
             indirect: scene.indirect,
+            reference: None,
             lights: scene.lights.clone(),
             camera: scene.camera,
             sensor: scene.sensor,
             scene_hash,
         }
     }
+}
+
+/// How a path-sampled image was sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ReferenceSamples {
+    pub samples_per_pixel: u32,
+    /// Samples are stratified within a round; rounds are independent of each other.
+    pub samples_per_round: u32,
 }

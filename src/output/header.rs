@@ -15,6 +15,7 @@ use crate::scene::{Camera, CameraBasis, Intrinsics, Light, SpotCone};
 pub(super) fn attributes(frame: &Frame, written_layers: &HashSet<Layer>) -> LayerAttributes {
     let FrameDescription {
         indirect,
+        reference,
         lights,
         camera,
         sensor,
@@ -40,13 +41,18 @@ pub(super) fn attributes(frame: &Frame, written_layers: &HashSet<Layer>) -> Laye
     for layer in written_layers {
         add(&format!("unit.{}", layer.name()), text_value(layer.unit()));
     }
-    match indirect {
-        Some(indirect) => {
+    let count = |value: u32| AttributeValue::I32(i32::try_from(value).unwrap_or(i32::MAX));
+    match (indirect, reference) {
+        (Some(indirect), _) => {
             add("estimator", text_value(indirect.estimator.name()));
-            let rsm_size = i32::try_from(indirect.rsm_size).unwrap_or(i32::MAX);
-            add("rsm_size", AttributeValue::I32(rsm_size));
+            add("rsm_size", count(indirect.rsm_size));
         }
-        None => add("estimator", text_value("none")),
+        (None, Some(samples)) => {
+            add("estimator", text_value("path-sampled"));
+            add("samples_per_pixel", count(samples.samples_per_pixel));
+            add("samples_per_round", count(samples.samples_per_round));
+        }
+        (None, None) => add("estimator", text_value("none")),
     }
     for (index, light) in lights.iter().enumerate() {
         add(

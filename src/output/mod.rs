@@ -8,5 +8,7 @@ mod png;
 
 pub use atomic::OutputFile;
 pub use exr::{ExrOptions, write_exr};
-pub use frame::{Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime};
+pub use frame::{
+    Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples,
+};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};

@@ -1,0 +1,100 @@
+//! Modified Phong reflectance: its value, and directions drawn from it.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use crate::scene::Bands;
+
+/// f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s (Lafortune & Willems 1994).
+#[derive(Debug, Clone, Copy)]
+pub struct Brdf {
+    pub kd: Bands,
+    pub ks: Bands,
+    pub shininess: f64,
+}
+
+/// Directions drawn from the cosine lobe and the Phong lobe, in proportion to what they reflect.
+#[derive(Debug, Clone, Copy)]
+pub struct Lobes {
+    normal: DVec3,
+    /// Mirror of the view about the normal: r·v = l·mirror.
+    mirror: DVec3,
+    shininess: f64,
+    /// Probability of the Phong lobe.
+    specular_share: f64,
+}
+
+impl Brdf {
+    pub fn is_black(&self) -> bool {
+        self.kd == [0.0; 3] && self.ks == [0.0; 3]
+    }
+
+    /// f(l, n, v), 1/sr; unit vectors.
+    pub fn eval(&self, l: DVec3, n: DVec3, v: DVec3) -> Bands {
+        let diffuse = self.kd.map(|kd| kd / PI);
+        if self.ks == [0.0; 3] {
+            return diffuse;
+        }
+        let cosine = mirror(l, n).dot(v);
+        let lobe = if cosine > 0.0 {
+            (self.shininess + 2.0) / TAU * cosine.powf(self.shininess)
+        } else {
+            0.0
+        };
+        std::array::from_fn(|band| diffuse[band] + self.ks[band] * lobe)
+    }
+
+    pub fn lobes(&self, n: DVec3, v: DVec3) -> Lobes {
+        let diffuse: f64 = self.kd.iter().sum();
+        let specular: f64 = self.ks.iter().sum();
+        Lobes {
+            normal: n,
+            mirror: mirror(v, n),
+            shininess: self.shininess,
+            specular_share: if specular > 0.0 {
+                specular / (diffuse + specular)
+            } else {
+                0.0
+            },
+        }
+    }
+}
+
+impl Lobes {
+    /// A unit direction; it may lie below the surface. `choice` and `u` are uniform in 0 to 1.
+    pub fn sample(&self, choice: f64, u: [f64; 2]) -> DVec3 {
+        if choice < self.specular_share {
+            let cosine = (1.0 - u[0]).powf(1.0 / (self.shininess + 1.0));
+            around(self.mirror, cosine, u[1])
+        } else {
+            around(self.normal, (1.0 - u[0]).sqrt(), u[1])
+        }
+    }
+
+    /// Probability density of [`Lobes::sample`], 1/sr.
+    pub fn density(&self, direction: DVec3) -> f64 {
+        let cosine = self.normal.dot(direction).max(0.0);
+        let mut density = (1.0 - self.specular_share) * cosine / PI;
+        if self.specular_share > 0.0 {
+            let cosine = self.mirror.dot(direction);
+            if cosine > 0.0 {
+                density += self.specular_share * (self.shininess + 1.0) / TAU
+                    * cosine.powf(self.shininess);
+            }
+        }
+        density
+    }
+}
+
+fn mirror(direction: DVec3, normal: DVec3) -> DVec3 {
+    2.0 * normal.dot(direction) * normal - direction
+}
+
+/// The unit vector at an angle from a unit axis, turned by `turn` of a whole turn.
+pub fn around(axis: DVec3, cosine: f64, turn: f64) -> DVec3 {
+    let (x, y) = axis.any_orthonormal_pair();
+    let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+    let (sin_turn, cos_turn) = (TAU * turn).sin_cos();
+    (x * cos_turn + y * sin_turn) * sine + axis * cosine
+}

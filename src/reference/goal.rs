@@ -1,0 +1,104 @@
+//! How far a reference is to be refined, and the size of its rounds.
+
+use std::ops::ControlFlow;
+
+use super::{Reference, RoundProgress};
+use crate::{Result, Scene};
+
+/// Rounds that a goal is cut into. Few and large ones have the least error, for the points of a round know of each other;
+/// but the standard error comes from their spread.
+const ROUNDS: u32 = 8;
+/// Below this, an estimate of the standard error says too little.
+const FEWEST_ROUNDS: u32 = 4;
+/// Rounds end often enough to be saved: about a minute on two cores.
+const MOST_PATHS_PER_ROUND: u64 = 400_000_000;
+const MOST_SAMPLES_PER_ROUND: u32 = 4096;
+const FEWEST_SAMPLES_PER_ROUND: u32 = 16;
+/// A first look at how much the samples scatter.
+const PILOT_SAMPLES_PER_ROUND: u32 = 32;
+
+/// When to stop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Goal {
+    /// So many samples in each pixel, in all.
+    SamplesPerPixel(u32),
+    /// [`Reference::relative_standard_error`] of the indirect light at or below this.
+    StandardError(f64),
+}
+
+impl Reference {
+    /// A reference without samples, whose rounds are of a good size for the goal. For a standard error that takes a few
+    /// samples, which are thrown away.
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) for an invalid scene, [`Error::Cancelled`](crate::Error::Cancelled).
+    pub fn start(
+        scene: &Scene,
+        goal: Goal,
+        progress: &mut dyn FnMut(RoundProgress) -> ControlFlow<()>,
+    ) -> Result<Reference> {
+        let mut reference = Reference::new(scene, PILOT_SAMPLES_PER_ROUND)?;
+        let samples_per_pixel = match goal {
+            Goal::SamplesPerPixel(samples) => samples,
+            Goal::StandardError(target) => {
+                for _ in 0..FEWEST_ROUNDS {
+                    reference.add_round(progress)?;
+                }
+                let error = reference.relative_standard_error().unwrap_or_default();
+                // As if the samples were independent.
+                let samples = f64::from(reference.samples_per_pixel()) * (error / target).powi(2);
+                // They are not: larger rounds need fewer.
+                (0.5 * samples) as u32
+            }
+        };
+        let samples_per_round = reference.round_for(samples_per_pixel);
+        reference.set_samples_per_round(samples_per_round);
+        Ok(reference)
+    }
+
+    /// The power of two that cuts so many samples into enough rounds of a bearable length.
+    fn round_for(&self, samples_per_pixel: u32) -> u32 {
+        let paths_per_sample = self.paths_per_round() / u64::from(self.samples_per_round());
+        let bearable = MOST_PATHS_PER_ROUND / paths_per_sample.max(1);
+        let most = u64::from(samples_per_pixel / ROUNDS).min(bearable);
+        let most = most.clamp(
+            FEWEST_SAMPLES_PER_ROUND.into(),
+            MOST_SAMPLES_PER_ROUND.into(),
+        );
+        1 << most.ilog2()
+    }
+
+    /// Share of the way to the goal, 0 to 1; 1 where it is reached.
+    pub fn progress_to(&self, goal: Goal) -> f64 {
+        self.progress_with(goal, self.rounds())
+    }
+
+    /// The same after the next round, as far as that can be said: noise falls with the root of the number of rounds.
+    pub fn progress_after_round(&self, goal: Goal) -> f64 {
+        self.progress_with(goal, self.rounds() + 1)
+    }
+
+    fn progress_with(&self, goal: Goal, rounds: u32) -> f64 {
+        let share = match goal {
+            Goal::SamplesPerPixel(samples) => {
+                f64::from(rounds) * f64::from(self.samples_per_round()) / f64::from(samples.max(1))
+            }
+            Goal::StandardError(_) if self.has_no_indirect_light() => 1.0,
+            Goal::StandardError(target) => {
+                let by_error = self
+                    .relative_standard_error()
+                    .map_or(0.0, |error| (target / error).powi(2))
+                    * f64::from(rounds)
+                    / f64::from(self.rounds().max(1));
+                let by_rounds = f64::from(rounds) / f64::from(FEWEST_ROUNDS);
+                by_error.min(by_rounds)
+            }
+        };
+        share.min(1.0)
+    }
+
+    /// Whether the goal is reached.
+    pub fn meets(&self, goal: Goal) -> bool {
+        self.progress_to(goal) >= 1.0
+    }
+}

@@ -1,0 +1,241 @@
+//! The true single bounce, sampled by paths on the CPU in f64: what the engine's images are measured against.
+//!
+//! Shares the scene and nothing else with the shaders, their f64 twin and the rasteriser: rays through a tree of boxes
+//! instead of maps, its own BRDF, lights and camera. The scene is moved to the origin and scaled to a size of about 1,
+//! exactly, so that a scene of 1 mm and one of 10 km are computed alike.
+
+mod brdf;
+mod goal;
+mod light;
+mod path;
+mod pixel;
+mod rays;
+mod surface;
+
+use std::{ops::ControlFlow, time::Instant};
+
+use rayon::prelude::*;
+
+pub use self::goal::Goal;
+use self::{path::Transport, pixel::Pixel};
+use crate::{
+    Error, Result, Scene,
+    output::{Frame, FrameDescription, FrameStats, Layer, LayerData, ReferenceSamples},
+};
+
+/// Pixels between two calls of the progress function, at least.
+const PIXELS_PER_STEP: usize = 4096;
+
+/// A path-sampled image that can be refined without end.
+///
+/// Direct light needs no samples: pixels are points, and so are lights. Indirect light is the mean of rounds. A round gives
+/// each pixel the points of a net (Sobol', Owen-scrambled) that fall evenly into the directions; rounds are
+/// independent of each other, so their spread gives the standard error of each pixel.
+#[derive(Debug)]
+pub struct Reference {
+    scene: Scene,
+    transport: Transport,
+    pixels: Vec<Pixel>,
+    samples_per_round: u32,
+    rounds: u32,
+    wall_milliseconds: f64,
+}
+
+/// How far a round is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RoundProgress {
+    /// Share of the round that is done, 0 to 1.
+    pub fraction: f32,
+}
+
+impl Reference {
+    /// Finds what each pixel sees and its direct light. There is no indirect light before the first round. Rounds have a
+    /// power of two of samples, 65 536 at most; other sizes are rounded up to one. [`Reference::start`] chooses.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for an invalid scene.
+    pub fn new(scene: &Scene, samples_per_round: u32) -> Result<Reference> {
+        scene.validate()?;
+        let start = Instant::now();
+        let scene = Scene {
+            indirect: None,
+            sensor: None,
+            ..scene.clone()
+        };
+        let transport = Transport::new(&scene);
+        let [width, height] = scene.camera.resolution_px;
+        let pixels = (0..width as usize * height as usize)
+            .into_par_iter()
+            .map(|index| {
+                let (x, y) = (index % width as usize, index / width as usize);
+                Pixel::new(&transport, x as f64 + 0.5, y as f64 + 0.5)
+            })
+            .collect();
+        Ok(Reference {
+            scene,
+            transport,
+            pixels,
+            samples_per_round: samples_per_round.clamp(1, 1 << 16).next_power_of_two(),
+            rounds: 0,
+            wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
+        })
+    }
+
+    /// Independent rounds so far.
+    pub fn rounds(&self) -> u32 {
+        self.rounds
+    }
+
+    /// Samples of a round in each pixel.
+    pub fn samples_per_round(&self) -> u32 {
+        self.samples_per_round
+    }
+
+    /// Begins anew with rounds of another size.
+    fn set_samples_per_round(&mut self, samples_per_round: u32) {
+        self.samples_per_round = samples_per_round;
+        self.rounds = 0;
+        for pixel in &mut self.pixels {
+            pixel.indirect = Default::default();
+        }
+    }
+
+    /// Samples of the indirect light in each pixel so far.
+    pub fn samples_per_pixel(&self) -> u32 {
+        self.rounds * self.samples_per_round
+    }
+
+    /// Paths of a round, over all pixels that see a surface: one from the pixel for each sample, and one more from each
+    /// light. Each takes two rays: to the next surface, and to see whether light gets through.
+    pub fn paths_per_round(&self) -> u64 {
+        let seen = self.pixels.iter().filter(|pixel| pixel.point.is_some());
+        seen.count() as u64
+            * u64::from(self.samples_per_round)
+            * (1 + self.scene.lights.len() as u64)
+    }
+
+    /// Whether no sample has found any indirect light so far.
+    fn has_no_indirect_light(&self) -> bool {
+        let values = self.pixels.iter().flat_map(|pixel| pixel.indirect);
+        self.rounds > 0 && values.into_iter().all(|moments| moments.mean == 0.0)
+    }
+
+    /// Estimate of the indirect image's own relRMSE: sqrt(Σσ²/Σt²), with the noise in Σt² taken off. `None` before there are two
+    /// rounds, and for a scene whose indirect light is black.
+    pub fn relative_standard_error(&self) -> Option<f64> {
+        if self.rounds < 2 {
+            return None;
+        }
+        let values = self.pixels.iter().flat_map(|pixel| pixel.indirect);
+        let (variance, square) = values.fold((0.0, 0.0), |(variance, square), moments| {
+            let own = moments.variance_of_mean(self.rounds);
+            (variance + own, square + moments.mean * moments.mean - own)
+        });
+        (square > 0.0).then(|| (variance / square).sqrt())
+    }
+
+    /// Adds a round to every pixel. The image does not depend on the number of threads.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] when `progress` breaks: the image is as it was before the round.
+    pub fn add_round(
+        &mut self,
+        progress: &mut dyn FnMut(RoundProgress) -> ControlFlow<()>,
+    ) -> Result<()> {
+        let start = Instant::now();
+        let (round, samples) = (self.rounds, self.samples_per_round);
+        let transport = &self.transport;
+        let mut means = Vec::with_capacity(self.pixels.len());
+        for pixels in self.pixels.chunks(PIXELS_PER_STEP) {
+            let first = means.len();
+            means.par_extend(pixels.par_iter().enumerate().map(|(i, pixel)| {
+                pixel.sample_round(transport, samples, (first + i) as u32, round)
+            }));
+            let fraction = means.len() as f32 / self.pixels.len() as f32;
+            if progress(RoundProgress { fraction }).is_break() {
+                return Err(Error::Cancelled);
+            }
+        }
+        self.rounds += 1;
+        for (pixel, mean) in self.pixels.iter_mut().zip(means) {
+            for (moments, mean) in pixel.indirect.iter_mut().zip(mean) {
+                moments.add(mean, self.rounds);
+            }
+        }
+        self.wall_milliseconds += start.elapsed().as_secs_f64() * 1e3;
+        Ok(())
+    }
+
+    /// The image so far: the layers of a rendered frame and the standard error of the indirect light, which is infinite
+    /// before there are two rounds.
+    pub fn frame(&self) -> Frame {
+        let float = |value: &dyn Fn(&Pixel) -> [f64; 3]| {
+            let values = self.pixels.iter().flat_map(value);
+            LayerData::Float(values.map(|value| value as f32).collect())
+        };
+        let scalar = |value: &dyn Fn(&Pixel) -> f64| {
+            LayerData::Float(
+                self.pixels
+                    .iter()
+                    .map(|pixel| value(pixel) as f32)
+                    .collect(),
+            )
+        };
+        let id =
+            |value: &dyn Fn(&Pixel) -> u32| LayerData::Id(self.pixels.iter().map(value).collect());
+        let indirect = |pixel: &Pixel| pixel.indirect.map(|moments| moments.mean);
+        let to_world = |pixel: &Pixel| {
+            let position = pixel.point.as_ref().map(|point| point.surface.position);
+            position.map_or([0.0; 3], |p| self.transport.to_world_m(p).to_array())
+        };
+        let layers = vec![
+            (
+                Layer::Radiance,
+                float(&|pixel| {
+                    let indirect = indirect(pixel);
+                    std::array::from_fn(|band| pixel.direct[band] + indirect[band])
+                }),
+            ),
+            (Layer::Direct, float(&|pixel| pixel.direct)),
+            (Layer::Indirect, float(&indirect)),
+            (
+                Layer::StandardError,
+                float(&|pixel| match pixel.point {
+                    Some(_) => pixel
+                        .indirect
+                        .map(|moments| moments.variance_of_mean(self.rounds).sqrt()),
+                    None => [0.0; 3],
+                }),
+            ),
+            (Layer::Position, float(&to_world)),
+            (
+                Layer::Normal,
+                float(&|pixel| {
+                    let point = pixel.point.as_ref();
+                    point.map_or([0.0; 3], |point| point.surface.normal.to_array())
+                }),
+            ),
+            (Layer::Depth, scalar(&|pixel| pixel.depth_m)),
+            (Layer::Range, scalar(&|pixel| pixel.range_m)),
+            (Layer::MeshId, id(&|pixel| pixel.mesh_id)),
+            (Layer::MaterialId, id(&|pixel| pixel.material_id)),
+        ];
+        Frame {
+            resolution_px: self.scene.camera.resolution_px,
+            layers,
+            stats: FrameStats {
+                device: "CPU".into(),
+                driver: "camlux reference, f64".into(),
+                wall_milliseconds: self.wall_milliseconds,
+                ..FrameStats::default()
+            },
+            description: FrameDescription {
+                reference: Some(ReferenceSamples {
+                    samples_per_pixel: self.samples_per_pixel(),
+                    samples_per_round: self.samples_per_round,
+                }),
+                ..FrameDescription::new(&self.scene, self.scene.hash())
+            },
+        }
+    }
+}

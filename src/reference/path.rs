@@ -1,0 +1,248 @@
+//! The light that reaches a surface point: directly, and by one bounce.
+//!
+//! A bounce L–Q–P is drawn in two ways. From P: a direction from f_P's lobes finds Q. From L: an emitted ray finds Q. The
+//! first is at its best where Q is near P, the second where Q is near L; their samples are combined by the balance heuristic
+//! (Veach & Guibas 1995), under which a sample of either counts F(Q) / (p_P(Q) + p_L(Q)), F being the integrand over surface
+//! area and the p the densities of the two ways.
+
+use glam::DVec3;
+
+use super::{
+    brdf::Lobes,
+    light::{Emitter, Illumination},
+    rays::{Hit, NO_TRIANGLE, Ray, Triangles},
+    surface::{Surface, Surfaces},
+};
+use crate::{Scene, scene::Bands};
+
+/// A scene in local space: coordinates of its surfaces lie within −1 and 1.
+#[derive(Debug)]
+pub struct Transport {
+    /// Its meshes stay in world space; here for materials, normals and textures.
+    scene: Scene,
+    surfaces: Surfaces,
+    triangles: Triangles,
+    emitters: Vec<Emitter>,
+    origin_m: DVec3,
+    /// A power of two, so that nothing is rounded by it.
+    pub metres_per_unit: f64,
+}
+
+/// P, seen from C.
+#[derive(Debug, Clone, Copy)]
+pub struct Receiver {
+    pub surface: Surface,
+    /// Unit vector.
+    pub to_camera: DVec3,
+    lobes: Lobes,
+}
+
+impl Receiver {
+    pub fn new(surface: Surface, to_camera: DVec3) -> Receiver {
+        Receiver {
+            surface,
+            to_camera,
+            lobes: surface.brdf.lobes(surface.normal, to_camera),
+        }
+    }
+}
+
+/// Uniform numbers in 0 to 1 for one sample.
+pub struct Draws<'a> {
+    pub lobe: f64,
+    pub direction: [f64; 2],
+    /// For each light.
+    pub emission: &'a dyn Fn(usize) -> [f64; 2],
+}
+
+impl Transport {
+    pub fn new(scene: &Scene) -> Transport {
+        let (origin_m, extent_m) = scene.bounding_box().map_or((DVec3::ZERO, 1.0), |bounds| {
+            let half_extent = 0.5 * (bounds.max_m - bounds.min_m);
+            (bounds.min_m + half_extent, half_extent.max_element())
+        });
+        let power = extent_m.log2().ceil().exp2();
+        let metres_per_unit = if power.is_normal() { power } else { 1.0 };
+        let to_local = |world_m: DVec3| (world_m - origin_m) / metres_per_unit;
+        let surfaces = Surfaces::new(scene, to_local);
+        let lights = scene.lights.iter();
+        Transport {
+            triangles: Triangles::new(&surfaces.triangles),
+            surfaces,
+            emitters: lights
+                .map(|light| Emitter::new(light, to_local, metres_per_unit))
+                .collect(),
+            scene: scene.clone(),
+            origin_m,
+            metres_per_unit,
+        }
+    }
+
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    pub fn to_local(&self, world_m: DVec3) -> DVec3 {
+        (world_m - self.origin_m) / self.metres_per_unit
+    }
+
+    pub fn to_world_m(&self, local: DVec3) -> DVec3 {
+        self.origin_m + self.metres_per_unit * local
+    }
+
+    /// What a half line meets first.
+    pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<(Hit, Surface)> {
+        self.follow(&Ray {
+            origin,
+            direction,
+            end: f64::INFINITY,
+            from_triangle: NO_TRIANGLE,
+            to_triangle: NO_TRIANGLE,
+        })
+    }
+
+    /// Indices into the scene's meshes and materials.
+    pub fn mesh_and_material(&self, triangle: u32) -> [u32; 2] {
+        self.surfaces.mesh_and_material(&self.scene, triangle)
+    }
+
+    fn follow(&self, ray: &Ray) -> Option<(Hit, Surface)> {
+        let hit = self.triangles.nearest(ray)?;
+        Some((hit, self.surfaces.at(&self.scene, &hit, ray.direction)))
+    }
+
+    /// L_{P→C} of all lights, W/sr/m².
+    pub fn direct(&self, receiver: &Receiver) -> Bands {
+        let mut radiance = [0.0; 3];
+        for emitter in &self.emitters {
+            let surface = &receiver.surface;
+            let sent = self.reflected(emitter, surface, receiver.to_camera);
+            if let Some((sent, illumination)) = sent
+                && self.is_lit(surface, &illumination)
+            {
+                add(&mut radiance, sent, 1.0);
+            }
+        }
+        radiance
+    }
+
+    /// One sample of the single bounce, W/sr/m²: its expected value is the indirect radiance from P to C.
+    pub fn indirect(&self, receiver: &Receiver, draws: &Draws) -> Bands {
+        let mut radiance = [0.0; 3];
+        let p = &receiver.surface;
+        let direction = receiver.lobes.sample(draws.lobe, draws.direction);
+        if is_above(p, direction) {
+            let ray = Ray {
+                origin: p.start(),
+                direction,
+                end: f64::INFINITY,
+                from_triangle: p.triangle,
+                to_triangle: NO_TRIANGLE,
+            };
+            if let Some((_, q)) = self.follow(&ray) {
+                for emitter in &self.emitters {
+                    if let Some((contribution, illumination)) = self.bounce(receiver, &q, emitter)
+                        && self.is_lit(&q, &illumination)
+                    {
+                        add(&mut radiance, contribution, 1.0);
+                    }
+                }
+            }
+        }
+        for (index, emitter) in self.emitters.iter().enumerate() {
+            let ray = emitter.sample((draws.emission)(index));
+            let Some((_, q)) = self.follow(&ray) else {
+                continue;
+            };
+            if let Some((contribution, _)) = self.bounce(receiver, &q, emitter)
+                && self.is_between_free(p, &q)
+            {
+                add(&mut radiance, contribution, 1.0);
+            }
+        }
+        radiance
+    }
+
+    /// F(Q) / (p_P(Q) + p_L(Q)) with V = 1 on both segments; `None` where F is 0. Q is seen from one of its neighbours on the
+    /// path, and must show the same side to the other one.
+    fn bounce(
+        &self,
+        receiver: &Receiver,
+        q: &Surface,
+        emitter: &Emitter,
+    ) -> Option<(Bands, Illumination)> {
+        let p = &receiver.surface;
+        let offset = q.position - p.position;
+        let distance_squared = offset.length_squared();
+        let to_q = offset / distance_squared.sqrt();
+        if !is_above(p, to_q) || !is_above_geometrically(q, -to_q) {
+            return None;
+        }
+        // L_{Q→P}
+        let (radiance, illumination) = self.reflected(emitter, q, -to_q)?;
+        // Area of Q to solid angle at P.
+        let area_to_angle = q.geometric_normal.dot(-to_q) / distance_squared;
+        let from_p = receiver.lobes.density(to_q) * area_to_angle;
+        let from_light = illumination.density * q.geometric_normal.dot(illumination.to_light);
+        let f_p = p.brdf.eval(to_q, p.normal, receiver.to_camera);
+        let scale = p.normal.dot(to_q) * area_to_angle / (from_p + from_light);
+        let contribution = std::array::from_fn(|band| f_p[band] * radiance[band] * scale);
+        Some((contribution, illumination))
+    }
+
+    /// Radiance of a surface towards a unit direction by an unobstructed light: f · L_{L→P} · cosθ. `None` where it is 0.
+    fn reflected(
+        &self,
+        emitter: &Emitter,
+        surface: &Surface,
+        to_viewer: DVec3,
+    ) -> Option<(Bands, Illumination)> {
+        let illumination = emitter.illuminate(surface.position)?;
+        let to_light = illumination.to_light;
+        if surface.brdf.is_black() || !is_above(surface, to_light) {
+            return None;
+        }
+        let f = surface.brdf.eval(to_light, surface.normal, to_viewer);
+        let cosine = surface.normal.dot(to_light);
+        let radiance = std::array::from_fn(|band| f[band] * illumination.facing[band] * cosine);
+        Some((radiance, illumination))
+    }
+
+    /// V(L,P)
+    fn is_lit(&self, surface: &Surface, illumination: &Illumination) -> bool {
+        self.triangles.is_free(&Ray {
+            origin: surface.start(),
+            direction: illumination.to_light,
+            end: illumination.distance,
+            from_triangle: surface.triangle,
+            to_triangle: NO_TRIANGLE,
+        })
+    }
+
+    /// V(P,Q)
+    fn is_between_free(&self, p: &Surface, q: &Surface) -> bool {
+        let origin = p.start();
+        self.triangles.is_free(&Ray {
+            origin,
+            direction: q.start() - origin,
+            end: 1.0,
+            from_triangle: p.triangle,
+            to_triangle: q.triangle,
+        })
+    }
+}
+
+/// Whether a direction leaves on the surface's side, by both of its normals.
+fn is_above(surface: &Surface, direction: DVec3) -> bool {
+    surface.normal.dot(direction) > 0.0 && is_above_geometrically(surface, direction)
+}
+
+fn is_above_geometrically(surface: &Surface, direction: DVec3) -> bool {
+    surface.geometric_normal.dot(direction) > 0.0
+}
+
+fn add(sum: &mut Bands, value: Bands, weight: f64) {
+    for band in 0..3 {
+        sum[band] += weight * value[band];
+    }
+}

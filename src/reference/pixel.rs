@@ -1,0 +1,150 @@
+//! A pixel: what it sees, and the statistics of its samples.
+
+use glam::DVec3;
+use sobol_burley::sample_4d;
+
+use super::path::{Draws, Receiver, Transport};
+use crate::scene::{Bands, Camera, Lens};
+
+/// One pixel of a reference.
+#[derive(Debug, Clone)]
+pub struct Pixel {
+    /// P; `None`: background.
+    pub point: Option<Receiver>,
+    /// 1 + index; 0: background.
+    pub mesh_id: u32,
+    pub material_id: u32,
+    /// Along the view axis, and along the ray; infinite for the background.
+    pub depth_m: f64,
+    pub range_m: f64,
+    /// L_{P→C}, W/sr/m².
+    pub direct: Bands,
+    /// Statistics over rounds, W/sr/m².
+    pub indirect: [Moments; 3],
+}
+
+/// Mean and scatter of the means of rounds.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Moments {
+    pub mean: f64,
+    /// Σ(x − mean)² (Welford 1962).
+    scatter: f64,
+}
+
+impl Moments {
+    /// Takes in the value that makes it `count` values.
+    pub fn add(&mut self, value: f64, count: u32) {
+        let before = value - self.mean;
+        self.mean += before / f64::from(count);
+        self.scatter += before * (value - self.mean);
+    }
+
+    /// Square of the mean's standard error; infinite for fewer than two values.
+    pub fn variance_of_mean(&self, count: u32) -> f64 {
+        if count < 2 {
+            return f64::INFINITY;
+        }
+        let count = f64::from(count);
+        self.scatter / (count * (count - 1.0))
+    }
+}
+
+impl Pixel {
+    /// What a point of the image plane shows.
+    pub fn new(transport: &Transport, x_px: f64, y_px: f64) -> Pixel {
+        let scene = transport.scene();
+        let (direction, per_depth) = view_ray(&scene.camera, x_px, y_px);
+        let origin = transport.to_local(scene.camera.position_m);
+        let Some((hit, surface)) = transport.trace(origin, direction) else {
+            return Pixel {
+                point: None,
+                mesh_id: 0,
+                material_id: 0,
+                depth_m: f64::INFINITY,
+                range_m: f64::INFINITY,
+                direct: [0.0; 3],
+                indirect: [Moments::default(); 3],
+            };
+        };
+        let receiver = Receiver::new(surface, -direction);
+        let [mesh, material] = transport.mesh_and_material(hit.triangle);
+        let range_m = hit.distance * transport.metres_per_unit;
+        Pixel {
+            direct: transport.direct(&receiver),
+            point: Some(receiver),
+            mesh_id: 1 + mesh,
+            material_id: 1 + material,
+            depth_m: range_m / per_depth,
+            range_m,
+            indirect: [Moments::default(); 3],
+        }
+    }
+
+    /// Mean of a round of samples of the indirect radiance. Depends on nothing but these arguments.
+    pub fn sample_round(
+        &self,
+        transport: &Transport,
+        samples: u32,
+        index: u32,
+        round: u32,
+    ) -> Bands {
+        let Some(receiver) = self.point.as_ref().filter(|p| !p.surface.brdf.is_black()) else {
+            return [0.0; 3];
+        };
+        let seed = mix(index, round);
+        let mut sum = [0.0; 3];
+        for sample in 0..samples {
+            let draw = |set: u32, seed: u32| sample_4d(sample, set, seed).map(f64::from);
+            let [u0, u1, lobe, _] = draw(0, seed);
+            // Two lights share a set of four dimensions; another seed is another sequence.
+            let emission = |light: usize| {
+                let [a, b, c, d] = draw(1, mix(seed, light as u32 / 2));
+                [[a, b], [c, d]][light % 2]
+            };
+            let radiance = transport.indirect(
+                receiver,
+                &Draws {
+                    lobe,
+                    direction: [u0, u1],
+                    emission: &emission,
+                },
+            );
+            for band in 0..3 {
+                sum[band] += radiance[band];
+            }
+        }
+        sum.map(|sum| sum / f64::from(samples))
+    }
+}
+
+/// Unit direction through a point of the image plane, and its length per unit of depth.
+fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
+    let forward = (camera.look_at_m - camera.position_m).normalize();
+    let right = forward.cross(camera.up).normalize();
+    let down = forward.cross(right);
+    let [width, height] = camera.resolution_px.map(f64::from);
+    let [x, y] = match camera.lens {
+        Lens::FovY { fov_y_deg } => {
+            let half_height = (0.5 * fov_y_deg.to_radians()).tan();
+            [
+                (2.0 * x_px - width) / height * half_height,
+                (2.0 * y_px - height) / height * half_height,
+            ]
+        }
+        Lens::Intrinsics(pinhole) => [
+            (x_px - pinhole.cx) / pinhole.fx,
+            (y_px - pinhole.cy) / pinhole.fy,
+        ],
+    };
+    let direction = forward + x * right + y * down;
+    (direction.normalize(), direction.length())
+}
+
+/// A well mixed number from two: the finaliser of MurmurHash3 on a 64-bit product.
+fn mix(a: u32, b: u32) -> u32 {
+    let mut bits = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    bits ^= bits >> 33;
+    bits = bits.wrapping_mul(0xff51_afd7_ed55_8ccd);
+    bits ^= bits >> 33;
+    bits as u32
+}

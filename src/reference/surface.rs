@@ -1,0 +1,139 @@
+//! What a ray finds on a surface.
+
+use glam::DVec3;
+
+use super::{brdf::Brdf, rays::Hit};
+use crate::scene::{Bands, Mesh, Scene, Texture};
+
+/// Rounding of a hit's position: γ(7) · Σ|weight · corner| of three coordinates within 1 (pbrt, "Managing rounding error")
+/// is 1.4e-15; and that of the triangle's plane is as large.
+const POSITION_ROUNDING: f64 = 8e-15;
+
+/// The triangles of a scene in local space, and where they came from.
+#[derive(Debug)]
+pub struct Surfaces {
+    pub triangles: Vec<[DVec3; 3]>,
+    /// Mesh, and triangle within it.
+    sources: Vec<[u32; 2]>,
+}
+
+/// A point on a triangle, seen from one side.
+#[derive(Debug, Clone, Copy)]
+pub struct Surface {
+    pub position: DVec3,
+    /// Unit normals on the side that is seen: of the triangle, and interpolated where the mesh has normals.
+    pub geometric_normal: DVec3,
+    pub normal: DVec3,
+    pub triangle: u32,
+    pub brdf: Brdf,
+}
+
+impl Surface {
+    /// Where a ray to that side starts: lifted off the surface by what rounding may have sunk it.
+    pub fn start(&self) -> DVec3 {
+        self.position + POSITION_ROUNDING * self.geometric_normal
+    }
+}
+
+impl Surfaces {
+    pub fn new(scene: &Scene, to_local: impl Fn(DVec3) -> DVec3) -> Surfaces {
+        let mut surfaces = Surfaces {
+            triangles: Vec::new(),
+            sources: Vec::new(),
+        };
+        for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
+            for (index, triangle) in mesh.triangles.iter().enumerate() {
+                let corners = triangle.map(|corner| to_local(mesh.positions_m[corner as usize]));
+                surfaces.triangles.push(corners);
+                surfaces.sources.push([mesh_index as u32, index as u32]);
+            }
+        }
+        surfaces
+    }
+
+    /// Indices into the scene's meshes and materials.
+    pub fn mesh_and_material(&self, scene: &Scene, triangle: u32) -> [u32; 2] {
+        let [mesh, index] = self.sources[triangle as usize];
+        let materials = &scene.meshes[mesh as usize].triangle_materials;
+        [mesh, materials[index as usize]]
+    }
+
+    /// The surface at a hit of a ray in this direction.
+    pub fn at(&self, scene: &Scene, hit: &Hit, direction: DVec3) -> Surface {
+        let [a, b, c] = self.triangles[hit.triangle as usize];
+        let [wa, wb, wc] = hit.weights;
+        let outward = (b - a).cross(c - a).normalize();
+        let geometric_normal = turned_to(outward, -direction);
+
+        let [mesh, index] = self.sources[hit.triangle as usize];
+        let mesh = &scene.meshes[mesh as usize];
+        let corners = mesh.triangles[index as usize].map(|corner| corner as usize);
+        let normal = interpolated_normal(mesh, corners, hit.weights);
+        let material = &scene.materials[mesh.triangle_materials[index as usize] as usize];
+        let mut kd = material.kd;
+        if let Some(texture) = material.kd_texture
+            && !mesh.texcoords.is_empty()
+        {
+            let coordinate = |axis: usize| {
+                (0..3)
+                    .map(|i| hit.weights[i] * mesh.texcoords[corners[i]][axis])
+                    .sum()
+            };
+            let texel = sample_bilinear(&scene.textures[texture], [coordinate(0), coordinate(1)]);
+            kd = std::array::from_fn(|band| kd[band] * texel[band]);
+        }
+        Surface {
+            position: wa * a + wb * b + wc * c,
+            geometric_normal,
+            normal: normal.map_or(geometric_normal, |normal| {
+                turned_to(normal, geometric_normal)
+            }),
+            triangle: hit.triangle,
+            brdf: Brdf {
+                kd,
+                ks: material.ks,
+                shininess: material.shininess,
+            },
+        }
+    }
+}
+
+fn turned_to(normal: DVec3, side: DVec3) -> DVec3 {
+    if normal.dot(side) < 0.0 {
+        -normal
+    } else {
+        normal
+    }
+}
+
+/// `None` for a flat mesh, and where normals cancel.
+fn interpolated_normal(mesh: &Mesh, corners: [usize; 3], weights: [f64; 3]) -> Option<DVec3> {
+    if mesh.normals.is_empty() {
+        return None;
+    }
+    let blend: DVec3 = (0..3)
+        .map(|i| weights[i] * mesh.normals[corners[i]].normalize())
+        .sum();
+    (blend.length() > 1e-6).then(|| blend.normalize())
+}
+
+/// Repeating, v up, texel centres at half texels.
+fn sample_bilinear(texture: &Texture, [u, v]: [f64; 2]) -> Bands {
+    let [width, height] = texture.size_px.map(|size| size as usize);
+    let place = |coordinate: f64, size: usize| {
+        let texels = coordinate.rem_euclid(1.0) * size as f64 - 0.5;
+        let low = texels.floor();
+        let index = low.rem_euclid(size as f64) as usize % size;
+        (index, (index + 1) % size, texels - low)
+    };
+    let (left, right, x) = place(u, width);
+    let (top, bottom, y) = place(1.0 - v, height);
+    let texel = |column: usize, row: usize, band: usize| {
+        f64::from(texture.linear_rgb[row * width + column][band])
+    };
+    std::array::from_fn(|band| {
+        let above = texel(left, top, band) * (1.0 - x) + texel(right, top, band) * x;
+        let below = texel(left, bottom, band) * (1.0 - x) + texel(right, bottom, band) * x;
+        above * (1.0 - y) + below * y
+    })
+}
