@@ -140,7 +140,10 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert_eq!(copy[0]["kind"], "peer");
     assert_eq!(copy[0]["label"], "7 spp");
     assert_eq!(copy[0]["seconds"]["median"], 0.5);
-    assert_eq!(copy[0]["indirect"], series(&scene, "instant-radiosity")[1]["indirect"]);
+    assert_eq!(
+        copy[0]["indirect"],
+        series(&scene, "instant-radiosity")[1]["indirect"]
+    );
     assert_eq!(scene["peers"]["unsupported"][0]["peer"], "refusal");
     assert!(page.contains("a &lt;stand-in&gt;") && page.contains("fair &amp; square"));
     assert!(page.contains("it does not like boxes"));

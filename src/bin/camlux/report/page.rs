@@ -8,8 +8,8 @@ use super::machine::Machine;
 use super::numbers::{count, duration, percent, relative_rmse, signed_percent};
 use super::picture::{ERROR_RANGE, Pictures};
 use super::results::{Entry, ModelError, Report, SceneReport, Seconds, Unsupported};
-use super::summary::summary;
 use super::style::STYLE;
+use super::summary::summary;
 use crate::Failure;
 
 /// Two dashes: nothing to show in a cell.
@@ -20,9 +20,12 @@ const NOTHING: &str = "–";
 /// # Errors
 /// Where a plot cannot be drawn.
 pub fn page(report: &Report) -> Result<String, Failure> {
-    let mut text = String::from("<!doctype html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\n");
+    let mut text =
+        String::from("<!doctype html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">\n");
     text += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-    text += &format!("<title>camlux: speed against error</title>\n<style>{STYLE}</style></head>\n<body>\n");
+    text += &format!(
+        "<title>camlux: speed against error</title>\n<style>{STYLE}</style></head>\n<body>\n"
+    );
     text += "<h1>Speed against error</h1>\n";
     text += &machine(&report.machine, report.quick);
     text += HOW_TO_READ;
@@ -46,32 +49,58 @@ fn machine(machine: &Machine, is_quick: bool) -> String {
     let rows = [
         ("date", machine.date.clone()),
         ("camlux", machine.camlux_version.into()),
-        ("device", format!("{} ({})", machine.device, machine.device_kind)),
+        (
+            "device",
+            format!("{} ({})", machine.device, machine.device_kind),
+        ),
         ("driver", machine.driver.clone()),
         ("CPU", or_unknown(&machine.cpu)),
-        ("cores", machine.cores.map_or("unknown".into(), |n| n.to_string())),
+        (
+            "cores",
+            machine.cores.map_or("unknown".into(), |n| n.to_string()),
+        ),
         (
             "LP_NUM_THREADS",
-            machine.lp_num_threads.clone().unwrap_or_else(|| "not set".into()),
+            machine
+                .lp_num_threads
+                .clone()
+                .unwrap_or_else(|| "not set".into()),
         ),
         (
             "load before",
-            machine.load_before.map_or("unknown".into(), |load| format!("{load:.2} processes")),
+            machine
+                .load_before
+                .map_or("unknown".into(), |load| format!("{load:.2} processes")),
         ),
         ("system", machine.system.clone()),
-        ("extent", if is_quick { "quick".into() } else { "full".to_owned() }),
+        (
+            "extent",
+            if is_quick {
+                "quick".into()
+            } else {
+                "full".to_owned()
+            },
+        ),
     ];
     let mut text = String::from("<dl>");
     for (name, value) in rows {
         // Writing to a string cannot fail.
-        let _ = write!(text, "<div><dt>{name}</dt><dd>{}</dd></div>", escape(&value));
+        let _ = write!(
+            text,
+            "<div><dt>{name}</dt><dd>{}</dd></div>",
+            escape(&value)
+        );
     }
     text + "</dl>\n"
 }
 
 fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
     let mut text = format!("<section>\n<h2>{}</h2>\n", escape(&scene.name));
-    text += &format!("<p>{}</p>\n<p>{}</p>\n", escape(&describe(scene)), escape(&summary(scene)));
+    text += &format!(
+        "<p>{}</p>\n<p>{}</p>\n",
+        escape(&describe(scene)),
+        escape(&summary(scene))
+    );
     text += "<figure>";
     text += &match figures::model_error(scene)? {
         Some(svg) => svg,
@@ -102,9 +131,13 @@ fn describe(scene: &SceneReport) -> String {
         Some(floor) => format!("its noise is {} of its root mean square", percent(floor)),
         None => "its indirect light is black".into(),
     };
-    let origin = if truth.was_there { "from an earlier report, " } else { "" };
+    let origin = if truth.was_there {
+        "begun in an earlier report, "
+    } else {
+        ""
+    };
     format!(
-        "{}: {width} × {height} pixels, {} triangles, lights: {}. Truth: {} samples a pixel, {origin}{} in this one; {floor}.",
+        "{}: {width} × {height} pixels, {} triangles, lights: {}. Truth: {} samples a pixel, {origin}{} of work in this one; {floor}.",
         scene.file,
         scene.triangles,
         scene.lights.join(", "),
@@ -118,14 +151,13 @@ fn errors_table(entries: &[Entry]) -> String {
     let head = [
         "setting",
         "VPLs",
-        "time (fastest to slowest)",
+        "time (fastest to slowest of the runs)",
         "indirect: relRMSE",
         "bias",
         "mean relative error",
         "99 % are within",
         "total: relRMSE",
         "kernel error",
-        "not finite",
         "front",
     ];
     let rows: Vec<Vec<String>> = entries
@@ -139,13 +171,7 @@ fn errors_table(entries: &[Entry]) -> String {
             vec![
                 format!("{} {}", entry.series, entry.label),
                 engine.map_or(NOTHING.into(), |e| count(e.vpl_count as f64)),
-                format!(
-                    "{} ({} to {}, {} runs)",
-                    duration(entry.seconds.median),
-                    duration(entry.seconds.min),
-                    duration(entry.seconds.max),
-                    entry.seconds.runs.len()
-                ),
+                times(&entry.seconds),
                 indirect.map_or(NOTHING.into(), relative_rmse),
                 of(|error| error.bias, signed_percent),
                 of(|error| error.mean_relative_error, percent),
@@ -154,7 +180,6 @@ fn errors_table(entries: &[Entry]) -> String {
                 engine
                     .and_then(|e| e.kernel_error)
                     .map_or(NOTHING.into(), |error| format!("{error:.1e}")),
-                indirect.map_or(NOTHING.into(), |error| error.non_finite.to_string()),
                 match (entry.is_on_engine_front, entry.is_on_front) {
                     (true, true) => "engine, all".into(),
                     (true, false) => "engine".into(),
@@ -167,14 +192,21 @@ fn errors_table(entries: &[Entry]) -> String {
     table(&head, &rows)
 }
 
+/// The median, and the spread where there is one.
+fn times(seconds: &Seconds) -> String {
+    let median = duration(seconds.median);
+    match seconds.runs.len() {
+        1 => format!("{median} (1 run)"),
+        runs => {
+            let (min, max) = (duration(seconds.min), duration(seconds.max));
+            format!("{median} ({min} to {max} of {runs})")
+        }
+    }
+}
+
 fn direct_only(scene: &SceneReport) -> String {
-    let Seconds { median, min, max, .. } = &scene.direct_only;
-    format!(
-        "<p>Without indirect light the engine takes {} ({} to {}).</p>\n",
-        duration(*median),
-        duration(*min),
-        duration(*max)
-    )
+    let times = times(&scene.direct_only);
+    format!("<p>Without indirect light the engine takes {times}.</p>\n")
 }
 
 /// GPU times of the engine's passes, and what the time of each entry is made of.
@@ -208,7 +240,7 @@ fn passes_table(entries: &[Entry]) -> String {
 
 /// The truth, then each entry's indirect light and its error.
 fn pictures(scene: &SceneReport) -> String {
-    let range = percent(ERROR_RANGE);
+    let range = format!("{:.0} %", 100.0 * ERROR_RANGE);
     let bar = image(
         &scene.color_bar.png,
         scene.color_bar.size_px,
@@ -220,7 +252,8 @@ fn pictures(scene: &SceneReport) -> String {
     );
     let mut add = |name: &str, pictures: &Pictures| {
         text += "<figure>";
-        text += &image(&pictures.indirect, pictures.size_px, &format!("{name}: indirect light"));
+        let alternative = format!("{name}: indirect light");
+        text += &image(&pictures.indirect, pictures.size_px, &alternative);
         if let Some(error) = &pictures.error {
             text += &image(error, pictures.size_px, &format!("{name}: error"));
         }
@@ -229,7 +262,14 @@ fn pictures(scene: &SceneReport) -> String {
     add("truth", &scene.truth_pictures);
     for entry in &scene.entries {
         if let Some(pictures) = &entry.pictures {
-            add(&format!("{} {}", entry.series, entry.label), pictures);
+            let error = entry
+                .indirect
+                .as_ref()
+                .map_or(NOTHING.into(), relative_rmse);
+            add(
+                &format!("{} {}: {error}", entry.series, entry.label),
+                pictures,
+            );
         }
     }
     text + "</div>\n"
@@ -249,8 +289,19 @@ fn notes(scene: &SceneReport) -> String {
     for Unsupported { peer, reason } in &peers.unsupported {
         notes.push(format!("{peer} cannot render this scene: {reason}"));
     }
+    for entry in &scene.entries {
+        let count = entry.indirect.map_or(0, |error| error.non_finite);
+        if count > 0 {
+            let Entry { series, label, .. } = entry;
+            notes.push(format!(
+                "{series} {label}: {count} values are infinite or no numbers, and in no sum."
+            ));
+        }
+    }
     let descriptions = scene.entries.iter().filter_map(|e| e.description.clone());
     notes.extend(descriptions);
-    let items = notes.iter().map(|note| format!("<li>{}</li>\n", escape(note)));
+    let items = notes
+        .iter()
+        .map(|note| format!("<li>{}</li>\n", escape(note)));
     format!("<h3>Notes</h3>\n<ul>{}</ul>\n", items.collect::<String>())
 }

@@ -16,7 +16,7 @@ pub const STYLE: &str = "
   svg [fill=\"#777777\"] { fill: #aaa; }
   svg [stroke=\"#777777\"] { stroke: #aaa; }
 }
-body { max-width: 68rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif;
+body { max-width: 76rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif;
   color: var(--ink); background: var(--paper); }
 h1, h2, h3 { line-height: 1.2; }
 section { margin-top: 3rem; border-top: 1px solid var(--line); }
@@ -27,7 +27,7 @@ figure { margin: 1rem 0; }
 figure svg { width: 100%; max-width: 920px; height: auto; display: block; }
 figcaption { color: var(--faint); font-size: 0.9rem; }
 .scroll { overflow-x: auto; }
-table { border-collapse: collapse; font-size: 0.85rem; }
+table { border-collapse: collapse; font-size: 0.8rem; }
 th, td { padding: 0.25rem 0.6rem; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }
 th { font-weight: 600; }
 tbody th, thead th:first-child { text-align: left; }

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use camlux::intermediates::Intermediates;
 use camlux::output::{Frame, Layer};
 use camlux::scene::{Estimator, Indirect};
-use camlux::intermediates::Intermediates;
 use camlux::{Error, RenderOptions, Renderer, Scene, twin};
 
 use super::results::{EngineFigures, Entry, Kind, PassMedian, Seconds};
@@ -34,7 +34,7 @@ impl Extent {
         Extent {
             sizes: if is_quick { &SIZES[..4] } else { &SIZES },
             longest_s: if is_quick { 3.0 } else { 60.0 },
-            longest_reference_s: if is_quick { 0.5 } else { 15.0 },
+            longest_reference_s: if is_quick { 1.0 } else { 15.0 },
             kernel_pixels: if is_quick { 128 } else { 512 },
             effort: Effort::new(is_quick),
         }
@@ -64,7 +64,8 @@ impl Sweep<'_> {
             indirect: None,
             ..self.scene.clone()
         };
-        self.renderer.render(&scene, &mut RenderOptions::default())?;
+        self.renderer
+            .render(&scene, &mut RenderOptions::default())?;
         Ok(self.time(&scene)?.seconds)
     }
 
