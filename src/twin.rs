@@ -66,7 +66,7 @@ pub fn indirect(scene: &Scene, estimator: Estimator, kept: &Intermediates) -> Ve
 }
 
 /// Indirect radiance from all lights in W/sr/m² for some pixels, named by their index row by row from the top, in the
-/// order in which they are named; 0 for the background. One value is a sum over all VPLs: a pair takes some 20 ns of a
+/// order in which they are named; 0 for the background. One value is a sum over all VPLs: a pair takes tens of ns of a
 /// core, so that an image against a fine RSM would take minutes. All cores work.
 pub fn indirect_at(
     scene: &Scene,

@@ -298,8 +298,12 @@ fn notes(scene: &SceneReport) -> String {
             ));
         }
     }
-    let descriptions = scene.entries.iter().filter_map(|e| e.description.clone());
-    notes.extend(descriptions);
+    for name in figures::series_names(scene) {
+        // One stands for its series.
+        let of_series = scene.entries.iter().find(|entry| entry.series == name);
+        let description = of_series.and_then(|entry| entry.description.as_ref());
+        notes.extend(description.map(|text| format!("{name}, first point: {text}")));
+    }
     let items = notes
         .iter()
         .map(|note| format!("<li>{}</li>\n", escape(note)));

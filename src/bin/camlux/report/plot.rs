@@ -24,13 +24,15 @@ pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
 pub const GRID: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
 pub const PAPER: RGBColor = RGBColor(0xff, 0xff, 0xff);
 /// Colours that stay apart for the colour-blind (Okabe & Ito 2008). Each goes with a shape of its own.
-pub const COLORS: [RGBColor; 6] = [
+pub const COLORS: [RGBColor; 8] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
     RGBColor(0x77, 0x77, 0x77),
     RGBColor(0x00, 0x9e, 0x73),
     RGBColor(0xcc, 0x79, 0xa7),
     RGBColor(0xb0, 0x80, 0x00),
+    RGBColor(0x88, 0x22, 0x55),
+    RGBColor(0x33, 0xa0, 0xc0),
 ];
 
 /// What is plotted.
@@ -296,7 +298,15 @@ fn draw_marker(
         2 => &[(0, -r - 2), (r + 2, 0), (0, r + 2), (-r - 2, 0)],
         3 => &[(0, -r - 1), (r + 2, r), (-r - 2, r)],
         4 => &[(0, r + 1), (r + 2, -r), (-r - 2, -r)],
-        _ => &[(-2, -r - 2), (2, -r - 2), (2, r + 2), (-2, r + 2)],
+        5 => &[(-2, -r - 2), (2, -r - 2), (2, r + 2), (-2, r + 2)],
+        6 => &[(-r - 2, -2), (r + 2, -2), (r + 2, 2), (-r - 2, 2)],
+        _ => &[
+            (0, -r - 1),
+            (r + 1, -1),
+            (r - 1, r),
+            (-r + 1, r),
+            (-r - 1, -1),
+        ],
     };
     let mut outline: Vec<(i32, i32)> = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
     let fill = if is_hollow { PAPER } else { color };

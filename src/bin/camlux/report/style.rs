@@ -13,6 +13,8 @@ pub const STYLE: &str = "
   svg [stroke=\"#0072B2\"] { stroke: #56b4e9; }
   svg [fill=\"#D55E00\"] { fill: #f08a3c; }
   svg [stroke=\"#D55E00\"] { stroke: #f08a3c; }
+  svg [fill=\"#882255\"] { fill: #d06090; }
+  svg [stroke=\"#882255\"] { stroke: #d06090; }
   svg [fill=\"#777777\"] { fill: #aaa; }
   svg [stroke=\"#777777\"] { stroke: #aaa; }
 }
