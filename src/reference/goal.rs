@@ -17,6 +17,10 @@ const FEWEST_SAMPLES_PER_ROUND: u32 = 16;
 /// A first look at how much the samples scatter.
 const PILOT_SAMPLES_PER_ROUND: u32 = 32;
 
+/// How the error falls with the samples of a round: n^-½ if they were independent, n^-¾ in the Cornell box. Too high a guess
+/// costs more rounds, too low a one samples that were not needed.
+const RATE: f64 = 0.65;
+
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
@@ -45,10 +49,10 @@ impl Reference {
                     reference.add_round(progress)?;
                 }
                 let error = reference.relative_standard_error().unwrap_or_default();
-                // As if the samples were independent.
-                let samples = f64::from(reference.samples_per_pixel()) * (error / target).powi(2);
-                // They are not: larger rounds need fewer.
-                (0.5 * samples) as u32
+                let rounds = f64::from(ROUNDS);
+                let by_rounds = error * (f64::from(FEWEST_ROUNDS) / rounds).sqrt();
+                let growth = (by_rounds / target).max(0.0).powf(1.0 / RATE);
+                (rounds * f64::from(PILOT_SAMPLES_PER_ROUND) * growth) as u32
             }
         };
         let samples_per_round = reference.round_for(samples_per_pixel);
