@@ -52,6 +52,15 @@ pub enum Error {
         problem: String,
     },
 
+    /// An image to be compared is not usable.
+    #[error("{at}: {problem}; {mend}")]
+    Input {
+        /// The file, or what the values are.
+        at: String,
+        problem: String,
+        mend: String,
+    },
+
     /// An output file could not be written. Nothing is left under its final name.
     #[error("{}: cannot write: {problem}; {mend}", path.display())]
     Output {

@@ -1,13 +1,16 @@
-//! What comes out: the frame in memory, OpenEXR files for measurements, PNG files for a look.
+//! What comes out: the frame in memory, OpenEXR files for measurements, PNG files for a look. And OpenEXR files back in.
 
 mod atomic;
 mod exr;
+mod exr_decode;
+mod exr_read;
 mod frame;
 mod header;
 mod png;
 
 pub use atomic::OutputFile;
 pub use exr::{ExrOptions, write_exr};
+pub use exr_read::{ImageLayer, LayeredImage};
 pub use frame::{
     Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples,
 };

@@ -1,0 +1,111 @@
+//! OpenEXR input: an image with named layers, to be compared with another one.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::exr_decode;
+use super::frame::Layer;
+use crate::error::{Error, Result};
+
+/// An image read from an OpenEXR file: camlux's own or another program's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LayeredImage {
+    pub(super) resolution_px: [u32; 2],
+    pub(super) layers: Vec<ImageLayer>,
+    pub(super) attributes: BTreeMap<String, String>,
+}
+
+/// The channels of a file that share a prefix.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageLayer {
+    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.mesh` and `id.material`
+    /// are layers of one channel, as [`Layer::name`] has them.
+    pub name: String,
+    /// The full names, as in the file: R, G, B, A, then X, Y, Z, then others by the alphabet.
+    pub channel_names: Vec<String>,
+    /// Row by row from the top, channels interleaved in the order of `channel_names`: width · height · channels values.
+    /// 16-bit floats are exact; whole numbers (UINT) over 2^24 are rounded to the nearest f32.
+    pub values: Vec<f32>,
+}
+
+impl LayeredImage {
+    /// Reads a scan-line or tiled file with one part of flat pixels, at its full resolution, of any compression that the
+    /// `exr` crate knows (all but HTJ2K). The memory that is touched is bounded by what the file really holds.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when there is no such file or it cannot be read, when it is not OpenEXR or damaged, and for what
+    /// camlux does not read: several parts, deep pixels, subsampled channels, a data window that is not the display window.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        let path = path.as_ref();
+        exr_decode::decode_file(path).map_err(|(problem, mend)| Error::Input {
+            at: path.display().to_string(),
+            problem,
+            mend: mend.into(),
+        })
+    }
+
+    /// Width, height.
+    pub fn resolution_px(&self) -> [u32; 2] {
+        self.resolution_px
+    }
+
+    /// Every layer, by the alphabet.
+    pub fn layers(&self) -> &[ImageLayer] {
+        &self.layers
+    }
+
+    /// The layer of that name.
+    pub fn layer(&self, name: &str) -> Option<&ImageLayer> {
+        self.layers.iter().find(|layer| layer.name == name)
+    }
+
+    /// The pixels of a layer of camlux; `None` where the image lacks it, or has other channels under its name.
+    pub fn values(&self, layer: Layer) -> Option<&[f32]> {
+        let found = self.layer(layer.name())?;
+        (found.channel_names == layer.channel_names()).then_some(&found.values)
+    }
+
+    /// L*_{P→C}, W/sr/m², channels R, G, B: the layer `radiance`, or else `direct` + `indirect`; `None` without either.
+    pub fn total_radiance(&self) -> Option<Vec<f32>> {
+        if let Some(radiance) = self.values(Layer::Radiance) {
+            return Some(radiance.to_vec());
+        }
+        let direct = self.values(Layer::Direct)?;
+        let indirect = self.values(Layer::Indirect)?;
+        Some(direct.iter().zip(indirect).map(|(d, i)| d + i).collect())
+    }
+
+    /// Which pixels show a surface, row by row from the top: those with `valid.A` over 0.5; in a file without it, with an
+    /// `id.mesh` over 0; without that, with a finite `depth`; and without any of them, all.
+    pub fn surface_pixels(&self) -> Vec<bool> {
+        let single = |name: &str| {
+            self.layer(name)
+                .filter(|layer| layer.channel_names.len() == 1)
+        };
+        let where_true = |layer: &ImageLayer, test: &dyn Fn(f32) -> bool| {
+            layer.values.iter().map(|&value| test(value)).collect()
+        };
+        if let Some(valid) = single("valid") {
+            return where_true(valid, &|value| value > 0.5);
+        }
+        if let Some(id) = single(Layer::MeshId.name()) {
+            return where_true(id, &|value| value > 0.0);
+        }
+        if let Some(depth) = single(Layer::Depth.name()) {
+            return where_true(depth, &f32::is_finite);
+        }
+        vec![true; self.resolution_px.map(|px| px as usize).iter().product()]
+    }
+
+    /// An attribute of the header that is a text or a number, by its full name, such as `camlux.scene_hash`.
+    pub fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.get(name).map(String::as_str)
+    }
+
+    /// Every attribute that is a text or a number: name, value.
+    pub fn attributes(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.attributes
+            .iter()
+            .map(|(name, value)| (name.as_str(), value.as_str()))
+    }
+}
