@@ -105,7 +105,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Everything about one scene: the truth, then the engine's settings, the reference and the peers against it.
-fn examine(args: &Args, subject: &Subject, renderer: &mut Renderer) -> Result<SceneReport, Failure> {
+fn examine(
+    args: &Args,
+    subject: &Subject,
+    renderer: &mut Renderer,
+) -> Result<SceneReport, Failure> {
     let Subject { name, file, scene } = subject;
     let extent = Extent::new(args.quick);
     let [width, height] = scene.camera.resolution_px;
@@ -127,7 +131,13 @@ fn examine(args: &Args, subject: &Subject, renderer: &mut Renderer) -> Result<Sc
     };
     let direct_only = sweep.direct_only()?;
     let (mut entries, skipped) = sweep.settings()?;
-    entries.extend(truth::series(name, scene, &scratch, extent.longest_reference_s, &steps)?);
+    entries.extend(truth::series(
+        name,
+        scene,
+        &scratch,
+        extent.longest_reference_s,
+        &steps,
+    )?);
     let peers = match &args.peers {
         None => Peers::new("not run; --peers PROGRAM adds them"),
         Some(program) => {
@@ -185,7 +195,10 @@ fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
         let names = |name: &String| subjects.iter().any(|subject| subject.name == *name);
         let numbered = (2..).map(|number| format!("{stem}-{number}"));
         let name = std::iter::once(stem.to_string()).chain(numbered);
-        let name = name.into_iter().find(|name| !names(name)).unwrap_or_default();
+        let name = name
+            .into_iter()
+            .find(|name| !names(name))
+            .unwrap_or_default();
         let file = file.clone();
         subjects.push(Subject { name, file, scene });
     }

@@ -149,7 +149,9 @@ impl Run<'_> {
         self.steps.detail(|| format!("{}: {peer}", self.name));
         let image = line.image.ok_or_else(|| format!("{peer} names no image"))?;
         let parts = line.seconds_of.into_iter();
-        let parts = parts.map(|(name, seconds)| Part { name, seconds }).collect();
+        let parts = parts
+            .map(|(name, seconds)| Part { name, seconds })
+            .collect();
         let seconds = Seconds::of_runs(line.seconds, parts)
             .filter(|seconds| seconds.min.is_finite() && seconds.min >= 0.0)
             .ok_or_else(|| format!("{peer} gives no times"))?;
@@ -176,13 +178,16 @@ impl Run<'_> {
 
     fn measure(&self, file: &Path) -> Result<Measured, Failure> {
         let image = LayeredImage::read(file)?;
-        let values = |layer: Layer| {
-            let name = layer.name();
-            let missing = || format!("{}: it has no layer {name}", file.display());
-            image.values(name).ok_or_else(missing)
+        if image.resolution_px() != self.resolution_px {
+            let ([width, height], file) = (image.resolution_px(), file.display());
+            return Err(format!("{file}: it has {width} x {height} pixels").into());
+        }
+        let missing = || {
+            let file = file.display();
+            format!("{file}: it lacks a layer of indirect and direct, with R, G and B")
         };
-        let (indirect, direct) = (values(Layer::Indirect)?, values(Layer::Direct)?);
-        let total: Vec<f32> = indirect.iter().zip(direct).map(|(a, b)| a + b).collect();
+        let indirect = image.values(Layer::Indirect).ok_or_else(missing)?;
+        let total = image.total_radiance().ok_or_else(missing)?;
         self.truth.measure(indirect, &total)
     }
 }

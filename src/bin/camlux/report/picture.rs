@@ -1,5 +1,6 @@
 //! Small pictures for the page: indirect light in the truth's exposure, and its error on one scale.
 
+use camlux::output;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
@@ -9,7 +10,7 @@ use crate::Failure;
 const WIDEST_PX: usize = 240;
 /// Error, over the truth's mean, at which the colours end: fixed, so that pictures of all settings, scenes and reports can
 /// be compared.
-pub const ERROR_RANGE: f64 = 0.5;
+pub const ERROR_RANGE: f64 = 1.0;
 /// The bar that shows the colours.
 const COLOR_BAR_PX: [usize; 2] = [200, 14];
 
@@ -162,4 +163,10 @@ mod tests {
         assert_eq!(small.rgb[0], [1.0; 3]);
         assert_eq!(small.rgb[160], [480.5; 3]);
     }
+}
+
+fn diverging(v: f64) -> [u8; 3] {
+    let v = v.clamp(-1.0, 1.0);
+    let t = (255.0 * (1.0 - v.abs())) as u8;
+    if v < 0.0 { [t, t, 255] } else { [255, t, t] }
 }

@@ -42,6 +42,8 @@ pub fn obtain(
     path: &Path,
     standard_error: f64,
 ) -> Result<(TruthImage, Truth), Failure> {
+    // Before anything that takes time: a place that cannot be written is said at once.
+    drop(OutputFile::create(path)?);
     let start = Instant::now();
     let stored = path
         .exists()
