@@ -1,0 +1,117 @@
+"""OBJ and MTL files as camlux reads them: fans of triangles; Kd, Ks, Ns and map_Kd; all else is left out."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from failure import Failure
+
+
+@dataclass
+class Group:
+    """Triangles of one material and one form. Per corner, three to a triangle."""
+
+    material: str | None
+    positions_m: list = field(default_factory=list)
+    texcoords: list = field(default_factory=list)
+    normals: list = field(default_factory=list)
+
+
+def statements(path: Path):
+    """Keyword and rest of each line; a backslash at the end of a line continues it, but not a comment."""
+    try:
+        text = path.read_bytes().decode("utf-8-sig", errors="replace")
+    except OSError as error:
+        raise Failure(f"cannot read {path}: {error.strerror}; check the path") from error
+    lines = iter(text.split("\n"))
+    for line in lines:
+        line = line.strip()
+        while line.endswith("\\") and not line.startswith("#"):
+            line = line[:-1] + " " + next(lines, "").strip()
+        if line and not line.startswith("#"):
+            keyword, _, rest = line.partition(" ")
+            yield keyword, rest.strip()
+
+
+def numbers(rest: str) -> list[float]:
+    return [float(word) for word in rest.split("#")[0].split()]
+
+
+def read_obj(path: Path, flat: bool) -> tuple[list[Group], list[Path]]:
+    """The groups of an OBJ file in its units, and the paths of its material libraries."""
+    positions, texcoords, normals, libraries = [], [], [], []
+    groups: dict[tuple, Group] = {}
+    material = None
+    for keyword, rest in statements(path):
+        if keyword == "v":
+            positions.append(numbers(rest)[:3])
+        elif keyword == "vt":
+            texcoords.append((numbers(rest) + [0.0])[:2])
+        elif keyword == "vn":
+            normals.append(numbers(rest))
+        elif keyword == "usemtl":
+            material = rest
+        elif keyword == "mtllib":
+            whole = path.parent / rest
+            libraries += [whole] if whole.exists() else [path.parent / name for name in rest.split()]
+        elif keyword == "f":
+            corners = [
+                (
+                    element(positions, parts[0]),
+                    element(texcoords, parts[1]),
+                    None if flat else element(normals, parts[2]),
+                )
+                for parts in ((word + "//").split("/") for word in rest.split("#")[0].split())
+            ]
+            has_texcoords = corners[0][1] is not None
+            # A zero normal makes its face flat.
+            has_normals = all(normal is not None and any(normal) for _, _, normal in corners)
+            group = groups.setdefault((material, has_texcoords, has_normals), Group(material))
+            for triangle in fan(corners, path):
+                for position, texcoord, normal in triangle:
+                    group.positions_m.append(position)
+                    if has_texcoords:
+                        group.texcoords.append(texcoord)
+                    if has_normals:
+                        group.normals.append(normal)
+    return list(groups.values()), libraries
+
+
+def element(elements: list, index: str):
+    """OBJ indices begin at 1; negative ones count back from the last element so far."""
+    if not index:
+        return None
+    return elements[int(index) - 1 if int(index) > 0 else int(index)]
+
+
+def fan(corners: list, path: Path):
+    """The triangles of a polygon, from the first corner that fills it without folding over: the diagonals of camlux."""
+    if len(corners) == 3:
+        return [corners]
+    outline = np.array([position for position, _, _ in corners])
+    for apex in range(len(corners)):
+        turned = np.roll(outline, -apex, axis=0)
+        doubled_areas = np.cross(turned[1:-1] - turned[0], turned[2:] - turned[0])
+        whole = doubled_areas.sum(axis=0)
+        if (doubled_areas @ whole >= -1e-9 * (whole @ whole)).all():
+            corners = corners[apex:] + corners[:apex]
+            return [[corners[0], corners[i], corners[i + 1]] for i in range(1, len(corners) - 1)]
+    raise Failure(f"{path}: a concave polygon that no fan of triangles fills; triangulate the mesh where it is made")
+
+
+def read_mtl(path: Path) -> dict[str, dict]:
+    """Kd, Ks, Ns and map_Kd (a path) of each material, where they are given."""
+    materials: dict[str, dict] = {}
+    properties: dict = {}
+    for keyword, rest in statements(path):
+        if keyword == "newmtl":
+            properties = materials.setdefault(rest, {})
+        elif keyword in ("Kd", "Ks"):
+            values = numbers(rest)
+            properties[keyword] = values * 3 if len(values) == 1 else values
+        elif keyword == "Ns":
+            properties["Ns"] = numbers(rest)[0]
+        elif keyword == "map_Kd":
+            properties["map_Kd"] = path.parent / rest
+    return materials

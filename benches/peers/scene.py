@@ -1,0 +1,195 @@
+"""A camlux scene file (docs/scene.md) as numbers, in the space in which Mitsuba computes.
+
+camlux is what validates scenes; here a broken one may end in a KeyError.
+
+Mitsuba computes in float32 and keeps rays off surfaces by distances that suit scenes of about 1. So the scene is
+moved to the origin and scaled by a power of two, which changes no digit of a radiance: an intensity is scaled by the
+square.
+"""
+
+import math
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from failure import Failure, Unsupported
+from obj import Group, read_mtl, read_obj
+
+
+@dataclass
+class Material:
+    """Modified Phong; kd multiplies the texture."""
+
+    kd: list[float]
+    ks: list[float]
+    shininess: float
+    kd_texture: Path | None = None
+
+
+@dataclass
+class Mesh:
+    """Triangles of one material: corners in threes, shared by no two triangles. Local units."""
+
+    material: str
+    positions: np.ndarray
+    texcoords: np.ndarray | None
+    normals: np.ndarray | None
+
+
+@dataclass
+class Light:
+    """`emission`: I (point) or I_0 (spot), W/sr times the square of the local scale; E_L (directional), W/m²."""
+
+    kind: str
+    emission: np.ndarray
+    position: np.ndarray | None = None
+    direction: np.ndarray | None = None
+    inner_rad: float = 0.0
+    outer_rad: float = 0.0
+
+
+@dataclass
+class Scene:
+    size_px: tuple[int, int]
+    camera_position: np.ndarray
+    # Unit vectors through the pixels' centres, row by row from the top: height · width, 3.
+    ray_directions: np.ndarray
+    lights: list[Light]
+    meshes: list[Mesh]
+    materials: dict[str, Material] = field(default_factory=dict)
+
+
+def load(path: Path, size_px: tuple[int, int]) -> Scene:
+    """The scene at this image size, which keeps what is seen as `camlux render --size` does."""
+    try:
+        with path.open("rb") as file:
+            toml = tomllib.load(file)
+    except OSError as error:
+        raise Failure(f"cannot read {path}: {error.strerror}; check the path") from error
+    except tomllib.TOMLDecodeError as error:
+        raise Failure(f"{path} is not TOML: {error}; camlux render says more") from error
+
+    scene = Scene(size_px, vector(toml["camera"]["position"]), ray_directions(toml["camera"], size_px), [], [])
+    for name, keys in toml.get("material", {}).items():
+        ks = bands(keys.get("ks", 0.0))
+        scene.materials[name] = Material(bands(keys["kd"]), ks, float(keys.get("shininess", 1.0)))
+    for number, keys in enumerate(toml["mesh"]):
+        add_mesh(scene, path.parent, keys, f"mesh {number}")
+    scene.lights = [light(keys) for keys in toml["light"]]
+    if "indirect" not in toml:
+        raise Unsupported("the scene has no [indirect]: there is no single bounce to compare")
+    move_to_local_space(scene)
+    return scene
+
+
+def bands(value) -> list[float]:
+    return [float(v) for v in (value if isinstance(value, list) else [value] * 3)]
+
+
+def vector(value) -> np.ndarray:
+    return np.array(value, dtype=np.float64)
+
+
+def unit(value) -> np.ndarray:
+    value = vector(value)
+    return value / np.linalg.norm(value)
+
+
+def ray_directions(camera: dict, size_px: tuple[int, int]) -> np.ndarray:
+    width, height = size_px
+    if "intrinsics_px" in camera:
+        lens = camera["intrinsics_px"]
+        scale_x, scale_y = width / camera["resolution"][0], height / camera["resolution"][1]
+        fx, cx = lens["fx"] * scale_x, lens["cx"] * scale_x
+        fy, cy = lens["fy"] * scale_y, lens["cy"] * scale_y
+    else:
+        fx = fy = 0.5 * height / math.tan(0.5 * math.radians(camera["fov_y_deg"]))
+        cx, cy = 0.5 * width, 0.5 * height
+    forward = unit(vector(camera["look_at"]) - vector(camera["position"]))
+    right = unit(np.cross(forward, vector(camera["up"])))
+    down = np.cross(forward, right)
+    x, y = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
+    rays = forward + ((x - cx) / fx)[..., None] * right + ((y - cy) / fy)[..., None] * down
+    return (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(-1, 3)
+
+
+def light(keys: dict) -> Light:
+    if keys["kind"] == "directional":
+        return Light("directional", vector(bands(keys["irradiance_w_m2"])), direction=unit(keys["direction"]))
+    power_w, position = vector(bands(keys["power_w"])), vector(keys["position"])
+    if keys["kind"] == "point":
+        return Light("point", power_w / (4.0 * math.pi), position)
+    inner_rad = math.radians(keys["inner_half_angle_deg"])
+    outer_rad = math.radians(keys["outer_half_angle_deg"])
+    intensity = power_w / (2.0 * math.pi * falloff_integral(inner_rad, outer_rad))
+    return Light("spot", intensity, position, unit(keys["direction"]), inner_rad, outer_rad)
+
+
+def falloff_integral(inner_rad: float, outer_rad: float) -> float:
+    """∫ s(θ)·sin θ dθ over a spot light's cone, by Gauss-Legendre quadrature, which is exact to rounding here."""
+    nodes, weights = np.polynomial.legendre.leggauss(32)
+    width_rad = outer_rad - inner_rad
+    t = 0.5 * (nodes + 1.0)
+    ramp = 0.5 * width_rad * np.sum(weights * np.cos(0.5 * math.pi * t) * np.sin(inner_rad + width_rad * t))
+    return 2.0 * math.sin(0.5 * inner_rad) ** 2 + ramp
+
+
+def add_mesh(scene: Scene, folder: Path, keys: dict, prefix: str):
+    groups, libraries = read_obj(folder / keys["path"], keys.get("flat", False))
+    library = {}
+    if "material" not in keys:
+        for path in libraries:
+            library |= read_mtl(path)
+    rotation = rotation_matrix(keys.get("rotate_deg", [0.0, 0.0, 0.0]))
+    translation_m = vector(keys.get("translate", [0.0, 0.0, 0.0]))
+    for group in groups:
+        name = keys.get("material")
+        if name is None:
+            name = f"{prefix}: {group.material}"
+            if group.material not in library:
+                raise Failure(f"{keys['path']}: material {group.material} is in no MTL file; camlux render says more")
+            scene.materials[name] = material_of(library[group.material])
+        scene.meshes.append(transformed(group, name, float(keys.get("scale", 1.0)), rotation, translation_m))
+
+
+def transformed(group: Group, material: str, scale: float, rotation: np.ndarray, translation_m: np.ndarray) -> Mesh:
+    normals = None
+    if group.normals:
+        normals = vector(group.normals) @ rotation.T
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    texcoords = vector(group.texcoords) if group.texcoords else None
+    return Mesh(material, scale * vector(group.positions_m) @ rotation.T + translation_m, texcoords, normals)
+
+
+def rotation_matrix(rotate_deg: list[float]) -> np.ndarray:
+    """About x first, then y, then z."""
+    matrix = np.identity(3)
+    for axis, angle_deg in enumerate(rotate_deg):
+        cosine, sine = math.cos(math.radians(angle_deg)), math.sin(math.radians(angle_deg))
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        turn = np.identity(3)
+        turn[i, i], turn[i, j], turn[j, i], turn[j, j] = cosine, -sine, sine, cosine
+        matrix = turn @ matrix
+    return matrix
+
+
+def material_of(properties: dict) -> Material:
+    kd = properties.get("Kd", [1.0, 1.0, 1.0])
+    ks = properties.get("Ks", [0.0, 0.0, 0.0])
+    return Material(kd, ks, properties.get("Ns", 1.0), properties.get("map_Kd"))
+
+
+def move_to_local_space(scene: Scene):
+    corners = np.concatenate([mesh.positions for mesh in scene.meshes])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    centre = 0.5 * (low + high)
+    scale = 2.0 ** -round(math.log2(0.5 * np.linalg.norm(high - low)))
+    for mesh in scene.meshes:
+        mesh.positions = scale * (mesh.positions - centre)
+    scene.camera_position = scale * (scene.camera_position - centre)
+    for source in scene.lights:
+        if source.position is not None:
+            source.position = scale * (source.position - centre)
+            source.emission = source.emission * scale**2

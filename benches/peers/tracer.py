@@ -1,0 +1,189 @@
+"""A scene in Mitsuba, and its images through pixel centres. Import after the variant is set."""
+
+import math
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+import plugins  # noqa: F401 (registers)
+from scene import Light, Material, Mesh, Scene
+
+
+class Tracer:
+    """Images are arrays of 3 bands by pixels, row by row from the top, on Dr.Jit's side and not yet evaluated."""
+
+    def __init__(self, scene: Scene):
+        self.pixel_count = scene.size_px[0] * scene.size_px[1]
+        self.origin = mi.Point3f(scene.camera_position)
+        self.directions = floats(scene.ray_directions)
+        bsdfs = {name: mi.load_dict(bsdf(material)) for name, material in scene.materials.items()}
+        parts = {"type": "scene"}
+        for number, light in enumerate(scene.lights):
+            parts[f"light_{number}"] = emitter(light)
+        for number, mesh in enumerate(scene.meshes):
+            parts[f"mesh_{number}"] = shape(mesh, bsdfs[mesh.material])
+        self.scene = mi.load_dict(parts)
+
+    def primary_rays(self):
+        pixel = dr.arange(mi.UInt32, self.pixel_count)
+        return mi.RayDifferential3f(self.origin, dr.gather(mi.Vector3f, self.directions, pixel))
+
+    def primary_hits(self):
+        return self.scene.ray_intersect(self.primary_rays(), mi.RayFlags.All, coherent=True)
+
+    def direct(self):
+        """Direct light. Every light is a point or a direction, so this is no estimate."""
+        return self._direct_at(self.primary_hits())
+
+    def direct_and_features(self):
+        """Direct light, and what the denoiser is guided by: albedo, and normal on the camera's side."""
+        si = self.primary_hits()
+        albedo = si.bsdf().eval_diffuse_reflectance(si, si.is_valid())
+        normal = dr.select(si.is_valid(), si.sh_frame.n * dr.sign(si.wi.z), 0)
+        return self._direct_at(si), albedo & si.is_valid(), normal
+
+    def _direct_at(self, si):
+        context = mi.BSDFContext()
+        radiance = mi.Color3f(0)
+        for light in self.scene.emitters():
+            ds, irradiance = light.sample_direction(si, mi.Point2f(0), si.is_valid())
+            active = si.is_valid() & (ds.pdf > 0)
+            active &= ~self.scene.ray_test(si.spawn_ray_to(ds.p), active)
+            radiance += si.bsdf().eval(context, si, si.to_local(ds.d), active) * irradiance & active
+        return radiance
+
+    @dr.syntax
+    def indirect(self, pattern: "Pattern", iterations: int):
+        """The single bounce, as the mean of the first `iterations` samples of the pattern: what `path` estimates with
+        max_depth 3, less the direct light. `iterations` is not compiled in."""
+        context = mi.BSDFContext()
+        si = self.primary_hits()
+        bsdf_at_pixel = si.bsdf()
+        # Named inside the loop, so that Dr.Jit carries its state from one sample to the next.
+        jitter = pattern.jitter
+        radiance = mi.Color3f(0)
+        index = mi.UInt32(0)
+        count = dr.opaque(mi.UInt32, iterations)
+        while index < count:
+            bs, weight = bsdf_at_pixel.sample(
+                context, si, pattern.point_1d(index, 0, jitter), pattern.point_2d(index, 1, jitter), si.is_valid()
+            )
+            active = si.is_valid() & (dr.max(weight) > 0)
+            lit = self.scene.ray_intersect(si.spawn_ray(si.to_world(bs.wo)), active)
+            ds, irradiance = self.scene.sample_emitter_direction(
+                lit, pattern.point_2d(index, 2, jitter), True, lit.is_valid()
+            )
+            value = lit.bsdf().eval(context, lit, lit.to_local(ds.d), lit.is_valid() & (ds.pdf > 0))
+            radiance += weight * value * irradiance
+            index += 1
+        return radiance / mi.Float(count)
+
+    @dr.syntax
+    def by_path_plugin(self, samples: int, seed: int):
+        """Direct and indirect light by the plugin `path` as it is shipped, with independent samples."""
+        path = mi.load_dict({"type": "path", "max_depth": 3, "rr_depth": 1000})
+        sampler = mi.load_dict({"type": "independent"})
+        sampler.seed(seed, self.pixel_count)
+        radiance = mi.Color3f(0)
+        index = mi.UInt32(0)
+        count = dr.opaque(mi.UInt32, samples)
+        while index < count:
+            radiance += path.sample(self.scene, sampler, self.primary_rays())[0]
+            index += 1
+        return radiance / mi.Float(count)
+
+
+class Pattern:
+    """Correlated multi-jittered points (Kensler 2013), as Mitsuba's sampler `multijitter` makes them: `samples` a
+    pixel. That plugin cannot run inside a loop of a kernel, for Dr.Jit does not see its sample index."""
+
+    def __init__(self, samples: int, pixel_count: int, seed: int):
+        rows = next(n for n in range(math.isqrt(samples), 0, -1) if samples % n == 0)
+        self.samples, self.rows, self.columns = samples, rows, samples // rows
+        pixel = dr.arange(mi.UInt32, pixel_count)
+        self.permutation = mi.sample_tea_32(pixel, dr.opaque(mi.UInt32, seed))[0]
+        self.jitter = mi.load_dict({"type": "independent"})
+        self.jitter.seed(seed, pixel_count)
+
+    def point_1d(self, index, dimension: int, jitter):
+        stratum = mi.permute_kensler(index, self.samples, (self.permutation + dimension) * 0x45FBE943)
+        return (mi.Float(stratum) + jitter.next_1d()) / self.samples
+
+    def point_2d(self, index, dimension: int, jitter):
+        seed = self.permutation + dimension
+        cell = mi.permute_kensler(index, self.samples, seed * 0x51633E2D)
+        y = cell // self.columns
+        x = cell - y * self.columns
+        finer_x = mi.Float(mi.permute_kensler(y, self.rows, seed * 0x02E5BE93))
+        finer_y = mi.Float(mi.permute_kensler(x, self.columns, seed * 0x68BC21EB))
+        offset = jitter.next_2d()
+        return mi.Point2f(
+            (mi.Float(x) + (finer_x + offset.x) / self.rows) / self.columns,
+            (mi.Float(y) + (finer_y + offset.y) / self.columns) / self.rows,
+        )
+
+
+def bsdf(material: Material) -> dict:
+    kd = srgb(material.kd) if material.kd_texture is None else texture(material)
+    if any(material.ks):
+        return {"type": "modified_phong", "kd": kd, "ks": srgb(material.ks), "shininess": material.shininess}
+    return {"type": "twosided", "bsdf": {"type": "diffuse", "reflectance": kd}}
+
+
+def srgb(reflectance: list[float]) -> dict:
+    return {"type": "srgb", "color": mi.ScalarColor3f(reflectance)}
+
+
+def texture(material: Material) -> dict:
+    bitmap = mi.Bitmap(str(material.kd_texture))
+    pixels = np.array(bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt16, bitmap.srgb_gamma()))
+    encoded = pixels.astype(np.float64) / 65535.0
+    # The sRGB transfer function, IEC 61966-2-1.
+    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    data = mi.TensorXf((linear * material.kd).astype(np.float32))
+    return {"type": "bitmap", "data": data, "raw": True, "filter_type": "bilinear", "wrap_mode": "repeat"}
+
+
+def emitter(light: Light) -> dict:
+    emission = {"type": "rgb", "value": light.emission.tolist()}
+    if light.kind == "point":
+        return {"type": "point", "position": light.position.tolist(), "intensity": emission}
+    if light.kind == "directional":
+        return {"type": "directional", "direction": light.direction.tolist(), "irradiance": emission}
+    return {
+        "type": "cosine_spot",
+        "position": mi.ScalarVector3f(light.position),
+        "direction": mi.ScalarVector3f(light.direction),
+        "intensity": mi.ScalarVector3f(light.emission),
+        "inner_rad": light.inner_rad,
+        "outer_rad": light.outer_rad,
+    }
+
+
+def shape(mesh: Mesh, material):
+    properties = mi.Properties()
+    properties["bsdf"] = material
+    count = len(mesh.positions)
+    built = mi.Mesh(
+        mesh.material,
+        count,
+        count // 3,
+        props=properties,
+        has_vertex_normals=mesh.normals is not None,
+        has_vertex_texcoords=mesh.texcoords is not None,
+    )
+    parameters = mi.traverse(built)
+    parameters["vertex_positions"] = floats(mesh.positions)
+    parameters["faces"] = dr.arange(mi.UInt32, count)
+    if mesh.normals is not None:
+        parameters["vertex_normals"] = floats(mesh.normals)
+    if mesh.texcoords is not None:
+        # Mitsuba's v runs downwards.
+        parameters["vertex_texcoords"] = floats(mesh.texcoords * [1.0, -1.0] + [0.0, 1.0])
+    parameters.update()
+    return built
+
+
+def floats(values: np.ndarray):
+    return mi.Float(np.ascontiguousarray(values, dtype=np.float32).ravel())
