@@ -74,7 +74,7 @@ pub enum Error {
     Internal { problem: String },
 
     /// The caller's progress callback asked to stop.
-    #[error("the render was cancelled; the renderer can be used again")]
+    #[error("cancelled before it was done; what it worked on can be used again")]
     Cancelled,
 }
 

@@ -20,6 +20,7 @@ pub mod error;
 mod frame;
 pub mod intermediates;
 mod local_space;
+pub mod metrics;
 pub mod model;
 pub mod output;
 mod passes;

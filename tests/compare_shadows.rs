@@ -18,6 +18,7 @@ use camlux::{
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
 use ray_caster::{RayCaster, pixel::PixelRay};
+use truth::Truth;
 
 /// Texels of the shadow map beside P. The test reads the four around it.
 const EDGE_TEXELS: f64 = 1.5;
@@ -218,7 +219,7 @@ fn light_from_afar_makes_no_acne() {
 /// Against truth that shares no code with the engine, at its 200 x 200 pixels, with the shadow map that the plan gives them.
 #[test]
 fn direct_light_agrees_with_path_traced_truth() {
-    let truth = truth::read("cornell_200_direct.exr");
+    let truth = Truth::read().direct;
     let mut scene = demo_scene("cornell", [200, 200]);
     scene.indirect = None;
     let frame = Gpu::open().render(&scene);

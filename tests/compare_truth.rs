@@ -10,6 +10,7 @@ use camlux::{
     scene::{Bands, Estimator, Indirect},
 };
 use gpu::{Gpu, demo_scene};
+use truth::Truth;
 
 /// Distance of the Cornell box's indirect light from the path-traced one, whose own standard error is 1 %.
 struct ModelError {
@@ -20,7 +21,7 @@ struct ModelError {
 }
 
 fn measure(estimator: Estimator) -> ModelError {
-    let truth: Vec<Bands> = truth::read("cornell_200_indirect.exr");
+    let truth: Vec<Bands> = Truth::read().indirect;
     let mut scene = demo_scene("cornell", [200, 200]);
     scene.indirect = Some(Indirect {
         estimator,

@@ -21,6 +21,7 @@ QUICK_SAMPLES = [1, 4, 16, 64]
 MOST_SAMPLES_DENOISED = 32
 # Its error falls with the square root of the samples: what lies beyond can be drawn as a line.
 MOST_SAMPLES_OF_PATH = 256
+TRUTH_SAMPLES = 16384
 RUNS = 3
 LONG_RUN_SECONDS = 10.0
 
@@ -71,9 +72,12 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument("--quick", action="store_true", help=f"fewer points: {QUICK_SAMPLES} samples a pixel")
     parser.add_argument("--spp", type=sample_counts, metavar="1,2,4", help="samples a pixel")
     parser.add_argument("--check", type=Path, metavar="IMAGE.exr", help="compare with an image instead of measuring")
+    parser.add_argument(
+        "--truth", type=Path, metavar="IMAGE.exr", help="write an image with the standard error of each pixel instead"
+    )
     options = parser.parse_args()
-    if options.check is None and options.output is None:
-        parser.error("give --output, the folder for the images, or --check")
+    if options.check is None and options.truth is None and options.output is None:
+        parser.error("give --output, the folder for the images, or --check, or --truth")
     return options
 
 
@@ -123,6 +127,11 @@ def run(options: argparse.Namespace, threads: int, results):
         import check
 
         check.compare(tracer, loaded.size_px, options.check)
+        return
+    if options.truth is not None:
+        import truth
+
+        truth.render(tracer, loaded.size_px, options.spp[-1] if options.spp else TRUTH_SAMPLES, options.truth)
         return
 
     from frames import Denoised, Denoiser, PathPlugin, PathTraced

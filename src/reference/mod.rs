@@ -12,15 +12,20 @@ mod pixel;
 mod rays;
 mod surface;
 
-use std::{ops::ControlFlow, time::Instant};
+use std::{ops::ControlFlow, path::Path, time::Instant};
 
 use rayon::prelude::*;
 
 pub use self::goal::Goal;
-use self::{path::Transport, pixel::Pixel};
+use self::{
+    path::Transport,
+    pixel::{Moments, Pixel},
+};
 use crate::{
     Error, Result, Scene,
-    output::{Frame, FrameDescription, FrameStats, Layer, LayerData, ReferenceSamples},
+    output::{
+        Frame, FrameDescription, FrameStats, Layer, LayerData, LayeredImage, ReferenceSamples,
+    },
 };
 
 /// Pixels between two calls of the progress function, at least.
@@ -79,6 +84,58 @@ impl Reference {
             rounds: 0,
             wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
         })
+    }
+
+    /// Goes on from a file with the image of a [`Reference::frame`]: further rounds add to its own.
+    ///
+    /// The file holds f32, so going on is the same as never having stopped up to 1e-7 of a value.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for an invalid scene, [`Error::Input`] for a file that cannot be read or holds no reference of this
+    /// scene.
+    pub fn resume(scene: &Scene, file: &Path) -> Result<Reference> {
+        let image = LayeredImage::read(file)?;
+        let refuse = |problem: String| Error::Input {
+            at: file.display().to_string(),
+            problem,
+            mend: "name another file, or remove this one to begin anew".into(),
+        };
+        let count = |name: &str| {
+            let text = image.attribute(name)?;
+            text.parse::<u32>().ok()
+        };
+        let samples_per_round = count("camlux.samples_per_round").unwrap_or(0);
+        if !samples_per_round.is_power_of_two() {
+            return Err(refuse("it does not hold a reference".into()));
+        }
+        let mut reference = Reference::new(scene, samples_per_round)?;
+        let hash = image.attribute("camlux.scene_hash");
+        if hash != Some(reference.scene.hash().as_str()) {
+            return Err(refuse(
+                "it holds the reference of another scene, or of another resolution".into(),
+            ));
+        }
+        let samples = count("camlux.samples_per_pixel").unwrap_or_default();
+        let values = |layer: Layer| {
+            let values = image.values(layer);
+            let has_all = |values: &&[f32]| {
+                values.len() == 3 * reference.pixels.len() && values.iter().all(|v| v.is_finite())
+            };
+            values
+                .filter(has_all)
+                .ok_or_else(|| refuse(format!("its layer {} is missing or damaged", layer.name())))
+        };
+        let rounds = samples / samples_per_round;
+        let mean = values(Layer::Indirect)?;
+        let standard_error = values(Layer::StandardError)?;
+        let stored = mean.chunks_exact(3).zip(standard_error.chunks_exact(3));
+        for (pixel, (mean, standard_error)) in reference.pixels.iter_mut().zip(stored) {
+            pixel.indirect = std::array::from_fn(|band| {
+                Moments::from_mean(mean[band].into(), standard_error[band].into(), rounds)
+            });
+        }
+        reference.rounds = rounds;
+        Ok(reference)
     }
 
     /// Independent rounds so far.

@@ -39,6 +39,15 @@ impl Moments {
         self.scatter += before * (value - self.mean);
     }
 
+    /// The moments of `count` values that have this mean and this standard error of the mean.
+    pub fn from_mean(mean: f64, standard_error: f64, count: u32) -> Moments {
+        let count = f64::from(count);
+        Moments {
+            mean,
+            scatter: standard_error * standard_error * count * (count - 1.0),
+        }
+    }
+
     /// Square of the mean's standard error; infinite for fewer than two values.
     pub fn variance_of_mean(&self, count: u32) -> f64 {
         if count < 2 {

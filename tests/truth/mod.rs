@@ -1,26 +1,37 @@
-//! Path-traced images that share no code with the engine. `tests/data/README.md` says where they come from.
+//! The Cornell box by another renderer, which shares no code with this one. `tests/data/README.md` says how it was made.
+
+#![allow(dead_code, reason = "each test uses its own part")]
 
 use std::path::Path;
 
-use camlux::scene::Bands;
-use exr::prelude::read_first_rgba_layer_from_file;
+use camlux::{
+    output::{Layer, LayeredImage},
+    scene::Bands,
+};
 
-/// The pixels of an image of `tests/data`, row by row from the top.
-pub fn read(name: &str) -> Vec<Bands> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("tests/data")
-        .join(name);
-    let image = read_first_rgba_layer_from_file(
-        path,
-        |size, _| (size.width(), vec![[0.0; 3]; size.area()]),
-        |(width, pixels), at, (r, g, b, _): (f32, f32, f32, f32)| {
-            pixels[at.y() * *width + at.x()] = [r, g, b].map(f64::from);
-        },
-    );
-    image
-        .expect("the image is readable")
-        .layer_data
-        .channel_data
-        .pixels
-        .1
+/// 200 x 200 pixels, row by row from the top, W/sr/m².
+pub struct Truth {
+    pub direct: Vec<Bands>,
+    pub indirect: Vec<Bands>,
+    /// Of `indirect`.
+    pub standard_error: Vec<Bands>,
+}
+
+impl Truth {
+    pub fn read() -> Truth {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/cornell_200.exr");
+        let image = LayeredImage::read(path).expect("the image is readable");
+        let layer = |layer: Layer| {
+            let values = image.values(layer).expect("it is there").as_chunks().0;
+            values
+                .iter()
+                .map(|pixel: &[f32; 3]| pixel.map(f64::from))
+                .collect()
+        };
+        Truth {
+            direct: layer(Layer::Direct),
+            indirect: layer(Layer::Indirect),
+            standard_error: layer(Layer::StandardError),
+        }
+    }
 }

@@ -1,4 +1,4 @@
-//! `camlux`: renders scene files and lists the devices that can.
+//! `camlux`: renders scene files, measures how right the result is, and lists the devices that can.
 //!
 //! Results go to files and stdout, everything about the run to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage.
 
@@ -6,6 +6,7 @@ mod info;
 mod json;
 mod overrides;
 mod progress;
+mod reference;
 mod render;
 mod summary;
 
@@ -26,6 +27,8 @@ struct Cli {
 enum Command {
     /// Render a scene file into an OpenEXR file
     Render(render::Args),
+    /// Sample the true single bounce of a scene on the CPU, with the standard error of each pixel
+    Reference(reference::Args),
     /// List the Vulkan devices, their limits, and which one is used by default; exit code 1 if none is usable
     Info,
 }
@@ -45,6 +48,7 @@ fn main() -> ExitCode {
     };
     finish(match cli.command {
         Command::Render(args) => render::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Reference(args) => reference::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Info => info::run(),
     })
 }

@@ -1,5 +1,7 @@
 //! What the command line changes in a scene.
 
+use std::path::Path;
+
 use camlux::Scene;
 use camlux::output::Layer;
 use camlux::scene::{Camera, Estimator, Indirect, Intrinsics, Lens};
@@ -63,6 +65,21 @@ pub fn indirect(
     };
     let note = filled_in.map(|what| format!("the scene has no [indirect]: {what}"));
     (Some(indirect), note)
+}
+
+/// Refuses an output whose name promises another format.
+pub fn require_exr(path: &Path) -> Result<(), Failure> {
+    let is_exr = path
+        .extension()
+        .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
+    if is_exr {
+        return Ok(());
+    }
+    let path = path.display();
+    Err(format!(
+        "--output {path}: camlux writes OpenEXR; end the name in .exr (a PNG preview is --png)"
+    )
+    .into())
 }
 
 /// Refuses layers that a frame of this scene will not have, before the time for it is spent.

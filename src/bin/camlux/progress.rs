@@ -1,5 +1,6 @@
 //! Progress on stderr: a bar on a terminal, a line per pass elsewhere. And the end of it by Ctrl-C.
 
+use std::cell::Cell;
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,6 +23,54 @@ pub fn stop_on_signals() {
             std::process::exit(130);
         }
     });
+}
+
+/// Whether a signal has asked to stop.
+pub fn is_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
+/// A long computation with an estimate of its end: a bar on a terminal, a line every ten percent elsewhere. Gone when
+/// dropped.
+pub struct Estimate {
+    what: &'static str,
+    bar: Option<ProgressBar>,
+    told_tenths: Cell<u64>,
+}
+
+impl Estimate {
+    pub fn new(what: &'static str) -> Self {
+        let bar = std::io::stderr().is_terminal().then(|| {
+            let style = ProgressStyle::with_template(
+                "{msg:10} {wide_bar} {percent:>3} % {elapsed}, {eta} to go",
+            )
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+            ProgressBar::new(STEPS).with_style(style).with_message(what)
+        });
+        Estimate {
+            what,
+            bar,
+            told_tenths: Cell::new(0),
+        }
+    }
+
+    /// `share`: 0 to 1.
+    pub fn show(&self, share: f64) {
+        if let Some(bar) = &self.bar {
+            bar.set_position((share * STEPS as f64) as u64);
+        } else if (share * 10.0) as u64 > self.told_tenths.get() {
+            self.told_tenths.set((share * 10.0) as u64);
+            tell(&format!("{:3.0} % {}", 100.0 * share, self.what));
+        }
+    }
+}
+
+impl Drop for Estimate {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
 }
 
 /// Shows the progress of a render until dropped.
@@ -58,7 +107,7 @@ impl ProgressDisplay {
             }
             None => {}
         }
-        if INTERRUPTED.load(Ordering::Relaxed) {
+        if is_interrupted() {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(())

@@ -162,16 +162,7 @@ impl Outputs {
         let Some(exr) = &args.output else {
             return Ok(None);
         };
-        let is_exr = exr
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-        if !is_exr {
-            return Err(format!(
-                "--output {}: camlux writes OpenEXR; end the name in .exr (a PNG preview is --png)",
-                exr.display()
-            )
-            .into());
-        }
+        overrides::require_exr(exr)?;
         let paths: Vec<&Path> = [Some(exr), args.png.as_ref(), args.stats.as_ref()]
             .into_iter()
             .flatten()

@@ -1,0 +1,166 @@
+//! `camlux reference`: the true single bounce of a scene, as exact as asked for.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use camlux::output::{ExrOptions, OutputFile, write_exr};
+use camlux::reference::{Goal, Reference};
+use camlux::{Error, Scene};
+
+use crate::progress::{Estimate, is_interrupted, stop_on_signals};
+use crate::{Failure, overrides, tell};
+
+/// An unfinished image is written this often.
+const TIME_BETWEEN_SAVES: Duration = Duration::from_secs(30);
+
+#[derive(clap::Args)]
+#[command(group(clap::ArgGroup::new("goal").required(true)))]
+pub struct Args {
+    /// Scene file
+    #[arg(value_name = "SCENE.toml")]
+    pub scene: PathBuf,
+    /// OpenEXR file to write; where it is there already, samples are added to it
+    #[arg(short, long, value_name = "FILE.exr")]
+    pub output: PathBuf,
+    /// Samples per pixel, in all
+    #[arg(long, value_name = "N", group = "goal", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+    pub spp: Option<u32>,
+    /// Standard error of the indirect light to be reached, over its root mean square: 0.01 is one percent
+    #[arg(long, value_name = "SHARE", group = "goal", value_parser = parse_share)]
+    pub stderr: Option<f64>,
+    /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
+    #[arg(long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
+    pub size: Option<Vec<u32>>,
+}
+
+/// A share above 0 and below 1.
+pub fn parse_share(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok();
+    share
+        .filter(|share| *share > 0.0 && *share < 1.0)
+        .ok_or_else(|| "give a share between 0 and 1, such as 0.01 for one percent".into())
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    stop_on_signals();
+    let goal = match (args.spp, args.stderr) {
+        (Some(samples), _) => Goal::SamplesPerPixel(samples),
+        (None, Some(share)) => Goal::StandardError(share),
+        // clap requires one of the two.
+        (None, None) => return Err("give --spp or --stderr".into()),
+    };
+    overrides::require_exr(&args.output)?;
+    // Before anything that takes time: a place that cannot be written is said at once.
+    drop(OutputFile::create(&args.output)?);
+    let mut scene = Scene::load(&args.scene)?;
+    if let Some(&[width_px, height_px]) = args.size.as_deref() {
+        scene.camera = overrides::resize(scene.camera, [width_px, height_px]);
+    }
+    for warning in scene.warnings() {
+        tell(&format!("camlux: warning: {warning}"));
+    }
+    let path = &args.output;
+    let resumed = path
+        .exists()
+        .then(|| Reference::resume(&scene, path))
+        .transpose()?;
+    if let Some(reference) = &resumed {
+        let samples = reference.samples_per_pixel();
+        tell(&format!(
+            "{}: adding to {samples} samples per pixel",
+            path.display()
+        ));
+    }
+    let rounds_before = resumed.as_ref().map_or(0, Reference::rounds);
+    let start = Instant::now();
+    let reference = refine(&scene, goal, resumed, |reference| save(reference, path))?;
+    let added_rounds = reference.rounds() - rounds_before;
+    tell(&describe(&reference, added_rounds, start.elapsed()));
+    tell(&format!("wrote {}", path.display()));
+    Ok(())
+}
+
+/// Brings a reference to its goal with a progress bar. It is saved now and then, and in the end, also where it was
+/// interrupted.
+///
+/// # Errors
+/// Those of the library, and [`Error::Cancelled`] after an interruption.
+pub fn refine(
+    scene: &Scene,
+    goal: Goal,
+    resumed: Option<Reference>,
+    save: impl Fn(&Reference) -> Result<(), Error>,
+) -> Result<Reference, Error> {
+    let bar = Estimate::new("reference");
+    let go_on = || match is_interrupted() {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    };
+    let mut reference = match resumed {
+        Some(reference) => reference,
+        None => Reference::start(scene, goal, &mut |_| go_on())?,
+    };
+    let mut saved = (reference.rounds(), Instant::now());
+    while !reference.meets(goal) {
+        let (now, then) = (
+            reference.progress_to(goal),
+            reference.progress_after_round(goal),
+        );
+        let added = reference.add_round(&mut |round| {
+            bar.show(now + (then - now) * f64::from(round.fraction));
+            go_on()
+        });
+        if let Err(error) = added {
+            drop(bar);
+            if reference.rounds() > saved.0 {
+                save(&reference)?;
+            }
+            if reference.rounds() > 0 {
+                let samples = reference.samples_per_pixel();
+                tell(&format!(
+                    "stopped at {samples} samples per pixel, which are kept: the same command goes on"
+                ));
+            }
+            return Err(error);
+        }
+        if saved.1.elapsed() > TIME_BETWEEN_SAVES && !reference.meets(goal) {
+            save(&reference)?;
+            saved = (reference.rounds(), Instant::now());
+        }
+    }
+    save(&reference)?;
+    Ok(reference)
+}
+
+/// Writes the image as it is; the file is replaced as a whole.
+pub fn save(reference: &Reference, path: &Path) -> Result<(), Error> {
+    write_exr(
+        OutputFile::create(path)?,
+        &reference.frame(),
+        &ExrOptions::default(),
+    )
+}
+
+/// Samples and what they amount to.
+fn describe(reference: &Reference, added_rounds: u32, time: Duration) -> String {
+    let samples = reference.samples_per_pixel();
+    let rounds = reference.rounds();
+    let paths = reference.paths_per_round() * u64::from(added_rounds);
+    let rate = format!(
+        "{:.1} s, {:.2} M paths/s",
+        time.as_secs_f64(),
+        1e-6 * paths as f64 / time.as_secs_f64()
+    );
+    match reference.relative_standard_error() {
+        Some(error) => format!(
+            "{samples} samples per pixel in {rounds} rounds; standard error of the indirect light {:.3} %; {rate}",
+            100.0 * error
+        ),
+        None => {
+            format!(
+                "{samples} samples per pixel in {rounds} round(s), too few to estimate their error; {rate}"
+            )
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! How far an image is from a reference, and how much of that is the reference's own noise.
+//!
+//! Metrics are taken over the valid pixels, all bands together. x is a value of the image, t of the reference; both may
+//! carry noise with a known standard error, τ and σ, and d = x − t. [`RelativeErrors`] are those of d as it is, noise
+//! included. [`NoiseCorrection`] takes out what the noise alone gives: a claim below the noise is no claim, and the type
+//! [`CorrectedRmse`] has no way to make one.
+//!
+//! Sums are compensated sums in f64.
+
+mod noise;
+
+pub use noise::{CorrectedRmse, NoiseCorrection, ZScores};
+
+use crate::error::{Error, Result};
+use crate::model::CompensatedSum;
+
+/// Two images to be compared, in memory. All slices hold width · height · `channels` values, channels interleaved, but
+/// `valid`, which has one entry a pixel. The reference is f32, as files are, or f64, as the model is.
+#[derive(Debug, Clone, Copy)]
+pub struct Pixels<'a, T = f32> {
+    pub image: &'a [f32],
+    pub reference: &'a [T],
+    /// τ of each value, in the unit of `image`; `None` for an image without noise.
+    pub image_standard_error: Option<&'a [f32]>,
+    /// σ of each value, in the unit of `reference`; `None` where it is not known.
+    pub reference_standard_error: Option<&'a [f32]>,
+    /// Which pixels count.
+    pub valid: &'a [bool],
+    /// Values a pixel.
+    pub channels: usize,
+}
+
+/// An image against a reference.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Comparison {
+    /// Values that were compared: those of the valid pixels but the ones below.
+    pub value_count: usize,
+    /// Values of valid pixels that are left out because the image, or its standard error, is not a finite number (or the
+    /// latter negative). A correct image has none.
+    pub non_finite_image: usize,
+    /// The same for the reference. A value may count for both.
+    pub non_finite_reference: usize,
+    /// Mean of x; 0 where nothing was compared.
+    pub image_mean: f64,
+    /// Mean of t; 0 where nothing was compared.
+    pub reference_mean: f64,
+    /// `None` where there is nothing to be relative to: nothing was compared, or Σt is not over 0, as in a black reference.
+    pub errors: Option<RelativeErrors>,
+    /// `None` without `errors`, and where no standard error was given.
+    pub noise: Option<NoiseCorrection>,
+    /// `None` where fewer than two values have a standard error over 0.
+    pub z_scores: Option<ZScores>,
+}
+
+/// Errors relative to the reference, 1 = 100 %, noise included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RelativeErrors {
+    /// sqrt(Σd²/Σt²)
+    pub rmse: f64,
+    /// Σx/Σt − 1
+    pub bias: f64,
+    /// Σ|d|/Σt
+    pub mean_absolute: f64,
+    /// The smallest value that 99 % of all |d|/(|t| + 0.01·mean t) do not exceed.
+    pub percentile_99: f64,
+}
+
+impl Comparison {
+    /// Compares two images.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when the slices do not fit together.
+    pub fn of<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Result<Self> {
+        check(pixels)?;
+        let selection = Selection::of(pixels);
+        let samples = &selection.samples;
+        let sum =
+            |term: fn(&Sample) -> f64| samples.iter().map(term).collect::<CompensatedSum>().value();
+        let sums = noise::Sums {
+            x: sum(|sample| sample.x),
+            t: sum(|sample| sample.t),
+            tt: sum(|sample| sample.t * sample.t),
+            dd: sum(|sample| sample.d() * sample.d()),
+        };
+        let mean = |sum: f64| sum / samples.len().max(1) as f64;
+        let has_errors = sums.t > 0.0;
+        let has_noise =
+            pixels.image_standard_error.is_some() || pixels.reference_standard_error.is_some();
+        Ok(Comparison {
+            value_count: samples.len(),
+            non_finite_image: selection.non_finite_image,
+            non_finite_reference: selection.non_finite_reference,
+            image_mean: mean(sums.x),
+            reference_mean: mean(sums.t),
+            errors: has_errors.then(|| RelativeErrors {
+                rmse: (sums.dd / sums.tt).sqrt(),
+                bias: sums.x / sums.t - 1.0,
+                mean_absolute: sum(|sample| sample.d().abs()) / sums.t,
+                percentile_99: percentile_99(samples, 0.01 * mean(sums.t)),
+            }),
+            noise: (has_errors && has_noise).then(|| NoiseCorrection::of(samples, &sums)),
+            z_scores: ZScores::of(samples),
+        })
+    }
+}
+
+/// One value of both images, in f64, all finite.
+struct Sample {
+    pixel: usize,
+    x: f64,
+    t: f64,
+    /// σ: standard error of t, 0 where it has none.
+    sigma: f64,
+    /// τ: standard error of x, 0 where it has none.
+    tau: f64,
+}
+
+impl Sample {
+    fn d(&self) -> f64 {
+        self.x - self.t
+    }
+
+    /// Variance of d.
+    fn variance(&self) -> f64 {
+        self.sigma * self.sigma + self.tau * self.tau
+    }
+}
+
+/// The values that count, pixel by pixel.
+struct Selection {
+    samples: Vec<Sample>,
+    non_finite_image: usize,
+    non_finite_reference: usize,
+}
+
+impl Selection {
+    fn of<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Self {
+        let mut selection = Selection {
+            samples: Vec::new(),
+            non_finite_image: 0,
+            non_finite_reference: 0,
+        };
+        let standard_error = |values: Option<&[f32]>, index: usize| {
+            values.map_or(0.0, |values| f64::from(values[index]))
+        };
+        let valid_pixels = pixels.valid.iter().enumerate().filter(|(_, valid)| **valid);
+        for (pixel, _) in valid_pixels {
+            for index in pixel * pixels.channels..(pixel + 1) * pixels.channels {
+                let sample = Sample {
+                    pixel,
+                    x: f64::from(pixels.image[index]),
+                    t: pixels.reference[index].into(),
+                    sigma: standard_error(pixels.reference_standard_error, index),
+                    tau: standard_error(pixels.image_standard_error, index),
+                };
+                let is_number =
+                    |value: f64, error: f64| value.is_finite() && error.is_finite() && error >= 0.0;
+                let image_is = is_number(sample.x, sample.tau);
+                let reference_is = is_number(sample.t, sample.sigma);
+                selection.non_finite_image += usize::from(!image_is);
+                selection.non_finite_reference += usize::from(!reference_is);
+                if image_is && reference_is {
+                    selection.samples.push(sample);
+                }
+            }
+        }
+        selection
+    }
+}
+
+/// Nearest rank, of at least one sample.
+fn percentile_99(samples: &[Sample], offset: f64) -> f64 {
+    let mut errors: Vec<f64> = samples
+        .iter()
+        .map(|sample| sample.d().abs() / (sample.t.abs() + offset))
+        .collect();
+    let rank = (errors.len() * 99).div_ceil(100) - 1;
+    let (_, percentile, _) = errors.select_nth_unstable_by(rank, f64::total_cmp);
+    *percentile
+}
+
+fn check<T>(pixels: &Pixels<T>) -> Result<()> {
+    let refuse = |problem: String| {
+        Err(Error::Input {
+            at: "comparison".into(),
+            problem,
+            mend: "compare images of one size with the same channels".into(),
+        })
+    };
+    let due = pixels.valid.len().checked_mul(pixels.channels);
+    let lists = [
+        ("image", Some(pixels.image.len())),
+        ("reference", Some(pixels.reference.len())),
+        (
+            "image's standard error",
+            pixels.image_standard_error.map(<[f32]>::len),
+        ),
+        (
+            "reference's standard error",
+            pixels.reference_standard_error.map(<[f32]>::len),
+        ),
+    ];
+    for (name, length) in lists {
+        if let Some(length) = length.filter(|&length| Some(length) != due) {
+            return refuse(format!(
+                "the {name} has {length} values where {} pixels of {} are due",
+                pixels.valid.len(),
+                pixels.channels
+            ));
+        }
+    }
+    Ok(())
+}

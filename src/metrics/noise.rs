@@ -1,0 +1,203 @@
+//! What a comparison says when the noise is taken out of it.
+
+use std::f64::consts::PI;
+
+use super::Sample;
+use crate::model::CompensatedSum;
+
+/// How many standard errors a claim has to be away from nothing: 97.7 % of a normal distribution lie below +2.
+const CONFIDENCE: f64 = 2.0;
+
+/// A comparison without the noise of its images.
+///
+/// It holds as far as the standard errors do, for noise that is about normal, independent between the two images and
+/// between pixels. The bands of a pixel are taken to carry the same noise, as they do where a path is followed for all of
+/// them; where they do not, the uncertainties given here are too large rather than too small.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseCorrection {
+    /// sqrt(Σ(σ²+τ²)/Σt²): the relative RMSE that an image without error shows.
+    pub floor: f64,
+    /// What is left of the relative RMSE without the noise.
+    pub rmse: CorrectedRmse,
+    /// Standard error of [`RelativeErrors::bias`](super::RelativeErrors::bias) = b: with the noise of a pixel's bands summed,
+    /// sqrt(Σ_pixels ((Στ)² + (1+b)²(Σσ)²)) / Σt.
+    pub bias_standard_error: f64,
+    /// sqrt(2/π)·Σ sqrt(σ²+τ²)/Σt: the mean absolute error that an image without error shows.
+    pub mean_absolute_floor: f64,
+}
+
+/// sqrt(R²) with R² = A/B, A = Σd² − Σ(σ²+τ²), B = Σt² − Σσ²: the relative RMSE of the images' true values, for E d² is
+/// the square of the true difference + σ² + τ², and E t² that of the true value + σ².
+///
+/// The variance of R² is that of Σq/B with q = d² − R²·t². The noise of a pixel is σz in t and τw in x with one normal z and
+/// one w for its bands, so that q has the variance 4(Σσe')² + 4(Στe)² + 2((1−R²)Σσ²)² + 2(Στ²)² + 4(Σστ)², sums over the
+/// pixel's bands, e the true difference and e' = e + R²·(true value). With u = d + R²·t, its unbiased estimate from what is
+/// seen is 4(Σσu)² + 4(Στd)² − 2((1−R²)Σσ²)² − 2(Στ²)² − 4(Σστ)²; the sum of these over the pixels is taken, but not less than
+/// what the variance is for e = e' = 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum CorrectedRmse {
+    /// R² is at least two of its standard errors over 0.
+    Estimate {
+        value: f64,
+        /// That of R², over 2R.
+        standard_error: f64,
+    },
+    /// The noise hides the error, which is most probably below this: sqrt(max(R², 0) + 2 standard errors of R²).
+    Below(f64),
+    /// B is not two of its standard errors over 0: the reference shows no light beyond its own noise.
+    ReferenceIsNoise,
+}
+
+/// d/sqrt(σ²+τ²) over the values with σ²+τ² > 0. For images that differ by their noise only and whose standard errors are
+/// right, the mean is 0 within 1/sqrt(number of pixels) and the variance about 1.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ZScores {
+    /// At least 2.
+    pub value_count: usize,
+    pub mean: f64,
+    /// Unbiased: over `value_count` − 1.
+    pub variance: f64,
+}
+
+/// Sums over all values.
+pub(super) struct Sums {
+    pub x: f64,
+    /// Over 0.
+    pub t: f64,
+    pub tt: f64,
+    pub dd: f64,
+}
+
+impl NoiseCorrection {
+    /// For Σt > 0.
+    pub(super) fn of(samples: &[Sample], sums: &Sums) -> Self {
+        let sum =
+            |term: fn(&Sample) -> f64| samples.iter().map(term).collect::<CompensatedSum>().value();
+        let variance = sum(Sample::variance);
+        let pixels = || {
+            samples
+                .chunk_by(|a, b| a.pixel == b.pixel)
+                .map(PixelSums::of)
+        };
+        let image_to_reference = sums.x / sums.t;
+        let bias_variance: CompensatedSum = pixels()
+            .map(|p| p.tau.powi(2) + (image_to_reference * p.sigma).powi(2))
+            .collect();
+        let true_squares = sums.tt - sum(|sample| sample.sigma * sample.sigma);
+        NoiseCorrection {
+            floor: (variance / sums.tt).sqrt(),
+            rmse: CorrectedRmse::of(pixels, sums.dd - variance, true_squares),
+            bias_standard_error: bias_variance.value().sqrt() / sums.t,
+            mean_absolute_floor: (2.0 / PI).sqrt() * sum(|sample| sample.variance().sqrt())
+                / sums.t,
+        }
+    }
+}
+
+impl CorrectedRmse {
+    /// From A and B.
+    fn of<I: Iterator<Item = PixelSums>>(
+        pixels: impl Fn() -> I,
+        squared_error: f64,
+        true_squares: f64,
+    ) -> Self {
+        let least = sum_over(pixels(), &|p| 2.0 * p.sigma_sigma.powi(2));
+        let seen = sum_over(pixels(), &|p| 4.0 * p.sigma_t.powi(2)) - least;
+        if true_squares <= CONFIDENCE * seen.max(least).sqrt() {
+            return CorrectedRmse::ReferenceIsNoise;
+        }
+        let square = squared_error / true_squares;
+        let share = square.max(0.0);
+        let quadratic = |p: &PixelSums| {
+            2.0 * ((1.0 - share) * p.sigma_sigma).powi(2)
+                + 2.0 * p.tau_tau.powi(2)
+                + 4.0 * p.sigma_tau.powi(2)
+        };
+        let linear =
+            |p: &PixelSums| 4.0 * (p.sigma_d + share * p.sigma_t).powi(2) + 4.0 * p.tau_d.powi(2);
+        let least = sum_over(pixels(), &quadratic);
+        let seen = sum_over(pixels(), &linear) - least;
+        let standard_error = seen.max(least).sqrt() / true_squares;
+        if square < CONFIDENCE * standard_error {
+            return CorrectedRmse::Below((share + CONFIDENCE * standard_error).sqrt());
+        }
+        let value = share.sqrt();
+        CorrectedRmse::Estimate {
+            value,
+            // Both are 0 for equal images without noise.
+            standard_error: if value > 0.0 {
+                standard_error / (2.0 * value)
+            } else {
+                0.0
+            },
+        }
+    }
+
+    /// The number to sort or draw by: the value, or the bound that takes its place; `None` where there is neither.
+    pub fn value_or_bound(self) -> Option<f64> {
+        match self {
+            CorrectedRmse::Estimate { value, .. } => Some(value),
+            CorrectedRmse::Below(bound) => Some(bound),
+            CorrectedRmse::ReferenceIsNoise => None,
+        }
+    }
+}
+
+fn sum_over(pixels: impl Iterator<Item = PixelSums>, term: &dyn Fn(&PixelSums) -> f64) -> f64 {
+    pixels.map(|p| term(&p)).collect::<CompensatedSum>().value()
+}
+
+/// Sums of products over the bands of one pixel.
+#[derive(Default)]
+struct PixelSums {
+    sigma: f64,
+    tau: f64,
+    sigma_sigma: f64,
+    tau_tau: f64,
+    sigma_tau: f64,
+    sigma_d: f64,
+    sigma_t: f64,
+    tau_d: f64,
+}
+
+impl PixelSums {
+    fn of(bands: &[Sample]) -> Self {
+        let mut sums = PixelSums::default();
+        for &Sample {
+            x, t, sigma, tau, ..
+        } in bands
+        {
+            let d = x - t;
+            sums.sigma += sigma;
+            sums.tau += tau;
+            sums.sigma_sigma += sigma * sigma;
+            sums.tau_tau += tau * tau;
+            sums.sigma_tau += sigma * tau;
+            sums.sigma_d += sigma * d;
+            sums.sigma_t += sigma * t;
+            sums.tau_d += tau * d;
+        }
+        sums
+    }
+}
+
+impl ZScores {
+    pub(super) fn of(samples: &[Sample]) -> Option<Self> {
+        let scores: Vec<f64> = samples
+            .iter()
+            .filter(|sample| sample.variance() > 0.0)
+            .map(|sample| sample.d() / sample.variance().sqrt())
+            .collect();
+        if scores.len() < 2 {
+            return None;
+        }
+        let sum = |terms: &mut dyn Iterator<Item = f64>| terms.collect::<CompensatedSum>().value();
+        let mean = sum(&mut scores.iter().copied()) / scores.len() as f64;
+        let squares = sum(&mut scores.iter().map(|z| (z - mean).powi(2)));
+        Some(ZScores {
+            value_count: scores.len(),
+            mean,
+            variance: squares / (scores.len() - 1) as f64,
+        })
+    }
+}
