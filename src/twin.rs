@@ -103,16 +103,3 @@ pub fn indirect_at(
     });
     radiance
 }
-
-/// relRMSE of computed radiance against its twin, all bands together: sqrt(Σ(x−t)²/Σt²), in f64, for the error is of the
-/// size of f32's rounding. `None` where the twin is black, or has another number of values.
-pub fn relative_rmse(computed: &[f32], twin: &[Bands]) -> Option<f64> {
-    let twin = twin.as_flattened();
-    if computed.len() != twin.len() {
-        return None;
-    }
-    let pairs = computed.iter().zip(twin);
-    let error: f64 = pairs.map(|(&x, t)| (f64::from(x) - t).powi(2)).sum();
-    let scale: f64 = twin.iter().map(|t| t * t).sum();
-    (scale > 0.0).then(|| (error / scale).sqrt())
-}

@@ -8,6 +8,7 @@ mod overrides;
 mod progress;
 mod reference;
 mod render;
+mod report;
 mod summary;
 
 use std::io::Write;
@@ -29,6 +30,8 @@ enum Command {
     Render(render::Args),
     /// Sample the true single bounce of a scene on the CPU, with the standard error of each pixel
     Reference(reference::Args),
+    /// Measure speed against error: report.json, and a page with plots and pictures
+    Report(report::Args),
     /// List the Vulkan devices, their limits, and which one is used by default; exit code 1 if none is usable
     Info,
 }
@@ -49,6 +52,7 @@ fn main() -> ExitCode {
     finish(match cli.command {
         Command::Render(args) => render::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Reference(args) => reference::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Report(args) => report::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Info => info::run(),
     })
 }

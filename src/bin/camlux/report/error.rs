@@ -47,3 +47,19 @@ pub fn model_error(
         non_finite: comparison.non_finite_image as u64,
     }))
 }
+
+/// relRMSE of an image with three bands from values without noise; `None` where these are black.
+///
+/// # Errors
+/// Where there are not as many of them.
+pub fn relative_rmse(image: &[f32], exact: &[f64]) -> Result<Option<f64>, Failure> {
+    let comparison = Comparison::of(&Pixels {
+        image,
+        reference: exact,
+        image_standard_error: None,
+        reference_standard_error: None,
+        valid: &vec![true; image.len() / 3],
+        channels: 3,
+    })?;
+    Ok(comparison.errors.map(|errors| errors.rmse))
+}

@@ -7,6 +7,7 @@ use camlux::output::{Frame, Layer};
 use camlux::scene::{Estimator, Indirect};
 use camlux::{Error, RenderOptions, Renderer, Scene, twin};
 
+use super::error;
 use super::results::{EngineFigures, Entry, Kind, PassMedian, Seconds};
 use super::steps::Steps;
 use super::timing::{Effort, Timed, time};
@@ -172,7 +173,8 @@ impl Sweep<'_> {
         let exact = twin::indirect_at(scene, estimator, &kept, &pixels);
         let (indirect, _) = frame_values(&frame, Layer::Indirect)?.as_chunks::<3>();
         let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| indirect[pixel]).collect();
-        Ok((twin::relative_rmse(&computed, &exact), pixels.len()))
+        let error = error::relative_rmse(&computed, exact.as_flattened())?;
+        Ok((error, pixels.len()))
     }
 
     fn time(&mut self, scene: &Scene) -> Result<Timed, Failure> {

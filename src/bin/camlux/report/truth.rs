@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Instant;
 
-use camlux::output::{ExrOptions, Frame, Layer, LayeredImage, OutputFile, write_exr};
+use camlux::output::{ExrOptions, Frame, Layer, OutputFile, write_exr};
 use camlux::reference::{Goal, Reference};
 use camlux::{Error, Scene};
 
@@ -45,16 +45,14 @@ pub fn obtain(
     // Before anything that takes time: a place that cannot be written is said at once.
     drop(OutputFile::create(path)?);
     let start = Instant::now();
-    let stored = path
-        .exists()
-        .then(|| Reference::resume(scene, &LayeredImage::read(path)?));
+    let stored = path.exists().then(|| Reference::resume(scene, path));
     let resumed = match stored.transpose() {
         Ok(resumed) => resumed,
-        Err(problem @ Error::Input { .. }) => {
-            tell(&format!("camlux: note: {problem}; it is made anew"));
+        Err(Error::Input { at, problem, .. }) => {
+            tell(&format!("camlux: note: {at}: {problem}; it is made anew"));
             None
         }
-        Err(problem) => return Err(problem.into()),
+        Err(error) => return Err(error.into()),
     };
     let was_there = resumed.is_some();
     let goal = Goal::StandardError(standard_error);
