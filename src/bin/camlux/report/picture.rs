@@ -141,6 +141,18 @@ impl Reduced {
     }
 }
 
+/// From blue at −1 over white at 0 to red at 1, and no further: red and blue of ColorBrewer's RdBu (Brewer 2003), which the
+/// colour-blind can tell apart.
+fn diverging(share: f64) -> [u8; 3] {
+    let end = if share < 0.0 {
+        [33.0, 102.0, 172.0]
+    } else {
+        [178.0, 24.0, 43.0]
+    };
+    let strength = share.abs().min(1.0);
+    end.map(|end: f64| (255.0 + strength * (end - 255.0)).round() as u8)
+}
+
 fn png(size_px: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     let encoder =
@@ -155,6 +167,13 @@ mod tests {
     use super::*;
 
     #[test]
+    fn errors_are_white_at_zero_and_end_at_one() {
+        assert_eq!(diverging(0.0), [255; 3]);
+        assert_eq!(diverging(-1.0), diverging(-7.0));
+        assert_ne!(diverging(-1.0), diverging(1.0));
+    }
+
+    #[test]
     fn pictures_keep_the_mean() {
         // 482 x 3 pixels in squares of 3: 161 x 1, the last column 2 wide.
         let values: Vec<f32> = (0..482 * 3).flat_map(|i| [(i % 482) as f32; 3]).collect();
@@ -163,10 +182,4 @@ mod tests {
         assert_eq!(small.rgb[0], [1.0; 3]);
         assert_eq!(small.rgb[160], [480.5; 3]);
     }
-}
-
-fn diverging(v: f64) -> [u8; 3] {
-    let v = v.clamp(-1.0, 1.0);
-    let t = (255.0 * (1.0 - v.abs())) as u8;
-    if v < 0.0 { [t, t, 255] } else { [255, t, t] }
 }

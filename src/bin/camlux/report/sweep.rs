@@ -35,7 +35,7 @@ impl Extent {
         Extent {
             sizes: if is_quick { &SIZES[..4] } else { &SIZES },
             longest_s: if is_quick { 3.0 } else { 60.0 },
-            longest_reference_s: if is_quick { 1.0 } else { 15.0 },
+            longest_reference_s: if is_quick { 0.6 } else { 15.0 },
             kernel_pixels: if is_quick { 128 } else { 512 },
             effort: Effort::new(is_quick),
         }
