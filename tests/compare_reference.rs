@@ -75,7 +75,11 @@ fn sphere() -> Mesh {
     let point = |ring: u32, sector: u32| {
         let polar = PI * f64::from(ring) / f64::from(RINGS);
         let turn = 2.0 * PI * f64::from(sector % SECTORS) / f64::from(SECTORS);
-        let sine = if ring.is_multiple_of(RINGS) { 0.0 } else { polar.sin() };
+        let sine = if ring.is_multiple_of(RINGS) {
+            0.0
+        } else {
+            polar.sin()
+        };
         [sine * turn.cos(), polar.cos(), sine * turn.sin()]
     };
     let positions: Vec<[f64; 3]> = (0..=RINGS)

@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long, value_name = "SHARE", group = "goal", value_parser = parse_share)]
     pub stderr: Option<f64>,
     /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
-    #[arg(long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
     pub size: Option<Vec<u32>>,
 }
 

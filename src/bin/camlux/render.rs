@@ -20,7 +20,7 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE.exr", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
     /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
-    #[arg(long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
     pub size: Option<Vec<u32>>,
     /// How to compute indirect light: rsm-average or instant-radiosity; turns it on where the scene has none
     #[arg(long, value_name = "NAME", value_parser = parse_estimator)]

@@ -1,0 +1,181 @@
+//! `camlux reference` from the scene file to the image file.
+#![cfg(feature = "cli")]
+
+use std::{
+    fs,
+    io::{BufRead, BufReader},
+    path::{Path, PathBuf},
+    process::{Command, Output, Stdio},
+};
+
+use camlux::output::{Layer, LayeredImage};
+
+fn scene_file(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"))
+}
+
+/// `camlux reference` of the Cornell box at 16 x 12 pixels into `a.exr` of a folder.
+fn command(folder: &Path, more: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
+    command.arg("reference").arg(scene_file("cornell"));
+    command.args(["-o", "a.exr"]);
+    if !more.contains(&"--size") {
+        command.args(["--size", "16", "12"]);
+    }
+    command.args(more).current_dir(folder);
+    command
+}
+
+fn run(folder: &Path, more: &[&str]) -> Output {
+    command(folder, more).output().unwrap()
+}
+
+#[track_caller]
+fn assert_succeeds(output: &Output) -> String {
+    let stderr = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(output.stdout.is_empty(), "stdout stays clean");
+    stderr
+}
+
+fn read(folder: &Path) -> LayeredImage {
+    LayeredImage::read(folder.join("a.exr")).unwrap()
+}
+
+fn samples(image: &LayeredImage) -> u32 {
+    let text = image.attribute("camlux.samples_per_pixel").unwrap();
+    text.parse().unwrap()
+}
+
+#[test]
+fn samples_are_added_up_to_the_goal() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_succeeds(&run(folder.path(), &["--spp", "256"]));
+    let first = read(folder.path());
+    assert_eq!(samples(&first), 256);
+    assert_eq!(first.resolution_px(), [16, 12]);
+    for layer in [
+        Layer::Radiance,
+        Layer::Direct,
+        Layer::Indirect,
+        Layer::StandardError,
+    ] {
+        let values = first.values(layer).expect(layer.name());
+        assert!(
+            values.iter().all(|value| value.is_finite()),
+            "{}",
+            layer.name()
+        );
+        assert!(values.iter().any(|&value| value > 0.0), "{}", layer.name());
+    }
+
+    let told = assert_succeeds(&run(folder.path(), &["--spp", "1000"]));
+    assert!(told.contains("adding to 256 samples"), "{told}");
+    let second = read(folder.path());
+    assert!((1000..1032).contains(&samples(&second)));
+
+    // The goal is reached: nothing is added.
+    assert_succeeds(&run(folder.path(), &["--spp", "1000"]));
+    assert_eq!(samples(&read(folder.path())), samples(&second));
+
+    assert_succeeds(&run(folder.path(), &["--stderr", "0.02"]));
+    let third = read(folder.path());
+    assert!(samples(&third) > samples(&second));
+    let error = |image: &LayeredImage| {
+        let sum = |layer: Layer| -> f64 {
+            let values = image.values(layer).unwrap().iter();
+            values.map(|&value| f64::from(value).powi(2)).sum()
+        };
+        (sum(Layer::StandardError) / sum(Layer::Indirect)).sqrt()
+    };
+    assert!(error(&third) <= 0.0201, "{}", error(&third));
+}
+
+#[test]
+fn what_is_no_reference_of_the_scene_is_left_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let refused = |says: &str| {
+        let output = run(folder.path(), &["--spp", "64"]);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(1), "{stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        for part in [says, "a.exr", "remove this one"] {
+            assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
+        }
+    };
+    assert_succeeds(&run(folder.path(), &["--spp", "64", "--size", "8", "8"]));
+    let other = fs::read(&path).unwrap();
+    refused("another resolution");
+    assert_eq!(fs::read(&path).unwrap(), other);
+
+    let rendered = Command::new(env!("CARGO_BIN_EXE_camlux"))
+        .arg("render")
+        .arg(scene_file("cornell"))
+        .args(["--size", "16", "12", "--rsm-size", "4", "-o", "a.exr"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert_succeeds(&rendered);
+    refused("does not hold a reference");
+}
+
+#[test]
+fn wrong_goals_and_names_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (more, code, says) in [
+        (&[][..], 2, "--spp"),
+        (&["--spp", "0"], 2, "0"),
+        (&["--stderr", "0"], 2, "between 0 and 1"),
+        (&["--stderr", "NaN"], 2, "between 0 and 1"),
+        (
+            &["--spp", "64", "--stderr", "0.1"],
+            2,
+            "cannot be used with",
+        ),
+        (&["--spp", "64", "-o", "a.png"], 2, "--output"),
+        (
+            &["--spp", "64", "--size", "4", "4", "--size", "8", "8"],
+            2,
+            "--size",
+        ),
+    ] {
+        let output = run(folder.path(), more);
+        let stderr = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(code), "{stderr}");
+        assert!(stderr.contains(says), "{says:?} is missing in: {stderr}");
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Ctrl-C keeps whole rounds, and the same command goes on with them.
+#[test]
+fn an_interrupted_reference_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    // Hours of work, in rounds of a tenth of a second.
+    let mut child = command(folder.path(), &["--spp", "100000000", "--size", "8", "6"])
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(child.stderr.take().unwrap()).lines();
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let pid = child.id().to_string();
+    let signal = Command::new("kill").args(["-INT", &pid]).status().unwrap();
+    assert!(signal.success());
+    let told: Vec<String> = lines.map(|line| line.unwrap()).collect();
+    assert_eq!(child.wait().unwrap().code(), Some(1), "{told:?}");
+    assert!(
+        told.iter().any(|line| line.contains("which are kept")),
+        "{told:?}"
+    );
+    let kept = samples(&read(folder.path()));
+    assert!(kept > 0);
+
+    let more = (kept + 1).to_string();
+    let told = assert_succeeds(&run(folder.path(), &["--size", "8", "6", "--spp", &more]));
+    assert!(
+        told.contains(&format!("adding to {kept} samples")),
+        "{told}"
+    );
+    assert!(samples(&read(folder.path())) > kept);
+}
