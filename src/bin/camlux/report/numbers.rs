@@ -16,10 +16,15 @@ pub fn percent(share: f64) -> String {
     format!("{} %", three_digits(share * 100.0))
 }
 
-/// A share in per cent, with its sign.
-pub fn signed_percent(share: f64) -> String {
+/// A share in per cent, with its sign and its uncertainty, in the digits that this leaves.
+pub fn signed_percent(share: f64, uncertainty: f64) -> String {
     let sign = if share < 0.0 { "−" } else { "+" };
-    format!("{sign}{}", percent(share.abs()))
+    let (value, own) = (share.abs() * 100.0, uncertainty * 100.0);
+    let decimals = match own {
+        own if own > 0.0 => (-own.log10().floor()).clamp(0.0, 4.0) as usize,
+        _ => decimals_of_three_digits(value),
+    };
+    format!("{sign}{value:.decimals$} ± {own:.decimals$} %")
 }
 
 /// The relRMSE, with its uncertainty where the noise leaves one to speak of, or as a bound.
@@ -74,7 +79,8 @@ mod tests {
         assert_eq!(duration(12.34), "12.3 s");
         assert_eq!(percent(0.8412), "84.1 %");
         assert_eq!(percent(0.0), "0.00 %");
-        assert_eq!(signed_percent(-0.789), "−78.9 %");
+        assert_eq!(signed_percent(-0.789_01, 0.001_2), "−78.9 ± 0.1 %");
+        assert_eq!(signed_percent(0.000_55, 0.004), "+0.1 ± 0.4 %");
         assert_eq!(count(3.77e9), "3.77 G");
         assert_eq!(count(2378.0), "2378");
     }

@@ -151,12 +151,12 @@ fn errors_table(entries: &[Entry]) -> String {
     let head = [
         "setting",
         "VPLs",
-        "time (fastest to slowest of the runs)",
-        "indirect: relRMSE",
+        "time (range of the runs)",
+        "indirect relRMSE",
         "bias",
         "mean relative error",
-        "99 % are within",
-        "total: relRMSE",
+        "99 % within",
+        "total relRMSE",
         "kernel error",
         "front",
     ];
@@ -173,7 +173,7 @@ fn errors_table(entries: &[Entry]) -> String {
                 engine.map_or(NOTHING.into(), |e| count(e.vpl_count as f64)),
                 times(&entry.seconds),
                 indirect.map_or(NOTHING.into(), relative_rmse),
-                of(|error| error.bias, signed_percent),
+                indirect.and_then(bias).unwrap_or_else(|| NOTHING.into()),
                 of(|error| error.mean_relative_error, percent),
                 of(|error| error.p99, percent),
                 entry.total.as_ref().map_or(NOTHING.into(), relative_rmse),
@@ -190,6 +190,10 @@ fn errors_table(entries: &[Entry]) -> String {
         })
         .collect();
     table(&head, &rows)
+}
+
+fn bias(error: &ModelError) -> Option<String> {
+    Some(signed_percent(error.bias?, error.bias_uncertainty?))
 }
 
 /// The median, and the spread where there is one.

@@ -30,7 +30,7 @@ figure svg { width: 100%; max-width: 920px; height: auto; display: block; }
 figcaption { color: var(--faint); font-size: 0.9rem; }
 .scroll { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.8rem; }
-th, td { padding: 0.25rem 0.6rem; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }
+th, td { padding: 0.25rem 0.5rem; border-bottom: 1px solid var(--line); text-align: right; white-space: nowrap; }
 th { font-weight: 600; }
 tbody th, thead th:first-child { text-align: left; }
 .grid { display: flex; flex-wrap: wrap; gap: 1rem; }
