@@ -50,7 +50,7 @@ pub struct Args {
     #[arg(long)]
     pub quick: bool,
     /// Resolution instead of the scenes'; keeps the field of view and scales measured intrinsics
-    #[arg(long, num_args = 2, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
     pub size: Option<Vec<u32>>,
     /// Device by the number or by the name that `camlux info` lists
     #[arg(long, value_name = "INDEX|NAME")]
