@@ -2,6 +2,8 @@
 //!
 //! Results go to files and stdout, everything about the run to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage.
 
+mod compare;
+mod error_map;
 mod info;
 mod json;
 mod overrides;
@@ -12,6 +14,7 @@ mod report;
 mod summary;
 
 use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -30,6 +33,8 @@ enum Command {
     Render(render::Args),
     /// Sample the true single bounce of a scene on the CPU, with the standard error of each pixel
     Reference(reference::Args),
+    /// Compare an image with a reference: error metrics, without the noise of either, and a map of the errors
+    Compare(compare::Args),
     /// Measure speed against error: report.json, and a page with plots and pictures
     Report(report::Args),
     /// List the Vulkan devices, their limits, and which one is used by default; exit code 1 if none is usable
@@ -52,6 +57,7 @@ fn main() -> ExitCode {
     finish(match cli.command {
         Command::Render(args) => render::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Reference(args) => reference::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Compare(args) => compare::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Report(args) => report::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Info => info::run(),
     })
@@ -79,4 +85,17 @@ fn print(text: &str) -> Result<(), Failure> {
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
         .map_err(|error| format!("cannot write to stdout: {error}; check where it goes").into())
+}
+
+/// The file that a path leads to, one way of writing it for all: also where the file is not there yet.
+fn file_behind(path: &Path) -> PathBuf {
+    let by_folder = || {
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    };
+    let canonical = path.canonicalize().ok().or_else(by_folder);
+    canonical.unwrap_or_else(|| path.to_owned())
 }

@@ -9,7 +9,7 @@ use camlux::{Device, DeviceChoice, DeviceOptions, Plan, RenderOptions, Renderer,
 
 use crate::progress::{ProgressDisplay, stop_on_signals};
 use crate::summary::{self, Run, WallTimes, Written};
-use crate::{Failure, json, overrides, print, tell};
+use crate::{Failure, file_behind, json, overrides, print, tell};
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -186,19 +186,6 @@ impl Outputs {
             stats: args.stats.as_ref().map(create).transpose()?,
         }))
     }
-}
-
-/// The file that a path leads to, one way of writing it for all: also where the file is not there yet.
-fn file_behind(path: &Path) -> PathBuf {
-    let by_folder = || {
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        Some(folder.canonicalize().ok()?.join(path.file_name()?))
-    };
-    let canonical = path.canonicalize().ok().or_else(by_folder);
-    canonical.unwrap_or_else(|| path.to_owned())
 }
 
 fn load(args: &Args) -> Result<Scene, Failure> {

@@ -1,10 +1,12 @@
 //! Small pictures for the page: indirect light in the truth's exposure, and its error on one scale.
 
+use camlux::metrics::Pixels;
 use camlux::output;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 use crate::Failure;
+use crate::error_map::{ErrorMap, diverging};
 
 /// Widest picture. Larger images are averaged over squares of pixels.
 const WIDEST_PX: usize = 240;
@@ -17,7 +19,7 @@ const COLOR_BAR_PX: [usize; 2] = [200, 14];
 /// PNG files of one entry.
 pub struct Pictures {
     pub indirect: Vec<u8>,
-    /// `None` for the truth itself.
+    /// `None` for the truth itself, and where it is black.
     pub error: Option<Vec<u8>>,
     pub size_px: [usize; 2],
 }
@@ -30,68 +32,61 @@ pub struct ColorBar {
 
 /// What all pictures of a scene are shown by: the truth's indirect light.
 pub struct Gallery {
-    image_px: [usize; 2],
-    truth: Reduced,
+    resolution_px: [u32; 2],
+    truth: Vec<f32>,
+    /// Pixels that show a surface.
+    valid: Vec<bool>,
     /// Radiance of full brightness, W/sr/m².
     white: f32,
-    /// Mean of the truth, over all bands of the pixels with a surface, W/sr/m².
-    mean: f64,
 }
 
 impl Gallery {
-    /// For images of `image_px` pixels; `truth` and `valid` are the truth's indirect light and its pixels with a surface.
-    pub fn new(image_px: [usize; 2], truth: &[f32], valid: &[bool]) -> Gallery {
-        let (pixels, _) = truth.as_chunks::<3>();
-        let seen = pixels.iter().zip(valid).filter(|(_, is_seen)| **is_seen);
-        let sum: f64 = seen
-            .clone()
-            .flat_map(|(pixel, _)| pixel)
-            .map(|&value| f64::from(value))
-            .sum();
+    pub fn new(resolution_px: [u32; 2], truth: &[f32], valid: &[bool]) -> Gallery {
         Gallery {
-            image_px,
-            truth: Reduced::new(image_px, truth),
+            resolution_px,
+            truth: truth.to_vec(),
+            valid: valid.to_vec(),
             white: output::white_radiance(truth),
-            mean: sum / (3 * seen.count().max(1)) as f64,
         }
     }
 
     /// # Errors
     /// Where a PNG cannot be encoded.
     pub fn of_truth(&self) -> Result<Pictures, Failure> {
-        Ok(Pictures {
-            indirect: self.exposed(&self.truth)?,
-            error: None,
-            size_px: self.truth.size_px,
-        })
+        self.pictures(&self.truth, None)
     }
 
-    /// Pictures of an image of the gallery's size.
+    /// Pictures of an image of the gallery's size; without a map where the truth is black.
     ///
     /// # Errors
     /// Where a PNG cannot be encoded.
     pub fn of_image(&self, indirect: &[f32]) -> Result<Pictures, Failure> {
-        let image = Reduced::new(self.image_px, indirect);
-        let pairs = image.rgb.iter().zip(&self.truth.rgb);
-        let colors: Vec<u8> = pairs
-            .flat_map(|(x, t)| {
-                let difference: f32 = (0..3).map(|band| x[band] - t[band]).sum();
-                diverging(f64::from(difference) / 3.0 / self.mean / ERROR_RANGE)
-            })
-            .collect();
-        Ok(Pictures {
-            indirect: self.exposed(&image)?,
-            error: Some(png(image.size_px, &colors)?),
-            size_px: image.size_px,
-        })
+        let map = ErrorMap::new(
+            self.resolution_px,
+            &Pixels {
+                image: indirect,
+                reference: &self.truth,
+                image_standard_error: None,
+                reference_standard_error: None,
+                valid: &self.valid,
+                channels: 3,
+            },
+        );
+        self.pictures(indirect, map)
     }
 
-    fn exposed(&self, image: &Reduced) -> Result<Vec<u8>, Failure> {
+    fn pictures(&self, indirect: &[f32], map: Option<ErrorMap>) -> Result<Pictures, Failure> {
+        let image = Reduced::new(self.resolution_px.map(|px| px as usize), indirect);
         let values = image.rgb.as_flattened().iter();
-        let bytes: Vec<u8> = values
+        let exposed: Vec<u8> = values
             .map(|value| output::srgb_byte(value / self.white))
             .collect();
-        png(image.size_px, &bytes)
+        let error = map.map(|map| png(image.size_px, &map.rgb(ERROR_RANGE, WIDEST_PX)));
+        Ok(Pictures {
+            indirect: png(image.size_px, &exposed)?,
+            error: error.transpose()?,
+            size_px: image.size_px,
+        })
     }
 }
 
@@ -141,18 +136,6 @@ impl Reduced {
     }
 }
 
-/// From blue at −1 over white at 0 to red at 1, and no further: red and blue of ColorBrewer's RdBu (Brewer 2003), which the
-/// colour-blind can tell apart.
-fn diverging(share: f64) -> [u8; 3] {
-    let end = if share < 0.0 {
-        [33.0, 102.0, 172.0]
-    } else {
-        [178.0, 24.0, 43.0]
-    };
-    let strength = share.abs().min(1.0);
-    end.map(|end: f64| (255.0 + strength * (end - 255.0)).round() as u8)
-}
-
 fn png(size_px: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     let encoder =
@@ -165,13 +148,6 @@ fn png(size_px: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn errors_are_white_at_zero_and_end_at_one() {
-        assert_eq!(diverging(0.0), [255; 3]);
-        assert_eq!(diverging(-1.0), diverging(-7.0));
-        assert_ne!(diverging(-1.0), diverging(1.0));
-    }
 
     #[test]
     fn pictures_keep_the_mean() {

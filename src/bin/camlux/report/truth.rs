@@ -75,8 +75,11 @@ impl TruthImage {
     fn new(frame: Frame) -> Result<TruthImage, Failure> {
         let ids = frame.ids(Layer::MeshId).unwrap_or_default();
         let valid: Vec<bool> = ids.iter().map(|&id| id > 0).collect();
-        let size_px = frame.resolution_px.map(|px| px as usize);
-        let gallery = Gallery::new(size_px, values(&frame, Layer::Indirect)?, &valid);
+        let gallery = Gallery::new(
+            frame.resolution_px,
+            values(&frame, Layer::Indirect)?,
+            &valid,
+        );
         Ok(TruthImage {
             frame,
             valid,

@@ -1,0 +1,78 @@
+//! A comparison for programs.
+
+use camlux::metrics::{Comparison, CorrectedRmse, NoiseCorrection, RelativeErrors, ZScores};
+use serde_json::{Value, json};
+
+use super::Report;
+
+/// One JSON object. What is undefined is null.
+pub fn text(report: &Report) -> String {
+    let layers: Vec<Value> = report
+        .layers
+        .iter()
+        .map(|layer| {
+            let mut object = comparison(&layer.comparison);
+            object["name"] = json!(layer.name);
+            object["unit"] = json!(layer.unit);
+            object
+        })
+        .collect();
+    let object = json!({
+        "camlux_version": env!("CARGO_PKG_VERSION"),
+        "image": report.args.image.to_string_lossy(),
+        "reference": report.args.reference.to_string_lossy(),
+        "resolution_px": report.resolution_px,
+        "valid_pixels": report.valid_pixels,
+        "layers": layers,
+    });
+    format!("{object:#}\n")
+}
+
+fn comparison(comparison: &Comparison) -> Value {
+    json!({
+        "value_count": comparison.value_count,
+        "non_finite_image": comparison.non_finite_image,
+        "non_finite_reference": comparison.non_finite_reference,
+        "image_mean": comparison.image_mean,
+        "reference_mean": comparison.reference_mean,
+        "errors": comparison.errors.map(errors),
+        "noise": comparison.noise.map(noise),
+        "z_scores": comparison.z_scores.map(z_scores),
+    })
+}
+
+fn errors(errors: RelativeErrors) -> Value {
+    json!({
+        "relative_rmse": errors.rmse,
+        "bias": errors.bias,
+        "mean_relative_error": errors.mean_absolute,
+        "percentile_99": errors.percentile_99,
+    })
+}
+
+fn noise(noise: NoiseCorrection) -> Value {
+    let (value, standard_error, below) = match noise.rmse {
+        CorrectedRmse::Estimate {
+            value,
+            standard_error,
+        } => (Some(value), Some(standard_error), None),
+        CorrectedRmse::Below(bound) => (None, None, Some(bound)),
+        CorrectedRmse::ReferenceIsNoise => (None, None, None),
+    };
+    json!({
+        "relative_rmse": value,
+        "relative_rmse_standard_error": standard_error,
+        "relative_rmse_below": below,
+        "relative_rmse_of_noise": noise.floor,
+        "bias_standard_error": noise.bias_standard_error,
+        "mean_relative_error_of_noise": noise.mean_absolute_floor,
+    })
+}
+
+fn z_scores(scores: ZScores) -> Value {
+    json!({
+        "value_count": scores.value_count,
+        "mean": scores.mean,
+        "variance": scores.variance,
+    })
+}

@@ -1,0 +1,160 @@
+//! Which layers are compared.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use camlux::output::{Layer, LayeredImage};
+
+use super::Args;
+use crate::Failure;
+
+/// What is compared where nothing is asked for.
+const USUAL: [Layer; 3] = [Layer::Indirect, Layer::Direct, Layer::Radiance];
+
+/// One layer of both images, with the same channels.
+pub struct LayerPair<'images> {
+    pub name: String,
+    /// `""` where camlux does not know the layer.
+    pub unit: &'static str,
+    pub channels: usize,
+    pub image: Cow<'images, [f32]>,
+    pub reference: Cow<'images, [f32]>,
+    pub image_standard_error: Option<&'images [f32]>,
+    pub reference_standard_error: Option<&'images [f32]>,
+}
+
+/// Finds the layers in both images.
+pub fn select<'images>(
+    args: &Args,
+    image: &'images LayeredImage,
+    reference: &'images LayeredImage,
+) -> Result<Vec<LayerPair<'images>>, Failure> {
+    if !args.layers.is_empty() {
+        let mut pairs: Vec<LayerPair> = Vec::new();
+        for name in &args.layers {
+            if pairs.iter().all(|pair| pair.name != *name) {
+                pairs.push(pair(name, args, image, reference)?);
+            }
+        }
+        return Ok(pairs);
+    }
+    let both = USUAL.into_iter().map(Layer::name).filter(|name| {
+        let is_in = |image| find(image, name).is_some();
+        is_in(image) && is_in(reference)
+    });
+    let pairs: Vec<LayerPair> = both
+        .map(|name| pair(name, args, image, reference))
+        .collect::<Result<_, _>>()?;
+    if pairs.is_empty() {
+        return Err(format!(
+            "the images have none of the layers {} in common: {}; {}; name one with --layer",
+            USUAL.map(Layer::name).join(", "),
+            list(&args.image, image),
+            list(&args.reference, reference)
+        )
+        .into());
+    }
+    Ok(pairs)
+}
+
+fn pair<'images>(
+    name: &str,
+    args: &Args,
+    image: &'images LayeredImage,
+    reference: &'images LayeredImage,
+) -> Result<LayerPair<'images>, Failure> {
+    let found = |path: &Path, image: &'images LayeredImage| {
+        find(image, name).ok_or_else(|| {
+            let which = if name.is_empty() {
+                "layer without a name"
+            } else {
+                name
+            };
+            format!("there is no layer {which}: {}", list(path, image))
+        })
+    };
+    let of_image = found(&args.image, image)?;
+    let of_reference = found(&args.reference, reference)?;
+    if of_image.channels != of_reference.channels {
+        return Err(format!(
+            "layer {name} has the channels {} in {} and {} in {}; compare layers of the same channels",
+            of_image.channels.join(", "),
+            args.image.display(),
+            of_reference.channels.join(", "),
+            args.reference.display()
+        )
+        .into());
+    }
+    let layer = Layer::from_name(name);
+    let standard_error = |image: &'images LayeredImage| {
+        let has_it = matches!(layer, Some(Layer::Indirect | Layer::Radiance));
+        has_it.then(|| image.values(Layer::StandardError)).flatten()
+    };
+    Ok(LayerPair {
+        name: name.to_owned(),
+        unit: layer.map_or("", Layer::unit),
+        channels: of_image.channels.len(),
+        image: of_image.values,
+        reference: of_reference.values,
+        image_standard_error: standard_error(image),
+        reference_standard_error: standard_error(reference),
+    })
+}
+
+struct Found<'image> {
+    channels: Vec<&'image str>,
+    values: Cow<'image, [f32]>,
+}
+
+/// The layer of that name; total radiance also as the sum of its parts.
+fn find<'image>(image: &'image LayeredImage, name: &str) -> Option<Found<'image>> {
+    if let Some(layer) = image.layer(name) {
+        return Some(Found {
+            channels: layer.channel_names.iter().map(String::as_str).collect(),
+            values: Cow::Borrowed(&layer.values),
+        });
+    }
+    let is_total = name == Layer::Radiance.name();
+    let values = is_total.then(|| image.total_radiance()).flatten()?;
+    Some(Found {
+        channels: Layer::Radiance.channel_names().to_vec(),
+        values: Cow::Owned(values),
+    })
+}
+
+fn list(path: &Path, image: &LayeredImage) -> String {
+    let layers = image.layers().iter().map(|layer| {
+        if layer.name.is_empty() {
+            format!("\"\" ({})", layer.channel_names.join(", "))
+        } else {
+            layer.name.clone()
+        }
+    });
+    let layers: Vec<String> = layers.collect();
+    format!("{} has {}", path.display(), layers.join(", "))
+}
+
+/// The names of the attributes that tell camera and lights, where both images have them and they differ. The scene's hash
+/// is no help: it takes in the estimator.
+pub fn differing_scenes(image: &LayeredImage, reference: &LayeredImage) -> Option<String> {
+    let of_scene = |image: &LayeredImage| -> BTreeSet<(String, String)> {
+        image
+            .attributes()
+            .filter(|(name, _)| {
+                name.starts_with("camlux.camera.") || name.starts_with("camlux.light.")
+            })
+            .map(|(name, value)| (name.to_owned(), value.to_owned()))
+            .collect()
+    };
+    let (a, b) = (of_scene(image), of_scene(reference));
+    if a.is_empty() || b.is_empty() || a == b {
+        return None;
+    }
+    let names: BTreeSet<&str> = a
+        .symmetric_difference(&b)
+        .map(|(name, _)| name.as_str())
+        .collect();
+    let names: Vec<&str> = names.into_iter().collect();
+    Some(names.join(", "))
+}

@@ -1,0 +1,338 @@
+//! `camlux compare`: two image files in, figures and a map out. It needs no device.
+#![cfg(feature = "cli")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes,
+    SmallVec, Text, WritableImage,
+};
+use serde_json::Value;
+
+fn compare(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_camlux"))
+        .arg("compare")
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+/// What the program says on stdout, after checking that it did its work and kept stderr to these words.
+#[track_caller]
+fn assert_succeeds(output: &Output, stderr: &str) -> String {
+    let said = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    if stderr.is_empty() {
+        assert_eq!(said, "");
+    }
+    assert!(said.contains(stderr), "{stderr:?} is missing in: {said}");
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// One line on stderr that says all of this, exit code 1, nothing on stdout.
+#[track_caller]
+fn assert_fails(output: &Output, says: &[&str]) {
+    let stderr = String::from_utf8(output.stderr.clone()).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    for part in says {
+        assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
+    }
+    assert!(output.stdout.is_empty());
+}
+
+/// An image of layers whose three channels have the same pixels, and whose other channels are named in full.
+fn write(
+    path: &Path,
+    size: (usize, usize),
+    layers: &[(&str, &[f32])],
+    attributes: &[(&str, &str)],
+) {
+    let mut channels = Vec::new();
+    for (name, pixels) in layers {
+        let names = if name.contains('.') {
+            vec![(*name).to_owned()]
+        } else {
+            ["R", "G", "B"]
+                .map(|band| format!("{name}.{band}"))
+                .to_vec()
+        };
+        for name in names {
+            channels.push(AnyChannel::new(
+                name.as_str(),
+                FlatSamples::F32(pixels.to_vec()),
+            ));
+        }
+    }
+    let mut header = LayerAttributes::default();
+    for (name, value) in attributes {
+        let value = AttributeValue::Text(Text::from(*value));
+        header.other.insert(Text::from(*name), value);
+    }
+    let channels = AnyChannels::sort(SmallVec::from_vec(channels));
+    let layer = Layer::new(size, header, Encoding::UNCOMPRESSED, channels);
+    Image::from_layer(layer).write().to_file(path).unwrap();
+}
+
+/// `a.exr` against `t.exr`: five pixels of which the last is background, worked out by hand.
+/// indirect: d = 0.5, 0, −1, 1 over t = 1, 2, 2, 4; direct: equal; the truth has no radiance.
+fn write_pair(folder: &Path) {
+    let direct: &[f32] = &[4.0, 3.0, 3.0, 1.0, 0.0];
+    write(
+        &folder.join("a.exr"),
+        (5, 1),
+        &[
+            ("direct", direct),
+            ("indirect", &[1.5, 2.0, 1.0, 5.0, 77.0]),
+            ("radiance", &[5.5, 5.0, 4.0, 6.0, 77.0]),
+        ],
+        &[],
+    );
+    write(
+        &folder.join("t.exr"),
+        (5, 1),
+        &[
+            ("direct", direct),
+            ("indirect", &[1.0, 2.0, 2.0, 4.0, 0.0]),
+            ("stderr", &[0.01, 0.02, 0.02, 0.04, 0.0]),
+            ("valid.A", &[1.0, 1.0, 1.0, 1.0, 0.0]),
+        ],
+        &[],
+    );
+}
+
+fn json(folder: &Path, arguments: &[&str]) -> Value {
+    let mut arguments = arguments.to_vec();
+    arguments.push("--json");
+    serde_json::from_str(&assert_succeeds(&compare(folder, &arguments), "")).unwrap()
+}
+
+#[track_caller]
+fn assert_near(value: &Value, expected: f64) {
+    let value = value.as_f64().unwrap();
+    assert!(
+        (value - expected).abs() < 1e-6 * expected.abs().max(1e-3),
+        "{value} is not {expected}"
+    );
+}
+
+#[test]
+fn the_usual_layers_are_compared_as_json() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let report = json(folder.path(), &["a.exr", "t.exr"]);
+    assert_eq!(report["resolution_px"], serde_json::json!([5, 1]));
+    assert_eq!(report["valid_pixels"], 4);
+    let layers = report["layers"].as_array().unwrap();
+    let names: Vec<&str> = layers
+        .iter()
+        .map(|layer| layer["name"].as_str().unwrap())
+        .collect();
+    assert_eq!(names, ["indirect", "direct", "radiance"]);
+
+    let indirect = &layers[0];
+    assert_eq!(indirect["unit"], "W/sr/m^2");
+    assert_eq!(indirect["value_count"], 12);
+    assert_near(&indirect["image_mean"], 9.5 / 4.0);
+    assert_near(&indirect["errors"]["relative_rmse"], 0.3);
+    assert_near(&indirect["errors"]["bias"], 0.5 / 9.0);
+    assert_near(&indirect["errors"]["mean_relative_error"], 2.5 / 9.0);
+    assert_near(&indirect["noise"]["relative_rmse_of_noise"], 0.01);
+    assert_near(
+        &indirect["noise"]["relative_rmse"],
+        (2.2475_f64 / 24.9975).sqrt(),
+    );
+    assert!(indirect["noise"]["relative_rmse_below"].is_null());
+
+    let direct = &layers[1];
+    assert_eq!(direct["errors"]["relative_rmse"], 0.0);
+    assert!(direct["noise"].is_null(), "direct light has no noise");
+
+    // The truth's radiance is direct + indirect = 5, 5, 5, 5.
+    let radiance = &layers[2];
+    assert_near(&radiance["reference_mean"], 5.0);
+    assert_near(&radiance["errors"]["relative_rmse"], 0.15);
+    assert_near(&radiance["noise"]["relative_rmse_of_noise"], 0.005);
+}
+
+#[test]
+fn the_table_says_what_was_taken_out() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let table = assert_succeeds(&compare(folder.path(), &["a.exr", "t.exr"]), "");
+    for part in [
+        "5 x 1, of which 4",
+        "indirect [W/sr/m^2]",
+        "30.0 %",
+        "noise of 1.00 % was taken out",
+        "not finite",
+    ] {
+        assert!(table.contains(part), "{part:?} is missing in: {table}");
+    }
+    let of_bias: Vec<&str> = table
+        .lines()
+        .filter(|line| line.starts_with("bias"))
+        .collect();
+    // 0.5/9, and for three bands of the same noise 9.5/9·0.05·3/27 of standard error; direct light has none.
+    assert!(of_bias[0].contains("5.56 ± 0.59 %"), "{table}");
+
+    // An image that is the reference: no error can be shown, and none is claimed.
+    let table = assert_succeeds(&compare(folder.path(), &["t.exr", "t.exr"]), "");
+    assert!(table.contains("below") && table.contains("no error that this reference can show"));
+}
+
+/// Two references of the same scene: the variance of their difference is the sum of theirs.
+#[test]
+fn the_noise_of_both_images_counts() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let report = json(folder.path(), &["t.exr", "t.exr", "--layer", "indirect"]);
+    let indirect = &report["layers"][0];
+    assert_near(
+        &indirect["noise"]["relative_rmse_of_noise"],
+        0.01 * 2.0_f64.sqrt(),
+    );
+    assert_eq!(indirect["z_scores"]["variance"], 0.0);
+}
+
+#[test]
+fn any_layer_of_both_images_can_be_named() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let layers = ["a.exr", "t.exr", "--layer", "direct", "--layer", "direct"];
+    let report = json(folder.path(), &layers);
+    assert_eq!(report["layers"].as_array().unwrap().len(), 1);
+    let report = json(folder.path(), &["t.exr", "t.exr", "--layer", "valid"]);
+    assert_eq!(report["layers"][0]["value_count"], 4);
+    assert_eq!(report["layers"][0]["unit"], "");
+}
+
+#[test]
+fn what_cannot_be_compared_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let path = |name: &str| folder.path().join(name);
+    let says = |arguments: &[&str], says: &[&str]| {
+        assert_fails(&compare(folder.path(), arguments), says);
+    };
+    says(&["none.exr", "t.exr"], &["none.exr: there is no such file"]);
+    says(
+        &["a.exr", "t.exr", "--layer", "energy"],
+        &["no layer energy", "a.exr has direct, indirect, radiance"],
+    );
+    write(&path("wide.exr"), (6, 1), &[("direct", &[1.0; 6])], &[]);
+    says(&["wide.exr", "t.exr"], &["6 x 1", "5 x 1", "--size"]);
+    write(&path("rgb.exr"), (5, 1), &[("P.X", &[1.0; 5])], &[]);
+    says(
+        &["rgb.exr", "t.exr"],
+        &[
+            "none of the layers",
+            "rgb.exr has P",
+            "t.exr has direct, indirect, stderr, valid",
+        ],
+    );
+    write(&path("red.exr"), (5, 1), &[("direct.R", &[1.0; 5])], &[]);
+    says(
+        &["red.exr", "t.exr"],
+        &[
+            "layer direct has the channels direct.R in red.exr",
+            "direct.R, direct.G, direct.B in t.exr",
+        ],
+    );
+    let map = |file: &str| compare(folder.path(), &["a.exr", "t.exr", "--error-map", file]);
+    assert_fails(&map("a.exr"), &["end the name in .png"]);
+    assert_fails(&map("missing/a.png"), &["folder does not exist"]);
+    fs::copy(path("a.exr"), path("b.png")).unwrap();
+    let onto_itself = ["b.png", "t.exr", "--error-map", "./b.png"];
+    says(&onto_itself, &["is an input"]);
+}
+
+#[test]
+fn a_black_reference_is_said_to_be_black() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let black = folder.path().join("black.exr");
+    write(&black, (5, 1), &[("direct", &[0.0; 5])], &[]);
+    let table = assert_succeeds(&compare(folder.path(), &["a.exr", "black.exr"]), "");
+    assert!(
+        table.contains("direct: undefined: the reference is black"),
+        "{table}"
+    );
+    let report = json(folder.path(), &["a.exr", "black.exr"]);
+    assert!(report["layers"][0]["errors"].is_null());
+    let arguments = ["a.exr", "black.exr", "--error-map", "a.png"];
+    assert_fails(
+        &compare(folder.path(), &arguments),
+        &["no error map", "direct"],
+    );
+    assert!(!folder.path().join("a.png").exists());
+}
+
+#[test]
+fn warnings_go_to_stderr() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let write = |name: &str, value: f32, position: &str| {
+        let attributes = [
+            ("camlux.camera.position_m", position),
+            ("camlux.light.0", "point"),
+            // Different estimators have different hashes: no reason to warn.
+            ("camlux.scene_hash", name),
+        ];
+        let pixels = [value, 1.0, 1.0, 1.0, 1.0];
+        write(
+            &folder.path().join(name),
+            (5, 1),
+            &[("direct", &pixels)],
+            &attributes,
+        );
+    };
+    write("1.exr", 1.0, "[0.0]");
+    write("2.exr", f32::NAN, "[0.0]");
+    write("3.exr", 1.0, "[1.0]");
+    let output = compare(folder.path(), &["2.exr", "1.exr"]);
+    let table = assert_succeeds(
+        &output,
+        "warning: 3 values of layer direct of 2.exr are not finite",
+    );
+    assert!(table.contains("3, 0"), "{table}");
+    let output = compare(folder.path(), &["1.exr", "3.exr"]);
+    let said = "differ in camlux.camera.position_m: are they of one scene?";
+    assert_succeeds(&output, said);
+    assert_succeeds(&compare(folder.path(), &["1.exr", "1.exr"]), "");
+    assert_succeeds(&compare(folder.path(), &["1.exr", "t.exr"]), "");
+}
+
+#[test]
+fn the_error_map_shows_the_sign() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let arguments = [
+        "a.exr",
+        "t.exr",
+        "--layer",
+        "indirect",
+        "--error-map",
+        "map.png",
+    ];
+    assert_succeeds(&compare(folder.path(), &arguments), "");
+    let map = image::open(folder.path().join("map.png"))
+        .unwrap()
+        .to_rgb8();
+    // Five pixels, each 96 wide, inside a margin of 16; legend below.
+    assert!(map.width() == 5 * 96 + 32 && map.height() > 96 + 32);
+    let at = |pixel: u32| {
+        map.get_pixel(16 + pixel * 96 + 48, 16 + 48)
+            .0
+            .map(i32::from)
+    };
+    let [r, _, b] = at(0);
+    assert!(r > b, "too bright is red");
+    assert_eq!(at(1), [247; 3], "no error is almost white");
+    let [r, _, b] = at(2);
+    assert!(b > r, "too dark is blue");
+    assert_eq!(at(4), [128; 3], "background is grey");
+}
