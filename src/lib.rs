@@ -29,6 +29,7 @@ mod plan;
 pub mod reference;
 mod renderer;
 pub mod scene;
+pub mod twin;
 mod vulkan;
 
 pub use error::{Error, Result};

@@ -60,7 +60,7 @@ fn samples_are_added_up_to_the_goal() {
         Layer::Indirect,
         Layer::StandardError,
     ] {
-        let values = first.values(layer).expect(layer.name());
+        let values = first.values(layer).expect("every reference has it");
         assert!(
             values.iter().all(|value| value.is_finite()),
             "{}",

@@ -2,16 +2,17 @@
 //! estimator and kernel that the device can run. Model error, against path-traced truth, is another question.
 
 mod gpu;
-mod twin;
+mod rmse;
 
 use camlux::{
     GatherKernel, RenderOptions,
     output::Layer,
     scene::{Estimator, Indirect, Light, SpotCone},
+    twin,
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
-use twin::relative_rmse;
+use rmse::relative_rmse;
 
 const SIZE: [u32; 2] = [64, 64];
 

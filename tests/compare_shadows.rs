@@ -4,9 +4,9 @@
 
 mod gpu;
 mod ray_caster;
+mod rmse;
 mod rooms;
 mod truth;
-mod twin;
 
 use camlux::{
     Plan, RenderOptions, Scene,
@@ -14,6 +14,7 @@ use camlux::{
     intermediates::SurfacePoint,
     output::Layer,
     scene::{Bands, Estimator, Indirect, Light, Mesh, SpotCone},
+    twin,
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
@@ -237,8 +238,8 @@ fn direct_light_agrees_with_path_traced_truth() {
         pixels.copied().collect()
     };
     let truth_inside: Vec<Bands> = inside.iter().map(|&i| truth[i]).collect();
-    let error = twin::relative_rmse(&pick(direct), &truth_inside);
-    let with_edges = twin::relative_rmse(direct, &truth);
+    let error = rmse::relative_rmse(&pick(direct), &truth_inside);
+    let with_edges = rmse::relative_rmse(direct, &truth);
     println!(
         "{error:.1e} of {} pixels, {with_edges:.1e} of all",
         inside.len()

@@ -2,8 +2,8 @@
 //! what it is, so that the documentation's figures stay true. Kernel error is another question (`compare_kernels`).
 
 mod gpu;
+mod rmse;
 mod truth;
-mod twin;
 
 use camlux::{
     output::Layer,
@@ -32,7 +32,7 @@ fn measure(estimator: Estimator) -> ModelError {
     let sum: f64 = indirect.iter().map(|&x| f64::from(x)).sum();
     let error = ModelError {
         mean_ratio: sum / truth.as_flattened().iter().sum::<f64>(),
-        relative_rmse: twin::relative_rmse(indirect, &truth),
+        relative_rmse: rmse::relative_rmse(indirect, &truth),
     };
     println!(
         "{}: mean / truth {:.3}, relRMSE {:.3}",

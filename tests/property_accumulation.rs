@@ -1,12 +1,13 @@
 //! The sum over 1.5 million VPLs is as accurate as the sum over a thousand.
 
 mod gpu;
-mod twin;
+mod rmse;
 
 use camlux::{
     RenderOptions, Scene,
     output::Layer,
     scene::{Camera, Estimator, Indirect, Lens, Light, Material, Mesh},
+    twin,
 };
 use glam::DVec3;
 use gpu::Gpu;
@@ -65,7 +66,7 @@ fn error_does_not_grow_with_the_number_of_vpls() {
             assert_eq!(frame.stats.vpl_count, 6 * u64::from(rsm_size).pow(2));
             let truth = twin::indirect(&scene, estimator, &kept);
             let indirect = frame.values(Layer::Indirect).expect("it was asked for");
-            let error = twin::relative_rmse(indirect, &truth);
+            let error = rmse::relative_rmse(indirect, &truth);
             let what = format!("{}, {} VPLs", estimator.name(), frame.stats.vpl_count);
             println!("{what}: {error:.1e}");
             assert!(error <= BOUND, "{what}: {error:e}");

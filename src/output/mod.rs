@@ -15,4 +15,4 @@ pub use exr_read::{ImageLayer, LayeredImage};
 pub use frame::{
     Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples,
 };
-pub use png::{PngPreview, PngView, write_png};
+pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};

@@ -100,8 +100,9 @@ pub fn write_png(mut output: OutputFile, frame: &Frame, view: PngView) -> Result
     Ok(PngPreview { white_radiance })
 }
 
-/// 99th percentile of the brightest band over the pixels with light; 1 for a black frame.
-fn white_radiance(rgb: &[f32]) -> f32 {
+/// The radiance to show as full brightness, in the unit of the values: the 99th percentile of the brightest band over the
+/// pixels with light; 1 where there are none.
+pub fn white_radiance(rgb: &[f32]) -> f32 {
     let mut brightest: Vec<f32> = rgb
         .chunks_exact(3)
         .map(|bands| bands.iter().copied().fold(0.0, f32::max))
@@ -115,8 +116,8 @@ fn white_radiance(rgb: &[f32]) -> f32 {
     *percentile
 }
 
-/// sRGB transfer function (IEC 61966-2-1), rounded to 8 bits. Not a number becomes 0.
-fn srgb_byte(linear: f32) -> u8 {
+/// sRGB transfer function (IEC 61966-2-1) of a share of full brightness, clipped and rounded to 8 bits. Not a number becomes 0.
+pub fn srgb_byte(linear: f32) -> u8 {
     let linear = linear.clamp(0.0, 1.0);
     let encoded = if linear <= 0.003_130_8 {
         12.92 * linear

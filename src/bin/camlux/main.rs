@@ -10,6 +10,7 @@ mod overrides;
 mod progress;
 mod reference;
 mod render;
+mod report;
 mod summary;
 
 use std::io::Write;
@@ -34,6 +35,8 @@ enum Command {
     Reference(reference::Args),
     /// Compare an image with a reference: error metrics, without the noise of either, and a map of the errors
     Compare(compare::Args),
+    /// Measure speed against error: report.json, and a page with plots and pictures
+    Report(report::Args),
     /// List the Vulkan devices, their limits, and which one is used by default; exit code 1 if none is usable
     Info,
 }
@@ -55,6 +58,7 @@ fn main() -> ExitCode {
         Command::Render(args) => render::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Reference(args) => reference::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => compare::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Report(args) => report::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Info => info::run(),
     })
 }

@@ -205,7 +205,7 @@ fn load(args: &Args) -> Result<Scene, Failure> {
     Ok(scene)
 }
 
-fn device_choice(text: Option<&str>) -> DeviceChoice {
+pub fn device_choice(text: Option<&str>) -> DeviceChoice {
     match text {
         None => DeviceChoice::Best,
         Some(text) => text

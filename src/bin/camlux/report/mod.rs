@@ -1,0 +1,246 @@
+//! `camlux report`: speed against error of everything that trades one for the other.
+
+mod axis;
+mod error;
+mod figures;
+mod html;
+mod labels;
+mod machine;
+mod numbers;
+mod page;
+mod pareto;
+mod peers;
+mod picture;
+mod plot;
+mod results;
+mod steps;
+mod style;
+mod summary;
+mod sweep;
+mod timing;
+mod truth;
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use camlux::output::OutputFile;
+use camlux::{Device, DeviceOptions, Renderer, Scene};
+
+use self::machine::Machine;
+use self::results::{Peers, Report, SceneReport};
+use self::steps::Steps;
+use self::sweep::{Extent, Sweep};
+use crate::progress::stop_on_signals;
+use crate::render::device_choice;
+use crate::{Failure, overrides, print, tell};
+
+/// Longer edge of the images of a quick report.
+const QUICK_SIZE_PX: u32 = 160;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Scene files
+    #[arg(value_name = "SCENE.toml", required = true)]
+    pub scenes: Vec<PathBuf>,
+    /// Folder for report.json, index.html, the plots and the truths; truths that are there already are used
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: PathBuf,
+    /// Under a minute a scene: images of 160 pixels, coarse RSMs, a truth of 3 %
+    #[arg(long)]
+    pub quick: bool,
+    /// Resolution instead of the scenes'; keeps the field of view and scales measured intrinsics
+    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
+    pub size: Option<Vec<u32>>,
+    /// Device by the number or by the name that `camlux info` lists
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub device: Option<String>,
+    /// Program that renders the scenes with other engines (benches/peers/run); the report says what became of it
+    #[arg(long, value_name = "PROGRAM")]
+    pub peers: Option<PathBuf>,
+    /// Standard error of the truth's indirect light, over its root mean square [default: 0.01, quick 0.03]
+    #[arg(long, value_name = "SHARE", value_parser = crate::reference::parse_share)]
+    pub stderr: Option<f64>,
+}
+
+/// A scene and what it is called in the report.
+struct Subject {
+    name: String,
+    file: PathBuf,
+    scene: Scene,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    stop_on_signals();
+    // Before anything that takes time: a place that cannot be written is said at once.
+    let folder = &args.output;
+    create_folder(&folder.join("truth"))?;
+    let json_file = OutputFile::create(folder.join("report.json"))?;
+    let page_file = OutputFile::create(folder.join("index.html"))?;
+    let subjects = load(args)?;
+
+    let device = Device::open(&DeviceOptions {
+        choice: device_choice(args.device.as_deref()),
+        ..DeviceOptions::default()
+    })?;
+    let mut renderer = Renderer::new(&device)?;
+    let mut report = Report {
+        machine: Machine::look(device.info()),
+        quick: args.quick,
+        scenes: Vec::new(),
+    };
+    for subject in &subjects {
+        let scene = examine(args, subject, &mut renderer)?;
+        print(&format!("{}: {}\n", scene.name, summary::summary(&scene)))?;
+        report.scenes.push(scene);
+    }
+    for scene in &report.scenes {
+        write_plots(folder, scene)?;
+    }
+    let json = serde_json::to_string_pretty(&report)?;
+    write(json_file, &format!("{json}\n"))?;
+    write(page_file, &page::page(&report)?)?;
+    tell(&format!("wrote {}", folder.join("index.html").display()));
+    Ok(())
+}
+
+/// Everything about one scene: the truth, then the engine's settings, the reference and the peers against it.
+fn examine(
+    args: &Args,
+    subject: &Subject,
+    renderer: &mut Renderer,
+) -> Result<SceneReport, Failure> {
+    let Subject { name, file, scene } = subject;
+    let extent = Extent::new(args.quick);
+    let [width, height] = scene.camera.resolution_px;
+
+    let truth_file = format!("truth/{name}-{width}x{height}.exr");
+    let standard_error = args.stderr.unwrap_or(if args.quick { 0.03 } else { 0.01 });
+    let (image, truth) = truth::obtain(scene, &args.output.join(&truth_file), standard_error)?;
+
+    let steps = Steps::new();
+    let scratch = args.output.join("timing.exr");
+    let mut sweep = Sweep {
+        renderer,
+        name,
+        scene,
+        truth: &image,
+        extent,
+        scratch: &scratch,
+        steps: &steps,
+    };
+    let direct_only = sweep.direct_only()?;
+    let (mut entries, skipped) = sweep.settings()?;
+    entries.extend(truth::series(
+        name,
+        scene,
+        &scratch,
+        extent.longest_reference_s,
+        &steps,
+    )?);
+    let peers = match &args.peers {
+        None => Peers::new("not run; --peers PROGRAM adds them"),
+        Some(program) => {
+            let run = peers::Run {
+                program,
+                name,
+                scene_file: file,
+                resolution_px: scene.camera.resolution_px,
+                folder: args.output.join("peers").join(name),
+                is_quick: args.quick,
+                truth: &image,
+                steps: &steps,
+            };
+            let (peer_entries, peers) = run.run()?;
+            entries.extend(peer_entries);
+            peers
+        }
+    };
+    figures::mark_fronts(&mut entries);
+    Ok(SceneReport {
+        name: name.clone(),
+        file: file.to_string_lossy().into_owned(),
+        resolution_px: scene.camera.resolution_px,
+        triangles: scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
+        lights: scene.lights.iter().map(|light| light.kind()).collect(),
+        truth: results::Truth {
+            file: truth_file,
+            ..truth
+        },
+        direct_only,
+        entries,
+        skipped,
+        peers,
+        truth_pictures: image.gallery.of_truth()?,
+        color_bar: picture::color_bar()?,
+    })
+}
+
+/// Loads every scene before the first is rendered.
+fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
+    let mut subjects: Vec<Subject> = Vec::new();
+    for file in &args.scenes {
+        let mut scene = Scene::load(file)?;
+        let size = match args.size.as_deref() {
+            Some(&[width_px, height_px]) => [width_px, height_px],
+            _ if args.quick => quick_size(scene.camera.resolution_px),
+            _ => scene.camera.resolution_px,
+        };
+        scene.camera = overrides::resize(scene.camera, size);
+        for warning in scene.warnings() {
+            tell(&format!("camlux: warning: {}: {warning}", file.display()));
+        }
+        let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+        // Two folders may hold scenes of one name.
+        let names = |name: &String| subjects.iter().any(|subject| subject.name == *name);
+        let numbered = (2..).map(|number| format!("{stem}-{number}"));
+        let name = std::iter::once(stem.to_string()).chain(numbered);
+        let name = name
+            .into_iter()
+            .find(|name| !names(name))
+            .unwrap_or_default();
+        let file = file.clone();
+        subjects.push(Subject { name, file, scene });
+    }
+    Ok(subjects)
+}
+
+/// The resolution with the longer edge brought down to that of a quick report.
+fn quick_size(size_px: [u32; 2]) -> [u32; 2] {
+    let longer = size_px[0].max(size_px[1]);
+    if longer <= QUICK_SIZE_PX {
+        return size_px;
+    }
+    let scale = f64::from(QUICK_SIZE_PX) / f64::from(longer);
+    size_px.map(|px| ((f64::from(px) * scale).round() as u32).max(1))
+}
+
+fn write_plots(folder: &Path, scene: &SceneReport) -> Result<(), Failure> {
+    let plots = [
+        ("model-error", figures::model_error(scene)?),
+        ("kernel-error", figures::kernel_error(scene)?),
+    ];
+    for (what, svg) in plots {
+        if let Some(svg) = svg {
+            let path = folder.join(format!("{}-{what}.svg", scene.name));
+            write(OutputFile::create(path)?, &svg)?;
+        }
+    }
+    Ok(())
+}
+
+fn write(mut file: OutputFile, text: &str) -> Result<(), Failure> {
+    file.write_all(text.as_bytes())
+        .map_err(|error| file.failed(&error))?;
+    Ok(file.commit()?)
+}
+
+fn create_folder(path: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(path).map_err(|error| {
+        format!(
+            "{}: cannot create the folder: {error}; name another one with -o",
+            path.display()
+        )
+        .into()
+    })
+}

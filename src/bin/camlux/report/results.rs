@@ -1,0 +1,233 @@
+//! What a report found: `report.json` is these structures, and the page shows them.
+
+use serde::Serialize;
+
+use super::machine::Machine;
+use super::picture::{ColorBar, Pictures};
+
+/// The series of the engine's path-sampled reference.
+pub const REFERENCE: &str = "camlux reference";
+
+/// A whole report.
+#[derive(Serialize)]
+pub struct Report {
+    pub machine: Machine,
+    pub quick: bool,
+    pub scenes: Vec<SceneReport>,
+}
+
+/// What was found for one scene.
+#[derive(Serialize)]
+pub struct SceneReport {
+    pub name: String,
+    pub file: String,
+    pub resolution_px: [u32; 2],
+    pub triangles: usize,
+    pub lights: Vec<&'static str>,
+    pub truth: Truth,
+    /// The frame without indirect light, for the scale of the times.
+    pub direct_only: Seconds,
+    /// camlux's settings, then its reference, then the peers.
+    pub entries: Vec<Entry>,
+    /// Settings that were not run, and why.
+    pub skipped: Vec<String>,
+    pub peers: Peers,
+    #[serde(skip)]
+    pub truth_pictures: Pictures,
+    #[serde(skip)]
+    pub color_bar: ColorBar,
+}
+
+/// What the errors are measured against.
+#[derive(Serialize)]
+pub struct Truth {
+    /// Path within the report's folder.
+    pub file: String,
+    pub scene_hash: String,
+    pub samples_per_pixel: u32,
+    /// Whether an earlier report's image was used.
+    pub was_there: bool,
+    /// relRMSE of the truth's own indirect light, from its own spread; `None` where its light is black.
+    pub noise_floor: Option<f64>,
+    /// Seconds spent on it in this report.
+    pub seconds: f64,
+}
+
+/// Whose point it is.
+#[derive(Serialize, Clone, Copy, PartialEq, Eq, Debug)]
+#[serde(rename_all = "lowercase")]
+pub enum Kind {
+    /// A setting of the engine.
+    Engine,
+    /// The engine's path-sampled reference.
+    Reference,
+    /// Another program.
+    Peer,
+}
+
+/// One point: a setting of a contender, its time and its error.
+#[derive(Serialize)]
+pub struct Entry {
+    pub kind: Kind,
+    /// Points of one series are joined in the plot.
+    pub series: String,
+    /// Which of the series: `64²`, `128 spp`.
+    pub label: String,
+    /// Where the contender says more of itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
+    pub seconds: Seconds,
+    pub indirect: Option<ModelError>,
+    pub total: Option<ModelError>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub engine: Option<EngineFigures>,
+    /// On the Pareto front of time and indirect error among the engine's settings.
+    pub is_on_engine_front: bool,
+    /// On that among all.
+    pub is_on_front: bool,
+    #[serde(skip)]
+    pub pictures: Option<Pictures>,
+}
+
+/// What only the engine's settings have.
+#[derive(Serialize)]
+pub struct EngineFigures {
+    pub estimator: &'static str,
+    pub rsm_size: u32,
+    pub vpl_count: u64,
+    pub pixel_vpl_pairs: u64,
+    pub pairs_per_second: Option<f64>,
+    /// Medians over the timed runs, in the order of execution.
+    pub gpu_passes: Vec<PassMedian>,
+    /// relRMSE of the indirect light against the same formulas and VPLs in f64; `None` where that is black.
+    pub kernel_error: Option<f64>,
+    /// Pixels that the kernel error was measured on.
+    pub kernel_error_pixels: usize,
+}
+
+#[derive(Serialize)]
+pub struct PassMedian {
+    pub name: &'static str,
+    pub milliseconds: f64,
+}
+
+/// Time of a frame from call to file: scene, device and pipelines are there.
+#[derive(Serialize)]
+pub struct Seconds {
+    pub median: f64,
+    pub min: f64,
+    pub max: f64,
+    pub runs: Vec<f64>,
+    /// Median of each part.
+    pub parts: Vec<Part>,
+}
+
+#[derive(Serialize)]
+pub struct Part {
+    pub name: String,
+    pub seconds: f64,
+}
+
+impl Seconds {
+    /// Sums up timed runs; `None` without any.
+    pub fn of_runs(runs: Vec<f64>, parts: Vec<Part>) -> Option<Seconds> {
+        Some(Seconds {
+            median: median(&runs)?,
+            min: runs.iter().copied().reduce(f64::min)?,
+            max: runs.iter().copied().reduce(f64::max)?,
+            runs,
+            parts,
+        })
+    }
+}
+
+/// The middle value, or the mean of the middle two.
+pub fn median(values: &[f64]) -> Option<f64> {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let upper = *sorted.get(values.len() / 2)?;
+    Some(if values.len().is_multiple_of(2) {
+        0.5 * (sorted[values.len() / 2 - 1] + upper)
+    } else {
+        upper
+    })
+}
+
+/// Distance from the truth, over the pixels where it shows a surface, all bands together.
+#[derive(Serialize, Clone, Copy)]
+pub struct ModelError {
+    /// sqrt(Σ(x−t)²/Σt²), the truth's noise subtracted. Where the noise hides it, a bound: it is at most that.
+    pub relative_rmse: f64,
+    pub is_upper_bound: bool,
+    /// One standard error of `relative_rmse`, from the truth's noise.
+    pub relative_rmse_uncertainty: Option<f64>,
+    /// With the noise.
+    pub relative_rmse_uncorrected: Option<f64>,
+    /// Σx/Σt − 1
+    pub bias: Option<f64>,
+    pub bias_uncertainty: Option<f64>,
+    /// Σ|x−t|/Σt
+    pub mean_relative_error: Option<f64>,
+    /// 99th percentile of |x−t|/(t + 0.01·mean t)
+    pub p99: Option<f64>,
+    /// Values that are no numbers or infinite, and in no sum.
+    pub non_finite: u64,
+}
+
+impl ModelError {
+    /// The error of an image that is nothing but noise of this relative size.
+    pub fn of_standard_error(relative: f64) -> ModelError {
+        ModelError {
+            relative_rmse: relative,
+            is_upper_bound: false,
+            relative_rmse_uncertainty: None,
+            relative_rmse_uncorrected: None,
+            bias: None,
+            bias_uncertainty: None,
+            mean_relative_error: None,
+            p99: None,
+            non_finite: 0,
+        }
+    }
+}
+
+/// What the peers' program said.
+#[derive(Serialize)]
+pub struct Peers {
+    /// In one sentence: whether it ran.
+    pub status: String,
+    pub about: Option<String>,
+    pub notes: Vec<String>,
+    pub unsupported: Vec<Unsupported>,
+}
+
+/// A peer that cannot render the scene.
+#[derive(Serialize)]
+pub struct Unsupported {
+    pub peer: String,
+    pub reason: String,
+}
+
+impl Peers {
+    /// Nothing but how it went.
+    pub fn new(status: impl Into<String>) -> Peers {
+        Peers {
+            status: status.into(),
+            about: None,
+            notes: Vec::new(),
+            unsupported: Vec::new(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::median;
+
+    #[test]
+    fn median_is_the_middle() {
+        assert_eq!(median(&[3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&[4.0, 1.0, 2.0, 3.0]), Some(2.5));
+        assert_eq!(median(&[]), None);
+    }
+}

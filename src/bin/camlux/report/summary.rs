@@ -1,0 +1,42 @@
+//! A scene's result in one line.
+
+use super::numbers::{duration, relative_rmse};
+use super::results::{Entry, Kind, SceneReport};
+
+/// An error that passes for right in most uses.
+const GOOD_ERROR: f64 = 0.05;
+
+/// What the engine reaches and what is fastest within 5 %.
+pub fn summary(scene: &SceneReport) -> String {
+    let measured = || {
+        scene
+            .entries
+            .iter()
+            .filter_map(|entry| Some((entry, entry.indirect.as_ref()?)))
+    };
+    let best = measured()
+        .filter(|(entry, _)| entry.kind == Kind::Engine)
+        .min_by(|(_, a), (_, b)| a.relative_rmse.total_cmp(&b.relative_rmse));
+    let Some((best, error)) = best else {
+        return "No model error: the truth's indirect light is black.".into();
+    };
+    let fastest = |is_in: &dyn Fn(&Entry) -> bool| {
+        measured()
+            .filter(|(entry, error)| error.relative_rmse <= GOOD_ERROR && is_in(entry))
+            .map(|(entry, _)| entry)
+            .min_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median))
+            .map_or("none".to_owned(), |entry| {
+                let time = duration(entry.seconds.median);
+                format!("{} {} in {time}", entry.series, entry.label)
+            })
+    };
+    format!(
+        "Engine's least error: {} in {} ({} {}). Fastest within 5 %: {} of the engine, {} of all.",
+        relative_rmse(error),
+        duration(best.seconds.median),
+        best.series,
+        best.label,
+        fastest(&|entry| entry.kind == Kind::Engine),
+        fastest(&|_| true),
+    )
+}

@@ -1,0 +1,216 @@
+//! The engine's settings that trade speed for accuracy, each timed and measured.
+
+use std::path::Path;
+
+use camlux::intermediates::Intermediates;
+use camlux::output::{Frame, Layer};
+use camlux::scene::{Estimator, Indirect};
+use camlux::{Error, RenderOptions, Renderer, Scene, twin};
+
+use super::error;
+use super::results::{EngineFigures, Entry, Kind, PassMedian, Seconds};
+use super::steps::Steps;
+use super::timing::{Effort, Timed, time};
+use super::truth::TruthImage;
+use crate::Failure;
+
+/// RSM sizes: pairs, and so time, grow fourfold from each to the next.
+const SIZES: [u32; 6] = [8, 16, 32, 64, 128, 256];
+
+/// How far the sweep goes.
+#[derive(Clone, Copy)]
+pub struct Extent {
+    pub sizes: &'static [u32],
+    /// A frame that is expected to take longer is left out.
+    pub longest_s: f64,
+    /// The reference's series ends with the first point that took longer.
+    pub longest_reference_s: f64,
+    /// Pixels on which the kernel error is measured.
+    pub kernel_pixels: usize,
+    pub effort: Effort,
+}
+
+impl Extent {
+    pub fn new(is_quick: bool) -> Self {
+        Extent {
+            sizes: if is_quick { &SIZES[..4] } else { &SIZES },
+            longest_s: if is_quick { 3.0 } else { 60.0 },
+            longest_reference_s: if is_quick { 0.6 } else { 15.0 },
+            kernel_pixels: if is_quick { 128 } else { 512 },
+            effort: Effort::new(is_quick),
+        }
+    }
+}
+
+/// What a sweep works with.
+pub struct Sweep<'a> {
+    pub renderer: &'a mut Renderer,
+    pub name: &'a str,
+    pub scene: &'a Scene,
+    pub truth: &'a TruthImage,
+    pub extent: Extent,
+    /// A file that may be written and removed.
+    pub scratch: &'a Path,
+    pub steps: &'a Steps,
+}
+
+impl Sweep<'_> {
+    /// The frame without indirect light.
+    ///
+    /// # Errors
+    /// Those of rendering and writing.
+    pub fn direct_only(&mut self) -> Result<Seconds, Failure> {
+        self.steps.begin(&format!("{}: direct light", self.name))?;
+        let scene = Scene {
+            indirect: None,
+            ..self.scene.clone()
+        };
+        self.renderer
+            .render(&scene, &mut RenderOptions::default())?;
+        Ok(self.time(&scene)?.seconds)
+    }
+
+    /// Every estimator at every RSM size, but those that would take too long or that the device cannot hold: for these a
+    /// sentence each.
+    ///
+    /// # Errors
+    /// Those of rendering and writing.
+    pub fn settings(&mut self) -> Result<(Vec<Entry>, Vec<String>), Failure> {
+        let (mut entries, mut skipped) = (Vec::new(), Vec::new());
+        for estimator in Estimator::ALL {
+            let mut expected_s = 0.0;
+            for &rsm_size in self.extent.sizes {
+                let what = format!("{} at {rsm_size}²", estimator.name());
+                if expected_s > self.extent.longest_s {
+                    let limit = self.extent.longest_s;
+                    skipped.push(format!(
+                        "{what} and finer: about {expected_s:.0} s a frame, the limit is {limit:.0} s"
+                    ));
+                    break;
+                }
+                self.steps.begin(&format!("{}: {what}", self.name))?;
+                let indirect = Indirect {
+                    estimator,
+                    rsm_size,
+                };
+                match self.setting(indirect) {
+                    Ok(entry) => {
+                        expected_s = next_seconds(&entry);
+                        entries.push(entry);
+                    }
+                    Err(failure) => match failure.downcast_ref::<Error>() {
+                        Some(Error::DeviceLimit { .. } | Error::Memory { .. }) => {
+                            skipped.push(format!("{what} and finer: {failure}"));
+                            break;
+                        }
+                        _ => return Err(failure),
+                    },
+                }
+            }
+        }
+        Ok((entries, skipped))
+    }
+
+    fn setting(&mut self, indirect: Indirect) -> Result<Entry, Failure> {
+        let scene = Scene {
+            indirect: Some(indirect),
+            ..self.scene.clone()
+        };
+        // Also the warm-up.
+        let (kernel_error, kernel_error_pixels) = self.kernel_error(&scene, indirect.estimator)?;
+        let Timed {
+            frame,
+            seconds,
+            gpu_passes,
+        } = self.time(&scene)?;
+        let Indirect {
+            estimator,
+            rsm_size,
+        } = indirect;
+        let measured = self.truth.measure(
+            frame_values(&frame, Layer::Indirect)?,
+            frame_values(&frame, Layer::Radiance)?,
+        )?;
+        Ok(Entry {
+            kind: Kind::Engine,
+            series: estimator.name().into(),
+            label: format!("{rsm_size}²"),
+            description: None,
+            seconds,
+            indirect: measured.indirect,
+            total: measured.total,
+            engine: Some(EngineFigures {
+                estimator: estimator.name(),
+                rsm_size,
+                vpl_count: frame.stats.vpl_count,
+                pixel_vpl_pairs: frame.stats.pixel_vpl_pairs,
+                pairs_per_second: pairs_per_second(&frame, &gpu_passes),
+                gpu_passes,
+                kernel_error,
+                kernel_error_pixels,
+            }),
+            is_on_engine_front: false,
+            is_on_front: false,
+            pictures: Some(measured.pictures),
+        })
+    }
+
+    /// relRMSE of the indirect light against its f64 twin, and on how many pixels.
+    fn kernel_error(
+        &mut self,
+        scene: &Scene,
+        estimator: Estimator,
+    ) -> Result<(Option<f64>, usize), Failure> {
+        let mut show = |_| self.steps.tick();
+        let mut options = RenderOptions {
+            progress: Some(&mut show),
+            ..RenderOptions::default()
+        };
+        let (frame, kept) = self
+            .renderer
+            .render_with_intermediates(scene, &mut options)?;
+        let pixels = spread(&kept, self.extent.kernel_pixels);
+        let exact = twin::indirect_at(scene, estimator, &kept, &pixels);
+        let (indirect, _) = frame_values(&frame, Layer::Indirect)?.as_chunks::<3>();
+        let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| indirect[pixel]).collect();
+        let error = error::relative_rmse(&computed, exact.as_flattened())?;
+        Ok((error, pixels.len()))
+    }
+
+    fn time(&mut self, scene: &Scene) -> Result<Timed, Failure> {
+        let effort = self.extent.effort;
+        time(self.renderer, scene, self.scratch, effort, self.steps)
+    }
+}
+
+/// Up to `count` pixels with a surface, spread over the image: multiples of the golden ratio fall evenly into the list and
+/// into no pattern of the rows.
+fn spread(kept: &Intermediates, count: usize) -> Vec<usize> {
+    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+    let points = kept.gbuffer.iter().enumerate();
+    let seen: Vec<usize> = points.filter_map(|(i, p)| p.map(|_| i)).collect();
+    if seen.len() <= count {
+        return seen;
+    }
+    (0..count)
+        .map(|i| seen[((i as f64 * GOLDEN).fract() * seen.len() as f64) as usize])
+        .collect()
+}
+
+/// What the next size will take: four times the pairs, and the rest as it is.
+fn next_seconds(entry: &Entry) -> f64 {
+    let passes = entry.engine.iter().flat_map(|engine| &engine.gpu_passes);
+    let gather_ms = passes.filter(|pass| pass.name == "gather");
+    entry.seconds.median + 3e-3 * gather_ms.map(|pass| pass.milliseconds).sum::<f64>()
+}
+
+fn pairs_per_second(frame: &Frame, gpu_passes: &[PassMedian]) -> Option<f64> {
+    let gather = gpu_passes.iter().find(|pass| pass.name == "gather")?;
+    let seconds = gather.milliseconds * 1e-3;
+    (seconds > 0.0).then(|| frame.stats.pixel_vpl_pairs as f64 / seconds)
+}
+
+fn frame_values(frame: &Frame, layer: Layer) -> Result<&[f32], Failure> {
+    let missing = || format!("internal error: the frame has no layer {}", layer.name());
+    Ok(frame.values(layer).ok_or_else(missing)?)
+}
