@@ -16,12 +16,12 @@ pub fn percent(share: f64) -> String {
     format!("{} %", three_digits(share * 100.0))
 }
 
-/// A share in per cent, with its sign and its uncertainty, in the digits that this leaves.
+/// A share in per cent, with its sign and its uncertainty, in the digits that this leaves, two decimals at most.
 pub fn signed_percent(share: f64, uncertainty: f64) -> String {
     let sign = if share < 0.0 { "−" } else { "+" };
     let (value, own) = (share.abs() * 100.0, uncertainty * 100.0);
     let decimals = match own {
-        own if own > 0.0 => (-own.log10().floor()).clamp(0.0, 4.0) as usize,
+        own if own > 0.0 => (-own.log10().floor()).clamp(0.0, 2.0) as usize,
         _ => decimals_of_three_digits(value),
     };
     format!("{sign}{value:.decimals$} ± {own:.decimals$} %")

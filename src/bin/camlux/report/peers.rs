@@ -12,6 +12,7 @@ use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
 
+use camlux::Error;
 use camlux::output::{Layer, LayeredImage};
 use serde::Deserialize;
 
@@ -62,7 +63,9 @@ impl Run<'_> {
         let mut entries = Vec::new();
         let ran = self.follow(&mut |line| self.take(line, &mut entries, &mut peers));
         // A signal ends the report, whatever became of the program.
-        self.steps.begin(&format!("{}: peers done", self.name))?;
+        if self.steps.tick().is_break() {
+            return Err(Error::Cancelled.into());
+        }
         peers.status = match ran {
             Ok(()) => format!("ran {}", self.program.display()),
             Err(problem) => format!("{} failed: {problem}", self.program.display()),
