@@ -12,7 +12,7 @@ use camlux::{
 use gpu::{Gpu, demo_scene};
 use truth::Truth;
 
-/// Distance of the Cornell box's indirect light from the path-traced one, whose own standard error is 1 %.
+/// Distance of the Cornell box's indirect light from the path-traced one, whose own standard error is 1.5 %.
 struct ModelError {
     /// Σx/Σt
     mean_ratio: f64,
