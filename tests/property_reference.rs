@@ -169,6 +169,26 @@ fn goals_are_met() {
     assert!(by_error.rounds() >= 4);
 }
 
+/// One round says nothing of its error, and says so; it can be gone on from all the same.
+#[test]
+fn a_single_round_has_no_standard_error() {
+    let scene = demo_scene("cornell", [16, 16]);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("truth.exr");
+    let frame = sampled(&scene, 1);
+    assert!(frame.values(Layer::StandardError).is_none());
+    let file = OutputFile::create(&path).expect("the folder is writable");
+    write_exr(file, &frame, &ExrOptions::default()).expect("it is written");
+    let mut resumed = Reference::resume(&scene, &path).expect("it is of this scene");
+    assert_eq!(resumed.relative_standard_error(), None);
+    add_rounds(&mut resumed, 2);
+    let (resumed, whole) = (resumed.frame(), sampled(&scene, 3));
+    for layer in [Layer::Indirect, Layer::StandardError] {
+        let different = count_different(&values(&resumed, layer), &values(&whole, layer), 5e-6);
+        assert_eq!(different, 0, "{layer:?}");
+    }
+}
+
 /// Without a bounce there is nothing to sample, and no goal that is never reached.
 #[test]
 fn convex_bodies_get_no_bounce() {
@@ -185,7 +205,7 @@ fn convex_bodies_get_no_bounce() {
     };
     let scene = rooms::scene_of(vec![floor], light, DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO);
     let mut reference = Reference::new(&scene, 16).expect("the scene is valid");
-    add_rounds(&mut reference, 1);
+    add_rounds(&mut reference, 2);
     assert!(reference.meets(Goal::StandardError(0.01)));
     let indirect = values(&reference.frame(), Layer::Indirect);
     assert!(indirect.iter().all(|&value| value == 0.0));

@@ -8,8 +8,10 @@ use crate::{Result, Scene};
 /// Rounds that a goal is cut into. Few and large ones have the least error, for the points of a round know of each other;
 /// but the standard error comes from their spread.
 const ROUNDS: u32 = 8;
-/// Below this, an estimate of the standard error says too little.
-const FEWEST_ROUNDS: u32 = 4;
+/// Below this, there is no standard error.
+const FEWEST_ROUNDS: u32 = 2;
+/// Below this, its estimate is not to be relied on.
+const FEWEST_ROUNDS_FOR_ERROR: u32 = 4;
 /// Rounds end often enough to be saved: about a minute on two cores.
 const MOST_PATHS_PER_ROUND: u64 = 400_000_000;
 const MOST_SAMPLES_PER_ROUND: u32 = 4096;
@@ -24,7 +26,7 @@ const RATE: f64 = 0.65;
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// So many samples in each pixel, in all.
+    /// So many samples in each pixel, in all, and two rounds at least.
     SamplesPerPixel(u32),
     /// [`Reference::relative_standard_error`] of the indirect light at or below this.
     StandardError(f64),
@@ -45,12 +47,12 @@ impl Reference {
         let samples_per_pixel = match goal {
             Goal::SamplesPerPixel(samples) => samples,
             Goal::StandardError(target) => {
-                for _ in 0..FEWEST_ROUNDS {
+                for _ in 0..FEWEST_ROUNDS_FOR_ERROR {
                     reference.add_round(progress)?;
                 }
                 let error = reference.relative_standard_error().unwrap_or_default();
                 let rounds = f64::from(ROUNDS);
-                let by_rounds = error * (f64::from(FEWEST_ROUNDS) / rounds).sqrt();
+                let by_rounds = error * (f64::from(FEWEST_ROUNDS_FOR_ERROR) / rounds).sqrt();
                 let growth = (by_rounds / target).max(0.0).powf(1.0 / RATE);
                 (rounds * f64::from(PILOT_SAMPLES_PER_ROUND) * growth) as u32
             }
@@ -94,11 +96,13 @@ impl Reference {
                     .map_or(0.0, |error| (target / error).powi(2))
                     * f64::from(rounds)
                     / f64::from(self.rounds().max(1));
-                let by_rounds = f64::from(rounds) / f64::from(FEWEST_ROUNDS);
+                let by_rounds = f64::from(rounds) / f64::from(FEWEST_ROUNDS_FOR_ERROR);
                 by_error.min(by_rounds)
             }
         };
-        share.min(1.0)
+        share
+            .min(f64::from(rounds) / f64::from(FEWEST_ROUNDS))
+            .min(1.0)
     }
 
     /// Whether the goal is reached.

@@ -127,7 +127,10 @@ impl Reference {
         };
         let rounds = samples / samples_per_round;
         let mean = values(Layer::Indirect)?;
-        let standard_error = values(Layer::StandardError)?;
+        let standard_error = match rounds {
+            0 | 1 => mean,
+            _ => values(Layer::StandardError)?,
+        };
         let stored = mean.chunks_exact(3).zip(standard_error.chunks_exact(3));
         for (pixel, (mean, standard_error)) in reference.pixels.iter_mut().zip(stored) {
             pixel.indirect = std::array::from_fn(|band| {
@@ -223,8 +226,7 @@ impl Reference {
         Ok(())
     }
 
-    /// The image so far: the layers of a rendered frame and the standard error of the indirect light, which is infinite
-    /// before there are two rounds.
+    /// The image so far: the layers of a rendered frame and, from two rounds on, the standard error of the indirect light.
     pub fn frame(&self) -> Frame {
         let float = |value: &dyn Fn(&Pixel) -> [f64; 3]| {
             let values = self.pixels.iter().flat_map(value);
@@ -245,7 +247,7 @@ impl Reference {
             let position = pixel.point.as_ref().map(|point| point.surface.position);
             position.map_or([0.0; 3], |p| self.transport.to_world_m(p).to_array())
         };
-        let layers = vec![
+        let mut layers = vec![
             (
                 Layer::Radiance,
                 float(&|pixel| {
@@ -255,15 +257,6 @@ impl Reference {
             ),
             (Layer::Direct, float(&|pixel| pixel.direct)),
             (Layer::Indirect, float(&indirect)),
-            (
-                Layer::StandardError,
-                float(&|pixel| match pixel.point {
-                    Some(_) => pixel
-                        .indirect
-                        .map(|moments| moments.variance_of_mean(self.rounds).sqrt()),
-                    None => [0.0; 3],
-                }),
-            ),
             (Layer::Position, float(&to_world)),
             (
                 Layer::Normal,
@@ -277,6 +270,13 @@ impl Reference {
             (Layer::MeshId, id(&|pixel| pixel.mesh_id)),
             (Layer::MaterialId, id(&|pixel| pixel.material_id)),
         ];
+        if self.rounds >= 2 {
+            let standard_error = |pixel: &Pixel| {
+                let of = |moments: Moments| moments.variance_of_mean(self.rounds).sqrt();
+                pixel.indirect.map(of)
+            };
+            layers.insert(3, (Layer::StandardError, float(&standard_error)));
+        }
         Frame {
             resolution_px: self.scene.camera.resolution_px,
             layers,

@@ -39,9 +39,10 @@ impl Moments {
         self.scatter += before * (value - self.mean);
     }
 
-    /// The moments of `count` values that have this mean and this standard error of the mean.
+    /// The moments of `count` values that have this mean and this standard error of the mean, which does not matter for
+    /// fewer than two.
     pub fn from_mean(mean: f64, standard_error: f64, count: u32) -> Moments {
-        let count = f64::from(count);
+        let count = f64::from(count.max(1));
         Moments {
             mean,
             scatter: standard_error * standard_error * count * (count - 1.0),
