@@ -159,7 +159,7 @@ fn describe(reference: &Reference, added_rounds: u32, time: Duration) -> String 
         ),
         None => {
             format!(
-                "{samples} samples per pixel in {rounds} round(s), too few to estimate their error; {rate}"
+                "{samples} samples per pixel in {rounds} rounds; no indirect light was found; {rate}"
             )
         }
     }
