@@ -400,8 +400,8 @@ impl Plan {
         )?;
         if self.has_rays() {
             check(
-                "the list of triangles for rays (bytes)",
-                triangles * size_of::<bvh::Triangle>() as u64,
+                "the tree of boxes (bytes)",
+                bvh::max_bytes(triangles),
                 storage,
                 "set shadow = \"map\" in [direct], simplify the meshes, or choose another device",
             )?;

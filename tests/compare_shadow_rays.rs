@@ -6,7 +6,7 @@ mod rooms;
 mod shadows;
 
 use camlux::{
-    RayKernel, RenderOptions, Scene,
+    Plan, RayKernel, RenderOptions, Scene,
     output::Layer,
     scene::{Direct, Light, Shadow},
 };
@@ -126,5 +126,22 @@ fn ray_kernels_agree() {
         });
         assert!(kernels[0].iter().any(|&value| value > 0.0));
         assert_eq!(kernels[0], kernels[1], "{name}");
+    }
+}
+
+/// Only what a scene needs: no shadow map with rays, no tree without.
+#[test]
+fn rays_take_the_place_of_the_shadow_map() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [64, 64]);
+    for shadow in Shadow::ALL {
+        scene.direct.shadow = shadow;
+        let plan = Plan::new(&scene, gpu.device.info()).expect("the scene is valid");
+        let text = plan.to_string();
+        let frame = gpu.render(&scene);
+        let has_map = frame.stats.passes.iter().any(|pass| pass.name == "shadow");
+        assert_eq!(has_map, shadow == Shadow::Map);
+        assert_eq!(text.contains("  shadow     light 0"), shadow == Shadow::Map);
+        assert_eq!(text.contains("shadow rays, kernel"), shadow == Shadow::Rays);
     }
 }
