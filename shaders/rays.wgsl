@@ -141,7 +141,7 @@ fn is_blocked(ray: Ray, is_wanted: bool, lane: u32) -> bool {
 }
 #endif
 
-// All lanes must come here, for they go through the tree together; what is not wanted is told nothing of.
+// All lanes must come here, for they go through the tree together. Where V is not wanted, the result means nothing.
 fn visibility(position: vec3<f32>, geometric_normal: vec3<f32>, is_wanted: bool, lane: u32) -> f32 {
     let is_hidden = is_blocked(shadow_ray(position, geometric_normal), is_wanted, lane);
     return select(1.0, 0.0, is_hidden);
