@@ -5,7 +5,7 @@
 use camlux::{
     Device, DeviceOptions, RenderOptions, Renderer, Scene,
     output::Layer,
-    scene::{Camera, Estimator, Indirect, Lens, Light, Material, Mesh},
+    scene::{Camera, Direct, Estimator, Indirect, Lens, Light, Material, Mesh},
 };
 
 fn main() -> Result<(), camlux::Error> {
@@ -44,6 +44,7 @@ fn main() -> Result<(), camlux::Error> {
             Material::lambert("red", [0.8, 0.1, 0.1]),
         ],
         textures: Vec::new(),
+        direct: Direct::default(),
         indirect: Some(Indirect {
             estimator: Estimator::InstantRadiosity,
             rsm_size: 32,

@@ -45,8 +45,9 @@ pub struct LightIntermediates {
     pub rsm: Vec<Option<RsmTexel>>,
     /// VPLs that were extracted: on matte and on glossy surfaces.
     pub vpl_counts: [u32; 2],
+    /// Edge of a face of the map that the shadow test reads, texels; 0 where it casts rays.
     pub shadow_size: u32,
-    /// World positions that the shadow test reads, face by face, row by row from the top.
+    /// World positions that the shadow test reads, face by face, row by row from the top; empty where it casts rays.
     pub shadow_map: Vec<Option<DVec3>>,
 }
 
@@ -84,7 +85,7 @@ impl LightIntermediates {
     pub(crate) fn read(
         context: &Context,
         light: &DeviceLight,
-        light_map: &Image,
+        light_map: Option<&Image>,
         indirect: Option<(&Rsm, &VplLists)>,
     ) -> Result<Self> {
         let Context { device, space, .. } = *context;
@@ -117,18 +118,19 @@ impl LightIntermediates {
                 })
                 .collect();
         }
-        let shadow_map = read_images(device, &[light_map])?
+        let shadow_size = light.plan.shadow.map_size().unwrap_or_default();
+        let shadow_map = read_images(device, &light_map.into_iter().collect::<Vec<_>>())?
             .concat()
             .into_iter()
             // Other lights may have more faces.
-            .take(light.domain.faces.len() * (light.plan.shadow_size as usize).pow(2))
+            .take(light.domain.faces.len() * (shadow_size as usize).pow(2))
             .map(|[x, y, z, triangle]| (triangle >= 0.0).then(|| space.to_world([x, y, z])))
             .collect();
         Ok(LightIntermediates {
             domain: light.domain.clone(),
             rsm,
             vpl_counts,
-            shadow_size: light.plan.shadow_size,
+            shadow_size,
             shadow_map,
         })
     }

@@ -15,6 +15,7 @@
 //!
 //! `docs/model.md` says what is computed, `docs/architecture.md` how. The library never prints and never exits.
 
+mod bvh;
 pub mod emission;
 pub mod error;
 mod frame;
@@ -37,7 +38,7 @@ pub use frame::Progress;
 /// The vectors of this crate's interface.
 pub use glam;
 pub use local_space::LocalSpace;
-pub use plan::{GatherKernel, IndirectPlan, LightPlan, Plan};
+pub use plan::{GatherKernel, IndirectPlan, LightPlan, Plan, RayKernel, ShadowPlan};
 pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;
 pub use vulkan::{Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions};

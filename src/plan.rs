@@ -4,9 +4,9 @@
 use std::fmt;
 
 use crate::{
-    Error, Result,
+    Error, Result, bvh,
     emission::EmissionDomain,
-    scene::{BoundingSphere, Estimator, Light, Scene, Texture},
+    scene::{BoundingSphere, Estimator, Light, Scene, Shadow, Texture},
     vulkan::{DeviceInfo, DeviceKind},
 };
 
@@ -41,10 +41,82 @@ pub struct LightPlan {
     pub kind: &'static str,
     /// Faces that the light emits into.
     pub faces: u32,
-    /// Edge of a face of the map that the shadow test reads.
-    pub shadow_size: u32,
-    /// That map is the RSM; else it is a plain map of its own.
-    pub shadow_from_rsm: bool,
+    pub shadow: ShadowPlan,
+}
+
+/// How the shadow test of a light finds what is in its way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ShadowPlan {
+    /// In the light's RSM, which is fine enough.
+    Rsm { size: u32 },
+    /// In a map of the light's own. The size is the edge of a face, texels.
+    Map { size: u32 },
+    /// By rays among all triangles.
+    Rays(RayKernel),
+}
+
+impl ShadowPlan {
+    /// Edge of a face of the map that the shadow test reads, texels; `None`: it reads none.
+    pub fn map_size(self) -> Option<u32> {
+        match self {
+            ShadowPlan::Rsm { size } | ShadowPlan::Map { size } => Some(size),
+            ShadowPlan::Rays(_) => None,
+        }
+    }
+
+    /// Edge of a face of the light's own map, texels; `None`: it has none.
+    pub(crate) fn own_map_size(self) -> Option<u32> {
+        match self {
+            ShadowPlan::Map { size } => Some(size),
+            ShadowPlan::Rsm { .. } | ShadowPlan::Rays(_) => None,
+        }
+    }
+}
+
+/// How rays go through the tree of boxes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RayKernel {
+    /// The rays of a subgroup go together, for which it takes eight lanes; these load a node's words and broadcast them.
+    Packet,
+    /// Every ray goes by itself.
+    Single,
+}
+
+impl RayKernel {
+    pub const ALL: [RayKernel; 2] = [RayKernel::Packet, RayKernel::Single];
+
+    /// The word of the shader permutation.
+    pub fn name(self) -> &'static str {
+        match self {
+            RayKernel::Packet => "packet",
+            RayKernel::Single => "single",
+        }
+    }
+
+    /// Whether the kernel gives right results on the device: eight lanes hold a node.
+    pub fn runs_on(self, device: &DeviceInfo) -> bool {
+        match self {
+            RayKernel::Packet => device.limits.subgroup_lanes >= 8,
+            RayKernel::Single => true,
+        }
+    }
+
+    /// This kernel, if it runs on the device.
+    pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
+        if self.runs_on(device) {
+            return Ok(self);
+        }
+        Err(does_not_fit("ray", self.name(), device))
+    }
+
+    /// The faster one of those that run on the device.
+    pub fn best_for(device: &DeviceInfo) -> Self {
+        if RayKernel::Packet.runs_on(device) {
+            RayKernel::Packet
+        } else {
+            RayKernel::Single
+        }
+    }
 }
 
 /// What the indirect light takes.
@@ -96,14 +168,7 @@ impl GatherKernel {
         if self.runs_on(device) {
             return Ok(self);
         }
-        let (kernel, lanes) = (self.name(), device.limits.subgroup_lanes);
-        Err(Error::NoDevice {
-            problem: format!(
-                "the gather kernel {kernel} does not fit the {lanes} lanes of a subgroup of {}",
-                device.name
-            ),
-            mend: "leave the choice to the renderer, or choose another device".into(),
-        })
+        Err(does_not_fit("gather", self.name(), device))
     }
 
     /// The fastest kernel for the device: lavapipe does one scalar load per lane from workgroup memory, GPUs do one for all.
@@ -113,6 +178,17 @@ impl GatherKernel {
             .into_iter()
             .find(|kernel| kernel.runs_on(device) && (is_cpu || *kernel == GatherKernel::Tile))
             .unwrap_or(GatherKernel::Tile)
+    }
+}
+
+fn does_not_fit(what: &str, kernel: &str, device: &DeviceInfo) -> Error {
+    let lanes = device.limits.subgroup_lanes;
+    Error::NoDevice {
+        problem: format!(
+            "the {what} kernel {kernel} does not fit the {lanes} lanes of a subgroup of {}",
+            device.name
+        ),
+        mend: "leave the choice to the renderer, or choose another device".into(),
     }
 }
 
@@ -142,14 +218,17 @@ impl Plan {
         // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
         // miss what is smaller than twenty pixels.
         let rsm_size = scene.indirect.map(|indirect| indirect.rsm_size);
-        let from_rsm = rsm_size.filter(|&size| size >= fine_enough);
+        let shadow = match (scene.direct.shadow, rsm_size) {
+            (Shadow::Rays, _) => ShadowPlan::Rays(RayKernel::best_for(device)),
+            (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
+            (Shadow::Map, _) => ShadowPlan::Map { size: fine_enough },
+        };
         let lights = scene.lights.iter().zip(faces);
         let lights = lights
             .map(|(light, faces)| LightPlan {
                 kind: light.kind(),
                 faces: faces as u32,
-                shadow_size: from_rsm.unwrap_or(fine_enough),
-                shadow_from_rsm: from_rsm.is_some(),
+                shadow,
             })
             .collect();
         let plan = Plan {
@@ -178,6 +257,18 @@ impl Plan {
     pub(crate) fn max_faces(&self) -> u32 {
         let faces = self.lights.iter().map(|light| light.faces);
         faces.max().unwrap_or(1)
+    }
+
+    /// Edge of a face of the shadow map that lights without a fine RSM use in turn, texels; `None`: no light needs one.
+    pub(crate) fn own_map_size(&self) -> Option<u32> {
+        let sizes = self.lights.iter().map(|light| light.shadow.own_map_size());
+        sizes.max().flatten()
+    }
+
+    /// Whether the frame casts rays among the triangles.
+    pub(crate) fn has_rays(&self) -> bool {
+        let is_by_rays = |light: &LightPlan| matches!(light.shadow, ShadowPlan::Rays(_));
+        self.lights.iter().any(is_by_rays)
     }
 
     fn check_limits(&self, scene: &Scene, device: &DeviceInfo) -> Result<()> {
@@ -279,11 +370,10 @@ impl Plan {
                 "scale the texture down, or choose another device",
             )?;
         }
-        for light in self.lights.iter().filter(|light| !light.shadow_from_rsm) {
-            let size = u64::from(light.shadow_size);
+        if let Some(size) = self.own_map_size() {
             check(
                 "the shadow map (bytes)",
-                u64::from(self.max_faces()) * size * size * PIXEL_BYTES,
+                u64::from(self.max_faces()) * u64::from(size) * u64::from(size) * PIXEL_BYTES,
                 limits.max_allocation_bytes,
                 smaller_image,
             )?;
@@ -308,6 +398,14 @@ impl Plan {
             storage,
             fewer,
         )?;
+        if self.has_rays() {
+            check(
+                "the tree of boxes (bytes)",
+                bvh::max_bytes(triangles),
+                storage,
+                "set shadow = \"map\" in [direct], simplify the meshes, or choose another device",
+            )?;
+        }
         check("the number of triangles", triangles, MAX_TRIANGLES, fewer)
     }
 }
@@ -348,8 +446,7 @@ impl fmt::Display for Plan {
             let LightPlan {
                 kind,
                 faces,
-                shadow_size,
-                ..
+                shadow,
             } = light;
             if let Some(indirect) = self.indirect {
                 let size = indirect.rsm_size;
@@ -358,15 +455,19 @@ impl fmt::Display for Plan {
                     "  rsm        light {index} ({kind}): {faces} x {size}² texels"
                 )?;
             }
-            if light.shadow_from_rsm {
-                writeln!(f, "             read by the shadow test too")?;
-            } else {
-                writeln!(
+            match shadow {
+                ShadowPlan::Rsm { .. } => writeln!(f, "             read by the shadow test too")?,
+                ShadowPlan::Map { size } => writeln!(
                     f,
-                    "  shadow     light {index} ({kind}): {faces} x {shadow_size}² texels"
-                )?;
+                    "  shadow     light {index} ({kind}): {faces} x {size}² texels"
+                )?,
+                ShadowPlan::Rays(_) => {}
             }
-            writeln!(f, "  direct     light {index}, {brdf}")?;
+            write!(f, "  direct     light {index}, {brdf}")?;
+            match shadow {
+                ShadowPlan::Rays(kernel) => writeln!(f, ", shadow rays, kernel {}", kernel.name())?,
+                ShadowPlan::Rsm { .. } | ShadowPlan::Map { .. } => writeln!(f)?,
+            }
         }
         if let Some(indirect) = self.indirect {
             let name = indirect.estimator.name();
@@ -385,6 +486,11 @@ impl fmt::Display for Plan {
                 !self.is_textured,
                 "textures: no material on a mesh with texcoords has one",
             ),
+            (
+                self.own_map_size().is_none() && self.has_rays(),
+                "shadow maps: [direct] asks for rays",
+            ),
+            (!self.has_rays(), "tree of boxes: nothing casts rays"),
             (
                 self.indirect.is_none(),
                 "RSM, VPLs and gather: the scene has no [indirect]",

@@ -6,7 +6,7 @@ use std::{
 };
 
 use crate::{
-    Device, GatherKernel, LocalSpace, Plan, Result, Scene,
+    Device, GatherKernel, LocalSpace, Plan, RayKernel, Result, Scene, ShadowPlan,
     frame::{self, Cost, Progress, ProgressReport, read_layers},
     intermediates::Intermediates,
     output::{Frame, FrameDescription, FrameStats},
@@ -28,6 +28,8 @@ pub struct RenderOptions<'a> {
     pub submission_target: Duration,
     /// The gather kernel; `None`: the fastest for the device.
     pub gather_kernel: Option<GatherKernel>,
+    /// The kernel of shadow rays; `None`: the fastest for the device.
+    pub ray_kernel: Option<RayKernel>,
 }
 
 impl Default for RenderOptions<'_> {
@@ -36,6 +38,7 @@ impl Default for RenderOptions<'_> {
             progress: None,
             submission_target: Duration::from_millis(500),
             gather_kernel: None,
+            ray_kernel: None,
         }
     }
 }
@@ -57,7 +60,7 @@ impl Renderer {
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) for an invalid scene and [`Error::DeviceLimit`](crate::Error::DeviceLimit) for
     /// one that the device cannot hold, both before any work starts; [`Error::NoDevice`](crate::Error::NoDevice) for a
-    /// gather kernel that does not run on this one; [`Error::Cancelled`](crate::Error::Cancelled);
+    /// kernel that does not run on this one; [`Error::Cancelled`](crate::Error::Cancelled);
     /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         self.render_keeping(scene, options, None)
@@ -88,6 +91,14 @@ impl Renderer {
         let mut plan = Plan::new(scene, info)?;
         if let (Some(indirect), Some(kernel)) = (&mut plan.indirect, options.gather_kernel) {
             indirect.kernel = kernel.checked_for(info)?;
+        }
+        if let Some(kernel) = options.ray_kernel {
+            kernel.checked_for(info)?;
+            for light in &mut plan.lights {
+                if let ShadowPlan::Rays(planned) = &mut light.shadow {
+                    *planned = kernel;
+                }
+            }
         }
         let space = LocalSpace::of(scene.bounding_box());
         let context = Context {

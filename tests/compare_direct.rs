@@ -4,15 +4,24 @@
 mod gpu;
 mod ray_caster;
 
-use camlux::{Scene, output::Layer, reference::Reference};
+use camlux::{
+    Scene,
+    output::Layer,
+    reference::Reference,
+    scene::{Direct, Shadow},
+};
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
 use ray_caster::{RayCaster, pixel::PixelRay};
 
 #[test]
 fn direct_light_agrees_with_the_reference() {
     let mut gpu = Gpu::open();
-    for name in DEMO_SCENES {
+    for (name, shadow) in DEMO_SCENES
+        .into_iter()
+        .flat_map(|name| Shadow::ALL.map(|shadow| (name, shadow)))
+    {
         let scene = Scene {
+            direct: Direct { shadow },
             indirect: None,
             ..demo_scene(name, [160, 160])
         };
@@ -60,13 +69,20 @@ fn direct_light_agrees_with_the_reference() {
             assert!(depth[index].is_infinite() || cosine > 0.99999);
         }
         let error = f64::sqrt(off / square);
-        println!("{name}: {error:.1e} of {inside} pixels; {wrong} have another shadow");
+        println!(
+            "{name}, {}: {error:.1e} of {inside} pixels; {wrong} have another shadow",
+            shadow.name()
+        );
         assert!(inside > 15_000);
         // Measured up to 7.5e-7; texture coordinates in f32 are 1e-5 of a texel's edge off.
         let allowed = if name == "textured" { 2e-5 } else { 2e-6 };
         assert!(error <= allowed, "{name}: {error:e}");
-        // Corners between the shadow map's texels; the knot's facets are finer than those.
-        let allowed = if name == "knot" { 60 } else { 3 };
-        assert!(wrong <= allowed, "{name}: {wrong}");
+        let allowed = match shadow {
+            Shadow::Rays => 0,
+            // Corners between the shadow map's texels; the knot's facets are finer than those.
+            Shadow::Map if name == "knot" => 60,
+            Shadow::Map => 3,
+        };
+        assert!(wrong <= allowed, "{name}, {}: {wrong}", shadow.name());
     }
 }

@@ -117,6 +117,27 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
             ],
         ),
         (
+            format!("{CAMERA}{LIGHT}[direct]\nshadows = \"rays\"\n"),
+            [
+                "scene.toml:12: unknown key \"shadows\" in [direct]",
+                "did you mean \"shadow\"?",
+            ],
+        ),
+        (
+            format!("{CAMERA}{LIGHT}[direct]\nshadow = \"ray\"\n"),
+            [
+                "scene.toml:12: unknown shadow \"ray\" in [direct]",
+                "did you mean \"rays\"?",
+            ],
+        ),
+        (
+            format!("{CAMERA}{LIGHT}[direct]\n"),
+            [
+                "scene.toml:11: [direct] has no \"shadow\"",
+                "add shadow = \"map\" or \"rays\"",
+            ],
+        ),
+        (
             format!("{CAMERA}{LIGHT}[indirect]\nestimater = \"rsm-average\"\n"),
             [
                 "scene.toml:12: unknown key \"estimater\" in [indirect]",

@@ -1,8 +1,8 @@
 //! Every bad value of a scene from slices is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    Camera, Estimator, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, SpotCone,
-    Texture,
+    Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor,
+    SpotCone, Texture,
 };
 use glam::DVec3;
 
@@ -37,6 +37,7 @@ fn scene() -> Scene {
             size_px: [1, 1],
             linear_rgb: vec![[0.5; 3]],
         }],
+        direct: Direct::default(),
         indirect: Some(Indirect {
             estimator: Estimator::RsmAverage,
             rsm_size: 8,

@@ -5,9 +5,9 @@ mod gpu;
 use std::{ops::ControlFlow, time::Instant};
 
 use camlux::{
-    DeviceInfo, Error, GatherKernel, Plan, RenderOptions, Scene,
+    DeviceInfo, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
     output::{Frame, Layer},
-    scene::{Estimator, Indirect, Light, Mesh, Texture},
+    scene::{Estimator, Indirect, Light, Mesh, Shadow, Texture},
 };
 use gpu::{Gpu, demo_scene};
 
@@ -93,6 +93,48 @@ fn textures_over_the_limits_are_refused_by_the_plan() {
     };
     let says = ["texture", &scene.textures[0].name, "20000", "16384"];
     assert_over_limit(&gpu, &scene, &says, "scale the texture down");
+}
+
+#[test]
+fn trees_of_boxes_over_the_limits_are_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [8, 8]);
+    scene.indirect = None;
+    let mut device = small_device(&gpu);
+    // 32 triangles have up to 64 nodes of 32 bytes, and 12 bytes each without a tree.
+    device.limits.max_storage_buffer_bytes = 2047;
+    assert!(Plan::new(&scene, &device).is_ok());
+    scene.direct.shadow = Shadow::Rays;
+    let message = Plan::new(&scene, &device)
+        .expect_err("that is too much")
+        .to_string();
+    for part in [
+        "the tree of boxes (bytes) is 2048",
+        "2047",
+        "shadow = \"map\"",
+    ] {
+        assert!(message.contains(part), "{part:?} is missing in: {message}");
+    }
+    device.limits.max_storage_buffer_bytes += 1;
+    assert!(Plan::new(&scene, &device).is_ok());
+}
+
+/// A packet's rays read eight words of a node by as many lanes.
+#[test]
+fn few_lanes_take_no_packets() {
+    let gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [8, 8]);
+    scene.direct.shadow = Shadow::Rays;
+    let mut device = small_device(&gpu);
+    for (lanes, kernel) in [
+        (4, RayKernel::Single),
+        (8, RayKernel::Packet),
+        (32, RayKernel::Packet),
+    ] {
+        device.limits.subgroup_lanes = lanes;
+        let plan = Plan::new(&scene, &device).expect("the scene is valid");
+        assert_eq!(plan.lights[0].shadow, ShadowPlan::Rays(kernel));
+    }
 }
 
 /// The renderer asks the plan first, so that nothing is allocated.

@@ -6,7 +6,7 @@ mod rmse;
 use camlux::{
     RenderOptions, Scene,
     output::Layer,
-    scene::{Camera, Estimator, Indirect, Lens, Light, Material, Mesh},
+    scene::{Camera, Direct, Estimator, Indirect, Lens, Light, Material, Mesh},
     twin,
 };
 use glam::DVec3;
@@ -43,6 +43,7 @@ fn closed_room(estimator: Estimator, rsm_size: u32) -> Scene {
         meshes: vec![Mesh::from_slices("room", &corners, &triangles, 0)],
         materials: vec![Material::lambert("grey", [0.5, 0.6, 0.7])],
         textures: Vec::new(),
+        direct: Direct::default(),
         indirect: Some(Indirect {
             estimator,
             rsm_size,

@@ -2,7 +2,7 @@
 
 mod scene_folder;
 
-use camlux::scene::{Estimator, Indirect, Intrinsics, Lens, Light, Scene, SpotCone};
+use camlux::scene::{Estimator, Indirect, Intrinsics, Lens, Light, Scene, Shadow, SpotCone};
 use glam::DVec3;
 use scene_folder::{CAMERA, LIGHT, MESH, SceneFolder};
 
@@ -86,6 +86,16 @@ rsm_size = 64
             rsm_size: 64
         })
     );
+}
+
+#[test]
+fn shadows_are_from_maps_unless_the_file_says_rays() {
+    let shadow = |toml: &str| load(&format!("{CAMERA}{LIGHT}{toml}")).direct.shadow;
+    assert_eq!(shadow(""), Shadow::Map);
+    for named in Shadow::ALL {
+        let toml = format!("[direct]\nshadow = \"{}\"\n", named.name());
+        assert_eq!(shadow(&toml), named);
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 mod scene_folder;
 
-use camlux::scene::{Estimator, Lens, Light, Scene, SpotCone};
+use camlux::scene::{Estimator, Lens, Light, Scene, Shadow, SpotCone};
 use glam::DVec3;
 use scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 
@@ -40,7 +40,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 33] = [
+    let edits: [fn(&mut Scene); 34] = [
         |s| s.camera.resolution_px = [6, 8],
         |s| s.camera.position_m.x += 1e-15,
         |s| s.camera.look_at_m.y += 1e-9,
@@ -51,6 +51,7 @@ fn hash_changes_with_everything_but_names() {
         |s| s.sensor.as_mut().unwrap().pixel_pitch_um[1] = 11.0,
         |s| s.sensor.as_mut().unwrap().exposure_time_s = 2e-3,
         |s| s.sensor.as_mut().unwrap().duty_cycle = 0.4,
+        |s| s.direct.shadow = Shadow::Rays,
         |s| s.indirect = None,
         |s| s.indirect.as_mut().unwrap().rsm_size = 65,
         |s| s.indirect.as_mut().unwrap().estimator = Estimator::InstantRadiosity,

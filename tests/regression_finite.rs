@@ -39,6 +39,7 @@ fn square(light_position_m: DVec3) -> Scene {
         )],
         materials: vec![Material::lambert("white", [0.8; 3])],
         textures: Vec::new(),
+        direct: camlux::scene::Direct::default(),
         indirect: None,
     }
 }

@@ -7,13 +7,15 @@ mod readback;
 use std::time::Duration;
 
 use crate::{
-    Error, IndirectPlan, Result,
+    Error, IndirectPlan, Result, ShadowPlan,
     intermediates::{Intermediates, LightIntermediates},
     passes::{
-        Context, direct,
+        Context,
+        direct::{self, Occluders},
         gather::{self, Gather},
         gbuffer::{self, GBuffer},
         light::DeviceLight,
+        rays::RayTriangles,
         receivers::{self, Receivers},
         rsm::{self, Rsm},
         sensor,
@@ -62,6 +64,7 @@ pub(crate) fn draw(
     let gbuffer = GBuffer::new(device, plan)?;
     let direct = image("direct radiance")?;
     let shadow_map = ShadowMap::for_plan(device, plan)?;
+    let ray_triangles = RayTriangles::for_plan(device, scene, plan, space)?;
     let mut indirect = plan
         .indirect
         .as_ref()
@@ -92,13 +95,18 @@ pub(crate) fn draw(
         if let Some(indirect) = &indirect {
             rsm::draw(&mut recorder, context, &surfaces, &light, &indirect.rsm)?;
         }
-        let light_map = match (&shadow_map, &indirect) {
-            (_, Some(indirect)) if light_plan.shadow_from_rsm => &indirect.rsm.position,
-            (Some(map), _) => {
+        let occluders = match (light_plan.shadow, &indirect, &shadow_map, &ray_triangles) {
+            (ShadowPlan::Rsm { .. }, Some(indirect), ..) => Occluders::Map(&indirect.rsm.position),
+            (ShadowPlan::Map { .. }, _, Some(map), _) => {
                 shadow::draw(&mut recorder, context, &surfaces, &light, map)?;
-                &map.position
+                Occluders::Map(&map.position)
             }
-            _ => return Err(Error::internal("a light has no map for its shadows")),
+            (ShadowPlan::Rays(kernel), .., Some(triangles)) => Occluders::Rays(kernel, triangles),
+            _ => {
+                return Err(Error::internal(
+                    "a light has nothing to find its shadows in",
+                ));
+            }
         };
         direct::shade(
             &mut recorder,
@@ -106,7 +114,7 @@ pub(crate) fn draw(
             &surfaces,
             &gbuffer,
             &light,
-            light_map,
+            occluders,
             &direct,
         )?;
         if let Some(Indirect {
@@ -119,7 +127,7 @@ pub(crate) fn draw(
 
         if let Some(keep) = keep.as_deref_mut() {
             let rsm = indirect.as_ref().map(|i| (&i.rsm, &i.vpls));
-            let kept = LightIntermediates::read(context, &light, light_map, rsm)?;
+            let kept = LightIntermediates::read(context, &light, occluders.map(), rsm)?;
             keep.lights.push(kept);
         }
         if let Some(indirect) = &indirect {

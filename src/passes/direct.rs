@@ -1,46 +1,65 @@
 //! Direct pass: the direct radiance of one light, added to the direct image.
 
-use super::{Context, gbuffer::GBuffer, light::DeviceLight, surface::Surfaces};
+use super::{Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, surface::Surfaces};
 use crate::{
-    Result,
-    vulkan::{
-        Image, Recorder, Resource,
-        shaders::{DirectParameters, Module},
-    },
+    RayKernel, Result,
+    vulkan::{Image, Recorder, Resource, shaders::DirectParameters},
 };
 
-/// Shades the G-buffer. `light_map` holds the positions and triangles that the light sees.
+/// What the shadow test looks into.
+#[derive(Clone, Copy)]
+pub(crate) enum Occluders<'r> {
+    /// The positions and triangles that the light sees.
+    Map(&'r Image),
+    /// All triangles.
+    Rays(RayKernel, &'r RayTriangles),
+}
+
+impl<'r> Occluders<'r> {
+    pub fn map(self) -> Option<&'r Image> {
+        match self {
+            Occluders::Map(map) => Some(map),
+            Occluders::Rays(..) => None,
+        }
+    }
+}
+
+/// Shades the G-buffer.
 pub(crate) fn shade<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
     surfaces: &'r Surfaces,
     gbuffer: &'r GBuffer,
     light: &'r DeviceLight,
-    light_map: &'r Image,
+    occluders: Occluders<'r>,
     direct: &'r Image,
 ) -> Result<()> {
     let plan = context.plan;
-    let words = [light.plan.kind, plan.brdf_word()];
-    let pipeline = context.pipelines.compute("direct", &words)?;
+    let mut words = vec![light.plan.kind, plan.brdf_word()];
     let mut resources = gbuffer.resources();
-    resources.extend(surfaces.triangles());
     resources.extend([
         ("light", Resource::Buffer(&light.uniform)),
-        ("light_map", Resource::Image(light_map)),
         ("direct_radiance", Resource::Image(direct)),
     ]);
-    let parameters = DirectParameters {
+    let mut parameters = DirectParameters {
         camera_position: context.camera_position(),
         ..DirectParameters::default()
     };
-    let groups = groups_over(plan.resolution_px, pipeline.module);
+    match occluders {
+        Occluders::Map(map) => {
+            resources.extend(surfaces.triangles());
+            resources.push(("light_map", Resource::Image(map)));
+        }
+        Occluders::Rays(kernel, triangles) => {
+            words.push(kernel.name());
+            resources.extend(triangles.resources());
+            parameters.node_count = triangles.node_count;
+        }
+    }
+    let pipeline = context.pipelines.compute("direct", &words)?;
+    let tile_px = pipeline.module.constant("TILE_PX")?;
+    let [columns, rows] = plan.resolution_px.map(|size| size.div_ceil(tile_px));
     recorder.pass("direct", |recorder| {
-        recorder.dispatch(&pipeline, &resources, &parameters, groups)
+        recorder.dispatch(&pipeline, &resources, &parameters, [columns, rows, 1])
     })
-}
-
-/// Workgroups that cover an image.
-pub(crate) fn groups_over(size_px: [u32; 2], module: &Module) -> [u32; 3] {
-    let [x, y, _] = module.workgroup_size;
-    [size_px[0].div_ceil(x), size_px[1].div_ceil(y), 1]
 }

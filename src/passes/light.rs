@@ -61,7 +61,7 @@ impl<'c> DeviceLight<'c> {
                 .collect(),
         };
         let uniform = shaders::Light {
-            shadow_size: plan.shadow_size,
+            shadow_size: plan.shadow.map_size().unwrap_or_default(),
             rsm_size,
             emission_measure: (domain.total_measure() / measure_unit) as f32,
             is_parallel: is_parallel.into(),
@@ -70,10 +70,9 @@ impl<'c> DeviceLight<'c> {
         Ok(DeviceLight {
             plan,
             uniform: Buffer::upload(device, "light", &[uniform])?,
-            shadow_views: if plan.shadow_from_rsm {
-                Vec::new()
-            } else {
-                views(plan.shadow_size)?
+            shadow_views: match plan.shadow.own_map_size() {
+                None => Vec::new(),
+                Some(size) => views(size)?,
             },
             rsm_views: match context.plan.indirect {
                 None => Vec::new(),

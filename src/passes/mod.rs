@@ -10,6 +10,7 @@ pub(crate) mod direct;
 pub(crate) mod gather;
 pub(crate) mod gbuffer;
 pub(crate) mod light;
+pub(crate) mod rays;
 pub(crate) mod receivers;
 pub(crate) mod rsm;
 pub(crate) mod sensor;
@@ -40,7 +41,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     use crate::{
-        GatherKernel,
+        GatherKernel, RayKernel,
         passes::vpl::estimator_word,
         scene::Estimator,
         vulkan::shaders::{MODULES, Module},
@@ -64,7 +65,11 @@ mod tests {
                 }
             }
             let kinds = ["point", "spot", "directional"];
-            asked.extend(kinds.map(|kind| ("direct", vec![kind, brdf])));
+            for kind in kinds {
+                let rays = RayKernel::ALL.map(|kernel| vec![kind, brdf, kernel.name()]);
+                asked.extend(rays.map(|words| ("direct", words)));
+                asked.push(("direct", vec![kind, brdf]));
+            }
             asked.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
             asked.push(("vpl", vec!["count", brdf]));
             for estimator in Estimator::ALL.map(estimator_word) {

@@ -1,6 +1,6 @@
 //! Sensor pass: energy on each pixel in the exposure.
 
-use super::{Context, direct::groups_over};
+use super::Context;
 use crate::{
     Result,
     vulkan::{Image, Recorder, Resource, shaders::SensorParameters},
@@ -25,7 +25,9 @@ pub(crate) fn expose<'r>(
     let parameters = SensorParameters {
         joule_per_irradiance: joule_per_irradiance as f32,
     };
-    let groups = groups_over(context.plan.resolution_px, pipeline.module);
+    let [width, height] = context.plan.resolution_px;
+    let [x, y, _] = pipeline.module.workgroup_size;
+    let groups = [width.div_ceil(x), height.div_ceil(y), 1];
     recorder.prepare_images(&[energy]);
     recorder.pass("sensor", |recorder| {
         recorder.dispatch(&pipeline, &resources, &parameters, groups)

@@ -17,10 +17,9 @@ pub(crate) struct ShadowMap {
 }
 
 impl ShadowMap {
-    /// Room that the lights use in turn; `None` where RSMs serve them all.
+    /// Room that the lights use in turn; `None` where RSMs or rays serve them all.
     pub fn for_plan(device: &Device, plan: &Plan) -> Result<Option<ShadowMap>> {
-        let own = plan.lights.iter().filter(|light| !light.shadow_from_rsm);
-        let Some(size) = own.map(|light| light.shadow_size).max() else {
+        let Some(size) = plan.own_map_size() else {
             return Ok(None);
         };
         let shape = ImageShape::layers(size, plan.max_faces());

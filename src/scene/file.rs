@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use super::assets::{Assets, MeshRequest, Transform};
 use super::keys::{Keys, Source, Value, did_you_mean};
 use super::validate::{self, Part};
-use super::{Scene, file_parts};
+use super::{Direct, Scene, file_parts};
 use crate::{Error, Result};
 
 const VERSION: u32 = 1;
@@ -39,7 +39,7 @@ impl Scene {
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
         let mut keys = Source { text, file }.parse()?;
         keys.only(&[
-            "version", "camera", "sensor", "light", "mesh", "material", "indirect",
+            "version", "camera", "sensor", "light", "mesh", "material", "direct", "indirect",
         ])?;
         if let Some(version) = keys.take("version") {
             check_version(&version)?;
@@ -51,6 +51,10 @@ impl Scene {
         let camera = file_parts::camera(&mut camera_keys)?;
 
         let sensor = optional_table(&mut keys, "sensor", &mut places.sensor, file_parts::sensor)?;
+        let direct = match keys.take("direct") {
+            Some(value) => file_parts::direct(&mut value.table("[direct]")?)?,
+            None => Direct::default(),
+        };
         let indirect = optional_table(
             &mut keys,
             "indirect",
@@ -87,6 +91,7 @@ impl Scene {
             meshes: assets.meshes,
             materials: assets.materials,
             textures: assets.textures,
+            direct,
             indirect,
         };
         places.file = file.display().to_string();

@@ -1,7 +1,10 @@
 //! Reads the parts of a scene file that name no other file.
 
 use super::keys::Keys;
-use super::{Camera, Estimator, Indirect, Intrinsics, Lens, Light, Material, Sensor, SpotCone};
+use super::{
+    Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Light, Material, Sensor, Shadow,
+    SpotCone,
+};
 use crate::{Error, Result};
 
 pub(super) fn camera(keys: &mut Keys) -> Result<Camera> {
@@ -112,6 +115,18 @@ pub(super) fn light(keys: &mut Keys) -> Result<Light> {
         }
         word => Err(keys.unknown_word(&kind, word, &["point", "spot", "directional"])),
     }
+}
+
+pub(super) fn direct(keys: &mut Keys) -> Result<Direct> {
+    keys.only(&["shadow"])?;
+    let names = Shadow::ALL.map(Shadow::name);
+    let word = keys.need(
+        "shadow",
+        &format!("shadow = \"{}\"", names.join("\" or \"")),
+    )?;
+    let shadow = Shadow::from_name(word.text()?)
+        .ok_or_else(|| keys.unknown_word(&word, word.text().unwrap_or_default(), &names))?;
+    Ok(Direct { shadow })
 }
 
 pub(super) fn indirect(keys: &mut Keys) -> Result<Indirect> {

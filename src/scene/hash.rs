@@ -1,11 +1,12 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, SpotCone, Texture,
+    Camera, Direct, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, SpotCone,
+    Texture,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
-const FORM: &[u8] = b"camlux scene 1";
+const FORM: &[u8] = b"camlux scene 2";
 
 impl Scene {
     /// BLAKE3 in hexadecimal (64 digits) over everything that the image depends on. Names and file paths are left out.
@@ -19,12 +20,14 @@ impl Scene {
             meshes,
             materials,
             textures,
+            direct,
             indirect,
         } = self;
         let mut bytes = Bytes(blake3::Hasher::new());
         bytes.0.update(FORM);
         bytes.camera(camera);
         bytes.option(sensor.as_ref(), Bytes::sensor);
+        bytes.direct(direct);
         bytes.option(indirect.as_ref(), Bytes::indirect);
         bytes.list(lights, Bytes::light);
         bytes.list(materials, Bytes::material);
@@ -104,14 +107,22 @@ impl Bytes {
         self.numbers(&[*exposure_time_s, *duty_cycle]);
     }
 
+    fn name(&mut self, name: &str) {
+        self.whole(name.len() as u64);
+        self.0.update(name.as_bytes());
+    }
+
+    fn direct(&mut self, direct: &Direct) {
+        let Direct { shadow } = direct;
+        self.name(shadow.name());
+    }
+
     fn indirect(&mut self, indirect: &Indirect) {
         let Indirect {
             estimator,
             rsm_size,
         } = indirect;
-        let name = estimator.name();
-        self.whole(name.len() as u64);
-        self.0.update(name.as_bytes());
+        self.name(estimator.name());
         self.indices(&[*rsm_size]);
     }
 

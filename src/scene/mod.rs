@@ -42,6 +42,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Indexed by [`Material::kd_texture`].
     pub textures: Vec<Texture>,
+    /// How direct light is computed.
+    pub direct: Direct,
     /// Without it the frame holds direct light only.
     pub indirect: Option<Indirect>,
 }
@@ -65,6 +67,40 @@ impl Sensor {
     /// Q_C / E_C: joules per W/m² of irradiance on the pixel.
     pub fn joule_per_irradiance(&self) -> f64 {
         self.pixel_area_m2() * self.duty_cycle * self.exposure_time_s
+    }
+}
+
+/// How direct light is computed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Direct {
+    pub shadow: Shadow,
+}
+
+/// How V(L,P) of direct light is found. See `docs/model.md`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Shadow {
+    /// From a map of what the light sees: its RSM where that is fine enough, else a map of its own.
+    #[default]
+    Map,
+    /// By a ray from P to L among all triangles: exact but for rounding.
+    Rays,
+}
+
+impl Shadow {
+    /// Both, in the order of the documentation.
+    pub const ALL: [Shadow; 2] = [Shadow::Map, Shadow::Rays];
+
+    /// The name used in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Shadow::Map => "map",
+            Shadow::Rays => "rays",
+        }
+    }
+
+    /// The way of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|shadow| shadow.name() == name)
     }
 }
 

@@ -5,7 +5,7 @@
 use camlux::{
     Scene,
     intermediates::SurfacePoint,
-    scene::{Bands, Camera, Lens, Light, Material, Mesh, Texture},
+    scene::{Bands, Camera, Direct, Lens, Light, Material, Mesh, Texture},
 };
 use glam::DVec3;
 
@@ -121,6 +121,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
             .collect(),
         meshes,
         textures: Vec::new(),
+        direct: Direct::default(),
         indirect: None,
     }
 }

@@ -1,0 +1,72 @@
+// V(L, P) from a map of what the light sees.
+
+// Position and triangle: of the RSM where it is fine enough, else of a map of the light's own.
+@group(0) @binding(5) var light_map: texture_2d_array<f32>;
+@group(0) @binding(7) var<storage, read> positions: array<vec4<f32>>;
+@group(0) @binding(8) var<storage, read> indices: array<u32>;
+
+// Local units by which rounding moves a position out of its plane.
+const ROUNDING: f32 = 2e-6;
+
+// P is hidden if the segment from L to P crosses a triangle that the light sees in one of the
+// four texels whose centres enclose P. A straight edge that has P on its inner side has one of the four there too, so
+// that shadows have the edges of their triangles however coarse the texels are; only corners of a triangle, and
+// triangles smaller than a texel, slip through.
+//
+// For the sake of those, P is hidden, too, if each of the four texels hides it by planes alone: the surface Q that the light
+// sees lies in front of P's tangent plane *and* P lies behind Q's, by more than facets rise from their neighbours. A plane, a
+// convex edge and a concave edge each fail one of the two however coarse the texels are, so that neither acne nor a depth
+// bias that grows with the slope is there to be traded.
+fn visibility(position: vec3<f32>, geometric_normal: vec3<f32>, is_wanted: bool, lane: u32) -> f32 {
+    let offset = position - light.position;
+    var face = 0u;
+    var depth = dot(offset, light.faces[0].forward);
+    for (var i = 1u; i < light.face_count; i++) {
+        let other = dot(offset, light.faces[i].forward);
+        if (other > depth) {
+            depth = other;
+            face = i;
+        }
+    }
+#if DIRECTIONAL
+    let extent = light.half_extent;
+    let ray = light.axis;
+#else
+    let extent = light.half_extent * depth;
+    let ray = offset;
+#endif
+    let size = f32(light.shadow_size);
+    let u = dot(offset, light.faces[face].right) / extent;
+    let v = dot(offset, light.faces[face].up) / extent;
+    let corner = vec2<i32>(floor(vec2<f32>(0.5 + 0.5 * u, 0.5 - 0.5 * v) * size - 0.5));
+    // Facets finer than a texel lie off the plane of their neighbours.
+    let roughness = 0.05 * (2.0 * extent / size);
+    var crossed = false;
+    var hiding_texels = 0u;
+    for (var i = 0; i < 4; i++) {
+        let texel = clamp(corner + vec2<i32>(i % 2, i / 2), vec2<i32>(0), vec2<i32>(i32(light.shadow_size) - 1));
+        let seen = textureLoad(light_map, texel, face, 0);
+        let triangle = u32(max(seen.w, 0.0));
+        // Corners from P: what two triangles share cancels exactly, so that no ray slips between them.
+        let corner0 = positions[indices[3u * triangle]].xyz - position;
+        let corner1 = positions[indices[3u * triangle + 1u]].xyz - position;
+        let corner2 = positions[indices[3u * triangle + 2u]].xyz - position;
+        let normal = normalize(cross(corner1 - corner0, corner2 - corner0));
+        // How far P lies behind the triangle's plane, as the light sees it.
+        let behind = -dot(normal, corner0) * sign(dot(normal, ray));
+#if DIRECTIONAL
+        let is_ahead_of_light = true;
+#else
+        let is_ahead_of_light = dot(normal, corner0 + ray) * dot(normal, ray) > 0.0;
+#endif
+        let side0 = dot(ray, cross(corner1, corner2));
+        let side1 = dot(ray, cross(corner2, corner0));
+        let side2 = dot(ray, cross(corner0, corner1));
+        let is_inside = min(min(side0, side1), side2) >= 0.0 || max(max(side0, side1), side2) <= 0.0;
+        let is_surface = seen.w >= 0.0;
+        crossed = crossed || (is_surface && is_inside && is_ahead_of_light && behind > ROUNDING);
+        let is_before_receiver = dot(geometric_normal, seen.xyz - position) > ROUNDING + roughness;
+        hiding_texels += u32(is_surface && is_before_receiver && behind > ROUNDING + roughness);
+    }
+    return select(1.0, 0.0, crossed || hiding_texels == 4u);
+}
