@@ -10,7 +10,7 @@ use camlux::{
     Error, Scene,
     output::{ExrOptions, Frame, Layer, OutputFile, write_exr},
     reference::{Goal, Reference},
-    scene::Light,
+    scene::{Light, Shadow},
 };
 use glam::DVec3;
 use gpu::demo_scene;
@@ -131,6 +131,7 @@ fn going_on_is_never_having_stopped() {
     assert!(refused.to_string().contains("another scene"), "{refused}");
     // How the engine would compute indirect light, and what the sensor makes of it, is not in it.
     let mut same = scene.clone();
+    same.direct.shadow = Shadow::Rays;
     same.indirect = None;
     same.sensor = None;
     Reference::resume(&same, &path).expect("the same light");

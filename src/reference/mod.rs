@@ -26,6 +26,7 @@ use crate::{
     output::{
         Frame, FrameDescription, FrameStats, Layer, LayerData, LayeredImage, ReferenceSamples,
     },
+    scene::Direct,
 };
 
 /// Pixels between two calls of the progress function, at least.
@@ -62,7 +63,9 @@ impl Reference {
     pub fn new(scene: &Scene, samples_per_round: u32) -> Result<Reference> {
         scene.validate()?;
         let start = Instant::now();
+        // How the engine would go about it does not make another truth.
         let scene = Scene {
+            direct: Direct::default(),
             indirect: None,
             sensor: None,
             ..scene.clone()
