@@ -94,7 +94,7 @@ def sample_counts(word: str) -> list[int]:
 
 def thread_count() -> int:
     """The variable that gives lavapipe, and so camlux on a CPU, its threads."""
-    word = os.environ.get("LP_NUM_THREADS", "2")
+    word = os.environ.get("LP_NUM_THREADS", str(os.cpu_count() or 1))
     if not word.isdigit() or int(word) < 1:
         raise SystemExit(f"peers: LP_NUM_THREADS is {word!r}; set it to a number of threads from 1")
     return int(word)

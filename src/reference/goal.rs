@@ -89,7 +89,9 @@ impl Reference {
             Goal::SamplesPerPixel(samples) => {
                 f64::from(rounds) * f64::from(self.samples_per_round()) / f64::from(samples.max(1))
             }
-            Goal::StandardError(_) if self.has_no_indirect_light() => 1.0,
+            Goal::StandardError(_) if self.has_no_indirect_light() => {
+                f64::from(rounds) / f64::from(FEWEST_ROUNDS_FOR_ERROR)
+            }
             Goal::StandardError(target) => {
                 let by_error = self
                     .relative_standard_error()

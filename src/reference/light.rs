@@ -13,6 +13,10 @@ use crate::scene::{Bands, Light, SpotCone};
 /// Radius of a sphere around the local space.
 const SCENE_RADIUS: f64 = 1.733;
 
+/// Rounding of where a ray meets the surface that a lamp lies in, over the lamp's distance from the origin and the scene's
+/// size: such a lamp lights both sides of its surface, which is not in its way.
+const LAMP_ROUNDING: f64 = 1e-13;
+
 /// A light, ready for sampling.
 #[derive(Debug, Clone, Copy)]
 pub enum Emitter {
@@ -41,7 +45,7 @@ pub struct Illumination {
     pub facing: Bands,
     /// Density of [`Emitter::sample`] over a surface that faces the light, per square unit.
     pub density: f64,
-    /// To the light.
+    /// To just before the light.
     pub distance: f64,
 }
 
@@ -118,7 +122,7 @@ impl Emitter {
                     to_light,
                     facing: intensity.map(|intensity| intensity * falloff / distance_squared),
                     density: 1.0 / (cap_solid_angle(outer_rad) * distance_squared),
-                    distance,
+                    distance: distance - clearance(position),
                 })
             }
         }
@@ -145,7 +149,8 @@ impl Emitter {
                 let versine = 2.0 * half_sine * half_sine * u[0];
                 let sine = (versine * (2.0 - versine)).max(0.0).sqrt();
                 let across = around(axis, 0.0, u[1]);
-                (position, axis * (1.0 - versine) + across * sine)
+                let direction = axis * (1.0 - versine) + across * sine;
+                (position + clearance(position) * direction, direction)
             }
         };
         Ray {
@@ -156,6 +161,10 @@ impl Emitter {
             to_triangle: NO_TRIANGLE,
         }
     }
+}
+
+fn clearance(lamp: DVec3) -> f64 {
+    LAMP_ROUNDING * (1.0 + lamp.length())
 }
 
 /// s(θ)

@@ -44,6 +44,11 @@ impl Surfaces {
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
             for (index, triangle) in mesh.triangles.iter().enumerate() {
                 let corners = triangle.map(|corner| to_local(mesh.positions_m[corner as usize]));
+                let [a, b, c] = corners;
+                if (b - a).cross(c - a).try_normalize().is_none() {
+                    // No area, no light, and no normal.
+                    continue;
+                }
                 surfaces.triangles.push(corners);
                 surfaces.sources.push([mesh_index as u32, index as u32]);
             }

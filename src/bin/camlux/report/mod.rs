@@ -78,6 +78,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let json_file = OutputFile::create(folder.join("report.json"))?;
     let page_file = OutputFile::create(folder.join("index.html"))?;
     let subjects = load(args)?;
+    share_threads()?;
 
     let device = Device::open(&DeviceOptions {
         choice: device_choice(args.device.as_deref()),
@@ -102,6 +103,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     write(page_file, &page::page(&report)?)?;
     tell(&format!("wrote {}", folder.join("index.html").display()));
     Ok(())
+}
+
+/// The reference gets as many threads as lavapipe and the peers, where `LP_NUM_THREADS` says how many.
+fn share_threads() -> Result<(), Failure> {
+    let Ok(text) = std::env::var("LP_NUM_THREADS") else {
+        return Ok(());
+    };
+    let count = text.parse().ok().filter(|&count| count > 0);
+    let count = count.ok_or_else(|| {
+        format!("LP_NUM_THREADS is {text:?}; set it to a number of threads from 1, or not at all")
+    })?;
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(count)
+        .build_global()
+        .map_err(|error| {
+            format!("cannot start {count} threads: {error}; lower LP_NUM_THREADS").into()
+        })
 }
 
 /// Everything about one scene: the truth, then the engine's settings, the reference and the peers against it.
