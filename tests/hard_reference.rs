@@ -54,13 +54,13 @@ fn sampled(scene: &Scene) -> [Vec<f32>; 2] {
     [Layer::Direct, Layer::Indirect].map(|layer| frame.values(layer).expect("it is there").to_vec())
 }
 
-/// The surface that a lamp lies in is not in its way: direct light is as if the lamp were a nanometre above it. (Indirect light
+/// The surface that a lamp lies in is not in its way: direct light is as if the lamp were a picometre above it. (Indirect light
 /// is not: from there, half of the power would be reflected by the floor right below.)
 #[test]
 fn lamp_in_a_surface() {
     for at in [DVec3::new(-0.1, 0.0, 0.1), DVec3::new(0.37, 0.0, -0.73)] {
         let [direct, indirect] = sampled(&corner(at));
-        let [above, _] = sampled(&corner(at + 1e-9 * DVec3::Y));
+        let [above, _] = sampled(&corner(at + 1e-12 * DVec3::Y));
         let mean = above.iter().sum::<f32>() / above.len() as f32;
         let pairs = direct.iter().zip(&above);
         let different = pairs.filter(|(a, b)| (*a - *b).abs() > 1e-3 * mean).count();
