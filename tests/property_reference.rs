@@ -206,7 +206,7 @@ fn convex_bodies_get_no_bounce() {
     };
     let scene = rooms::scene_of(vec![floor], light, DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO);
     let mut reference = Reference::new(&scene, 16).expect("the scene is valid");
-    add_rounds(&mut reference, 2);
+    add_rounds(&mut reference, 4);
     assert!(reference.meets(Goal::StandardError(0.01)));
     let indirect = values(&reference.frame(), Layer::Indirect);
     assert!(indirect.iter().all(|&value| value == 0.0));
