@@ -70,7 +70,13 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     let folder = folder.path();
 
     // A peers program that is not there does no harm but is said.
-    let (scene, page) = read(folder, &report(folder, &["--peers", "./not_there"]));
+    let output = report(folder, &["--peers", "./not_there"]);
+    let (scene, page) = read(folder, &output);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains("camlux: warning: cornell: peers: "),
+        "{stderr}"
+    );
     let status = scene["peers"]["status"].as_str().unwrap();
     assert!(status.contains("not_there failed"), "{status}");
     assert!(page.contains("not_there failed"));

@@ -7,6 +7,7 @@ mod rooms;
 use std::{f64::consts::PI, ops::ControlFlow};
 
 use camlux::{
+    metrics::{Comparison, Pixels},
     output::Layer,
     reference::{Goal, Reference},
     scene::{Estimator, Indirect, Light, SpotCone},
@@ -62,7 +63,8 @@ fn error_falls_with_the_square_of_the_resolution() {
         .relative_standard_error()
         .expect("there are rounds");
     let truth = reference.frame();
-    let truth = truth.values(Layer::Indirect).expect("it is there");
+    let layer = |layer: Layer| truth.values(layer).expect("it is there");
+    let (truth, truth_error) = (layer(Layer::Indirect), layer(Layer::StandardError));
 
     let mut gpu = Gpu::open();
     let sizes = [4, 8, 16, 32];
@@ -73,16 +75,21 @@ fn error_falls_with_the_square_of_the_resolution() {
         });
         let frame = gpu.render(&scene);
         let image = frame.values(Layer::Indirect).expect("it was asked for");
-        let (off, square) = image
-            .iter()
-            .zip(truth)
-            .fold((0.0, 0.0), |(off, square), (x, t)| {
-                (
-                    off + f64::from(x - t).powi(2),
-                    square + f64::from(*t).powi(2),
-                )
-            });
-        let error = f64::max(off / square - noise * noise, 0.0).sqrt();
+        let comparison = Comparison::of(&Pixels {
+            image,
+            reference: truth,
+            image_standard_error: None,
+            reference_standard_error: Some(truth_error),
+            valid: &vec![true; truth.len() / 3],
+            channels: 3,
+        });
+        let comparison = comparison.expect("images of one size");
+        let error = comparison
+            .noise
+            .expect("there is light")
+            .rmse
+            .value_or_bound();
+        let error = error.expect("the reference is not noise");
         println!("rsm_size {rsm_size}: {error:.2e}");
         error
     });

@@ -120,7 +120,7 @@ impl Transport {
             if let Some((sent, illumination)) = sent
                 && self.is_lit(surface, &illumination)
             {
-                add(&mut radiance, sent, 1.0);
+                add(&mut radiance, sent);
             }
         }
         radiance
@@ -144,7 +144,7 @@ impl Transport {
                     if let Some((contribution, illumination)) = self.bounce(receiver, &q, emitter)
                         && self.is_lit(&q, &illumination)
                     {
-                        add(&mut radiance, contribution, 1.0);
+                        add(&mut radiance, contribution);
                     }
                 }
             }
@@ -157,7 +157,7 @@ impl Transport {
             if let Some((contribution, _)) = self.bounce(receiver, &q, emitter)
                 && self.is_between_free(p, &q)
             {
-                add(&mut radiance, contribution, 1.0);
+                add(&mut radiance, contribution);
             }
         }
         radiance
@@ -241,8 +241,8 @@ fn is_above_geometrically(surface: &Surface, direction: DVec3) -> bool {
     surface.geometric_normal.dot(direction) > 0.0
 }
 
-fn add(sum: &mut Bands, value: Bands, weight: f64) {
+fn add(sum: &mut Bands, value: Bands) {
     for band in 0..3 {
-        sum[band] += weight * value[band];
+        sum[band] += value[band];
     }
 }

@@ -150,7 +150,7 @@ fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
     (direction.normalize(), direction.length())
 }
 
-/// A well mixed number from two: the finaliser of MurmurHash3 on a 64-bit product.
+/// A well mixed number from two: multiplications and shifts with constants of SplitMix64 and MurmurHash3.
 fn mix(a: u32, b: u32) -> u32 {
     let mut bits = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits ^= bits >> 33;

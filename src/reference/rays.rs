@@ -282,7 +282,7 @@ impl Slabs {
     fn new(ray: &Ray) -> Option<Slabs> {
         let inverse = ray.direction.recip();
         let bound = DVec3::splat(1.0 + 2.0 * f64::from(BOX_SLACK));
-        // NaN, where the ray runs within a face, is passed over by min and max.
+        // Along a face of these bounds a ray gives NaN and is culled; they are wider than the scene, so nothing is there.
         let (a, b) = (
             (-bound - ray.origin) * inverse,
             (bound - ray.origin) * inverse,

@@ -19,7 +19,7 @@ use serde::Deserialize;
 use super::results::{Entry, Kind, Part, Peers, Seconds, Unsupported};
 use super::steps::Steps;
 use super::truth::{Measured, TruthImage};
-use crate::Failure;
+use crate::{Failure, tell};
 
 /// A line of the program. What is not named here is for other readers.
 #[derive(Deserialize)]
@@ -52,8 +52,8 @@ pub struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Runs the program and measures its images. What goes wrong with it is said in the status: a report goes on without
-    /// peers.
+    /// Runs the program and measures its images. What goes wrong with it is said on stderr and in the status: a report goes
+    /// on without peers.
     ///
     /// # Errors
     /// Only cancelled after a signal.
@@ -68,7 +68,11 @@ impl Run<'_> {
         }
         peers.status = match ran {
             Ok(()) => format!("ran {}", self.program.display()),
-            Err(problem) => format!("{} failed: {problem}", self.program.display()),
+            Err(problem) => {
+                let status = format!("{} failed: {problem}", self.program.display());
+                tell(&format!("camlux: warning: {}: peers: {status}", self.name));
+                status
+            }
         };
         Ok((entries, peers))
     }
