@@ -32,6 +32,17 @@ struct Light {
     emission_measure: f32,
     // 1 for a directional light, else 0.
     is_parallel: u32,
+    // Where its VPLs begin in a list that all lights share.
+    first_vpl: u32,
+}
+
+// Area that an RSM's texel has where its ray meets a surface that faces the light, local units². Not cut at the rim of the
+// emission domain.
+fn facing_texel_area(is_parallel: u32, half_extent: f32, rsm_size: u32, from_light: vec3<f32>, depth: f32) -> f32 {
+    let edge = 2.0 * half_extent / f32(rsm_size);
+    // ΔΩ·d² = edge²·(depth/d)³·d²
+    let narrowing = depth * depth * depth * inverseSqrt(max(dot(from_light, from_light), 1e-18));
+    return edge * edge * select(narrowing, 1.0, is_parallel == 1u);
 }
 
 // A virtual point light on a matte surface.

@@ -20,6 +20,7 @@ pub mod emission;
 pub mod error;
 mod frame;
 pub mod intermediates;
+mod lattice;
 mod local_space;
 pub mod metrics;
 pub mod model;
@@ -38,7 +39,7 @@ pub use frame::Progress;
 /// The vectors of this crate's interface.
 pub use glam;
 pub use local_space::LocalSpace;
-pub use plan::{GatherKernel, IndirectPlan, LightPlan, Plan, RayKernel, ShadowPlan};
+pub use plan::{BouncePlan, GatherKernel, IndirectPlan, LightPlan, Plan, RayKernel, ShadowPlan};
 pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;
 pub use vulkan::{Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions};

@@ -125,6 +125,17 @@ pub struct IndirectPlan {
     pub estimator: Estimator,
     pub rsm_size: u32,
     pub kernel: GatherKernel,
+    /// With visibility by rays; `None`: every pixel sums over all VPLs.
+    pub bounce: Option<BouncePlan>,
+}
+
+/// How the bounce is gathered by rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BouncePlan {
+    /// relRMSE of the indirect light that is asked for.
+    pub target_error: f64,
+    /// Pixels between the first ones that are gathered; a power of two.
+    pub coarsest_stride: u32,
 }
 
 /// How the gather hands VPLs to its lanes.
@@ -217,7 +228,11 @@ impl Plan {
         let fine_enough = shadow_size(scene, faces.iter().copied().min().unwrap_or(1), device);
         // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
         // miss what is smaller than twenty pixels.
-        let rsm_size = scene.indirect.map(|indirect| indirect.rsm_size);
+        let bounce = std::env::var("CAMLUX_RAYS").ok().map(|v| BouncePlan {
+            target_error: v.parse().unwrap_or(0.02),
+            coarsest_stride: coarsest_stride(scene.camera.resolution_px),
+        });
+        let rsm_size = scene.indirect.map(|indirect| if bounce.is_some() { 128 } else { indirect.rsm_size });
         let shadow = match (scene.direct.shadow, rsm_size) {
             (Shadow::Rays, _) => ShadowPlan::Rays(RayKernel::best_for(device)),
             (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
@@ -239,8 +254,9 @@ impl Plan {
             lights,
             indirect: scene.indirect.map(|indirect| IndirectPlan {
                 estimator: indirect.estimator,
-                rsm_size: indirect.rsm_size,
+                rsm_size: rsm_size.unwrap_or(64),
                 kernel: GatherKernel::best_for(device),
+                bounce,
             }),
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
         };
@@ -268,7 +284,12 @@ impl Plan {
     /// Whether the frame casts rays among the triangles.
     pub(crate) fn has_rays(&self) -> bool {
         let is_by_rays = |light: &LightPlan| matches!(light.shadow, ShadowPlan::Rays(_));
-        self.lights.iter().any(is_by_rays)
+        self.bounce().is_some() || self.lights.iter().any(is_by_rays)
+    }
+
+    /// How the bounce is gathered, where it is by rays.
+    pub(crate) fn bounce(&self) -> Option<BouncePlan> {
+        self.indirect.and_then(|indirect| indirect.bounce)
     }
 
     fn check_limits(&self, scene: &Scene, device: &DeviceInfo) -> Result<()> {
@@ -408,6 +429,13 @@ impl Plan {
         }
         check("the number of triangles", triangles, MAX_TRIANGLES, fewer)
     }
+}
+
+/// Pixels between those that are gathered in any case: some 50 along the shorter edge, to see what the image is like.
+fn coarsest_stride(resolution_px: [u32; 2]) -> u32 {
+    let [width, height] = resolution_px;
+    let stride = (width.min(height) / 50).clamp(2, 16);
+    1 << stride.ilog2()
 }
 
 /// The sphere around the scene. Where there is nothing, or only a point, it has 1 m, for a light must emit into something.

@@ -3,7 +3,7 @@
 use crate::{
     Result,
     output::PassTime,
-    passes::gather::GatherStats,
+    passes::{bounce::BounceStats, gather::GatherStats},
     vulkan::{PassTimes, Recorder, shaders::ListLengths},
 };
 
@@ -13,6 +13,7 @@ pub(crate) struct Cost {
     pub submissions: u32,
     pub vpl_count: u64,
     pub pairs: u64,
+    pub rays: u64,
 }
 
 impl Cost {
@@ -29,6 +30,13 @@ impl Cost {
         self.pairs += gathered.pairs;
         self.submissions += gathered.submissions;
         self.times.extend(gathered.times);
+    }
+
+    /// Counts the rays of the bounce in.
+    pub fn add_bounce(&mut self, stats: BounceStats) {
+        self.rays += stats.rays;
+        self.submissions += stats.submissions;
+        self.times.extend(stats.times);
     }
 
     /// Times of the same pass added up, in the order of first appearance.

@@ -1,5 +1,6 @@
 //! A frame, from the scene to the images of its layers: [`draw`] is the sequence of passes.
 
+mod adaptive;
 mod cost;
 mod progress;
 mod readback;
@@ -11,6 +12,7 @@ use crate::{
     intermediates::{Intermediates, LightIntermediates},
     passes::{
         Context,
+        bounce::{Bounce, ListedLight},
         direct::{self, Occluders},
         gather::{self, Gather},
         gbuffer::{self, GBuffer},
@@ -20,13 +22,14 @@ use crate::{
         rsm::{self, Rsm},
         sensor,
         shadow::{self, ShadowMap},
-        surface::{Surfaces, upload_view},
+        surface::{SurfaceLists, Surfaces, upload_view},
         view,
         vpl::{self, VplLists},
     },
     vulkan::{Image, ImageShape, Recorder},
 };
 
+use adaptive::Adaptive;
 pub(crate) use cost::Cost;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
@@ -59,12 +62,13 @@ pub(crate) fn draw(
         ..
     } = *context;
     let image = |what| Image::new(device, what, ImageShape::plain(plan.resolution_px));
-    let surfaces = Surfaces::upload(device, scene, plan, space)?;
+    let lists = SurfaceLists::of(scene, plan, space);
+    let ray_triangles = RayTriangles::for_plan(device, scene, plan, &lists)?;
+    let surfaces = Surfaces::upload(device, scene, plan, lists)?;
     let camera_view = upload_view(device, &view::of_camera(&scene.camera, space))?;
     let gbuffer = GBuffer::new(device, plan)?;
     let direct = image("direct radiance")?;
     let shadow_map = ShadowMap::for_plan(device, plan)?;
-    let ray_triangles = RayTriangles::for_plan(device, scene, plan, space)?;
     let mut indirect = plan
         .indirect
         .as_ref()
@@ -80,13 +84,21 @@ pub(crate) fn draw(
     if let Some(indirect) = &indirect {
         recorder.prepare_images(&[&indirect.radiance]);
         recorder.clear_image(&indirect.radiance);
-        receivers::list(&mut recorder, context, &gbuffer, &indirect.receivers)?;
+        if let Some(receivers) = &indirect.receivers {
+            receivers::list(&mut recorder, context, &gbuffer, receivers)?;
+        } else {
+            recorder.prepare_images(&[&indirect.vpls.matte]);
+        }
     }
     cost.submit(recorder)?;
 
+    let mut listed_lights = Vec::new();
     for (index, (light, light_plan)) in scene.lights.iter().zip(&plan.lights).enumerate() {
         progress.begin_light(index, "direct")?;
-        let light = DeviceLight::new(context, light, light_plan)?;
+        let first_vpl = indirect
+            .as_ref()
+            .map_or(0, |indirect| index as u32 * indirect.vpls_per_light);
+        let light = DeviceLight::new(context, light, light_plan, first_vpl)?;
         if let Some(indirect) = &mut indirect {
             indirect.vpls.set_texel_count(light.texel_count)?;
         }
@@ -130,13 +142,22 @@ pub(crate) fn draw(
             let kept = LightIntermediates::read(context, &light, occluders.map(), rsm)?;
             keep.lights.push(kept);
         }
-        if let Some(indirect) = &indirect {
+        if let Some(indirect) = &indirect
+            && indirect.receivers.is_none()
+        {
+            let lengths = indirect.vpls.lengths()?;
+            cost.vpl_count += u64::from(lengths.matte);
+            listed_lights.push(ListedLight::new(&light, lengths));
+        }
+        if let Some(indirect) = &indirect
+            && let Some(receivers) = &indirect.receivers
+        {
             let gather = Gather {
                 context,
                 indirect: indirect.plan,
                 gbuffer: &gbuffer,
-                receivers: &indirect.receivers,
-                receiver_lengths: indirect.receivers.lengths()?,
+                receivers,
+                receiver_lengths: receivers.lengths()?,
                 indirect_radiance: &indirect.radiance,
                 submission_target,
             };
@@ -147,6 +168,30 @@ pub(crate) fn draw(
             cost.add_gather(lengths, gathered);
         }
     }
+
+    let mut adapted = None;
+    if let (Some(indirect), Some(bounce_plan), Some(triangles)) =
+        (&indirect, plan.bounce(), &ray_triangles)
+        && listed_lights.iter().any(|light| light.vpl_count > 0)
+    {
+        let mut bounce = Bounce::new(
+            context,
+            &gbuffer,
+            triangles,
+            &indirect.vpls,
+            &listed_lights,
+            submission_target,
+        )?;
+        let adaptive = Adaptive {
+            context,
+            plan: bounce_plan,
+            gbuffer: &gbuffer,
+            indirect_radiance: &indirect.radiance,
+        };
+        adapted = Some(adaptive.gather(&mut bounce, progress, cost)?);
+        cost.add_bounce(bounce.stats);
+    }
+    let _ = adapted;
 
     let mut frame = DrawnFrame {
         gbuffer,
@@ -177,7 +222,10 @@ struct Indirect<'c> {
     plan: &'c IndirectPlan,
     rsm: Rsm,
     vpls: VplLists,
-    receivers: Receivers,
+    /// With rays: where the list of a light's VPLs has its place in the common one.
+    vpls_per_light: u32,
+    /// Every pixel; `None` with rays.
+    receivers: Option<Receivers>,
     radiance: Image,
 }
 
@@ -190,11 +238,21 @@ impl<'c> Indirect<'c> {
         } = *context;
         let faces = frame.max_faces();
         let shape = ImageShape::plain(frame.resolution_px);
+        let texels = faces * plan.rsm_size * plan.rsm_size;
+        let is_by_rays = plan.bounce.is_some();
+        let vpls = if is_by_rays {
+            VplLists::for_bounce(device, frame, frame.lights.len() as u32, texels)?
+        } else {
+            VplLists::new(device, frame, texels)?
+        };
         Ok(Indirect {
             plan,
             rsm: Rsm::new(device, frame, plan.rsm_size, faces)?,
-            vpls: VplLists::new(device, frame, faces * plan.rsm_size * plan.rsm_size)?,
-            receivers: Receivers::new(device, frame)?,
+            vpls_per_light: texels.next_multiple_of(1024),
+            vpls,
+            receivers: (!is_by_rays)
+                .then(|| Receivers::new(device, frame))
+                .transpose()?,
             radiance: Image::new(device, "indirect radiance", shape)?,
         })
     }

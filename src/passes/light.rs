@@ -17,6 +17,7 @@ use crate::{
 pub(crate) struct DeviceLight<'c> {
     pub plan: &'c LightPlan,
     pub domain: EmissionDomain,
+    pub parameters: shaders::Light,
     pub uniform: Buffer,
     pub shadow_views: Vec<Buffer>,
     pub rsm_views: Vec<Buffer>,
@@ -27,7 +28,13 @@ pub(crate) struct DeviceLight<'c> {
 }
 
 impl<'c> DeviceLight<'c> {
-    pub fn new(context: &Context<'c>, light: &Light, plan: &'c LightPlan) -> Result<Self> {
+    /// `first_vpl` is where its VPLs begin in a list that all lights share.
+    pub fn new(
+        context: &Context<'c>,
+        light: &Light,
+        plan: &'c LightPlan,
+        first_vpl: u32,
+    ) -> Result<Self> {
         let Context {
             device,
             scene,
@@ -60,16 +67,18 @@ impl<'c> DeviceLight<'c> {
                 .map(|texel| [(texel.measure / measure_unit) as f32, texel.falloff as f32])
                 .collect(),
         };
-        let uniform = shaders::Light {
+        let parameters = shaders::Light {
             shadow_size: plan.shadow.map_size().unwrap_or_default(),
             rsm_size,
             emission_measure: (domain.total_measure() / measure_unit) as f32,
             is_parallel: is_parallel.into(),
+            first_vpl,
             ..parameters(light, &domain, space)
         };
         Ok(DeviceLight {
             plan,
-            uniform: Buffer::upload(device, "light", &[uniform])?,
+            uniform: Buffer::upload(device, "light", &[parameters])?,
+            parameters,
             shadow_views: match plan.shadow.own_map_size() {
                 None => Vec::new(),
                 Some(size) => views(size)?,

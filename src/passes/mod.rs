@@ -5,15 +5,21 @@ use crate::{
     vulkan::{Device, Pipelines},
 };
 
+pub(crate) mod appraise;
+pub(crate) mod bounce;
 pub(crate) mod compact;
 pub(crate) mod direct;
 pub(crate) mod gather;
 pub(crate) mod gbuffer;
 pub(crate) mod light;
+pub(crate) mod predict;
 pub(crate) mod rays;
 pub(crate) mod receivers;
+pub(crate) mod refine;
+pub(crate) mod resolve;
 pub(crate) mod rsm;
 pub(crate) mod sensor;
+pub(crate) mod settle;
 pub(crate) mod shadow;
 pub(crate) mod surface;
 pub(crate) mod view;

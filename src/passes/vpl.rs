@@ -11,8 +11,9 @@ use crate::{
     },
 };
 
-/// The VPLs of one light, a layer per member; the room is reused by the next.
+/// VPLs, a layer per member: of one light, whose room the next one reuses, or of all lights, one behind the other.
 pub(crate) struct VplLists {
+    /// Where the lists are not kept apart: all of them.
     pub matte: Image,
     /// Only where some material is specular.
     pub glossy: Option<Image>,
@@ -44,6 +45,32 @@ impl VplLists {
         })
     }
 
+    /// Room for the VPLs of `light_count` lights with up to `texel_count` each, in one list: for rays from P to all of them.
+    pub fn for_bounce(
+        device: &Device,
+        plan: &Plan,
+        light_count: u32,
+        texel_count: u32,
+    ) -> Result<VplLists> {
+        let module = Module::find("vpl", &["write", plan.brdf_word(), "bounce"])?;
+        let columns = module.constant("VPLS_PER_ROW")?;
+        let layers = if plan.is_specular {
+            "GLOSSY_VPL_LAYERS"
+        } else {
+            "VPL_LAYERS"
+        };
+        let shape = ImageShape {
+            size_px: [columns, light_count * texel_count.div_ceil(columns)],
+            layers: Some(module.constant(layers)?),
+            is_depth: false,
+        };
+        Ok(VplLists {
+            matte: Image::new(device, "VPLs", shape)?,
+            glossy: None,
+            compactor: Compactor::new(device, texel_count)?,
+        })
+    }
+
     /// How many texels the light that comes next has.
     pub fn set_texel_count(&mut self, texel_count: u32) -> Result<()> {
         self.compactor.set_item_count(texel_count)
@@ -64,6 +91,8 @@ pub(crate) fn estimator_word(estimator: Estimator) -> &'static str {
 }
 
 /// Lists the VPLs of an RSM. What is left of the last fetch is zero: a VPL without power.
+///
+/// For rays the list keeps what it has, and the light's VPLs go to a place of their own.
 pub(crate) fn extract<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
@@ -72,12 +101,14 @@ pub(crate) fn extract<'r>(
     rsm: &'r Rsm,
     vpls: &'r VplLists,
 ) -> Result<()> {
-    for list in [Some(&vpls.matte), vpls.glossy.as_ref()]
-        .into_iter()
-        .flatten()
-    {
-        recorder.prepare_images(&[list]);
-        recorder.clear_image(list);
+    if indirect.bounce.is_none() {
+        for list in [Some(&vpls.matte), vpls.glossy.as_ref()]
+            .into_iter()
+            .flatten()
+        {
+            recorder.prepare_images(&[list]);
+            recorder.clear_image(list);
+        }
     }
     let mut resources = rsm.resources();
     resources.extend([
@@ -89,12 +120,10 @@ pub(crate) fn extract<'r>(
         resources.push(("glossy_vpls", Resource::Image(glossy)));
     }
     let brdf = context.plan.brdf_word();
-    vpls.compactor.record(
-        recorder,
-        context,
-        "vpl",
-        &[brdf],
-        &[brdf, estimator_word(indirect.estimator)],
-        &resources,
-    )
+    let (list, record) = match indirect.bounce {
+        Some(_) => ("bounce", "bounce"),
+        None => ("apart", estimator_word(indirect.estimator)),
+    };
+    vpls.compactor
+        .record(recorder, context, "vpl", &[brdf, list], &[brdf, record], &resources)
 }

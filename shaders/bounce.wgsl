@@ -1,0 +1,310 @@
+// The single bounce L–Q–P at a list of receivers P, by rays. Q is drawn in two ways: from P, along directions from the lobes of
+// f_P; and from L, as one of the VPLs. Every Q so found counts F(Q) / Σ n_i·p_i(Q), F being the integrand over the solid angle at
+// P, and n_i and p_i the number of draws of each way and their density (the balance heuristic, Veach & Guibas 1995). So neither
+// the 1/d² of a near VPL nor a small bright spot that few directions find makes noise, and nothing is clamped.
+//
+// A subgroup takes a receiver. The draws are sets that fall evenly: directions are a rank-1 lattice and VPLs are taken at equal
+// steps of their list, which is in Morton order; each receiver shifts both by numbers of its own.
+
+struct BounceParameters {
+    // C
+    camera_position: vec3<f32>,
+    // Into the list of receivers.
+    first_receiver: u32,
+    receiver_count: u32,
+    // Where the results begin.
+    first_result: u32,
+    // Draws of this dispatch: from first_draw, draw_count of each way.
+    first_draw: u32,
+    draw_count: u32,
+    // Draws of each way in all.
+    draws: u32,
+    node_count: u32,
+    light_count: u32,
+    // Another number: other draws.
+    seed: u32,
+}
+
+// What a VPL is drawn from.
+struct LightDraws {
+    // Into the list of VPLs.
+    first_vpl: u32,
+    vpl_count: u32,
+    // The draws that fall to the light: first_share ≤ x < first_share + share of 0 to 1.
+    first_share: f32,
+    share: f32,
+}
+
+@group(0) @binding(0) var position_mesh: texture_2d<f32>;
+@group(0) @binding(1) var normal_geometric: texture_2d<f32>;
+#if GLOSSY
+@group(0) @binding(3) var ks_shininess: texture_2d<f32>;
+#endif
+@group(0) @binding(4) var<storage, read> lights: array<Light>;
+@group(0) @binding(5) var<storage, read> receivers: array<u32>;
+@group(0) @binding(6) var vpls: texture_2d_array<f32>;
+@group(0) @binding(7) var<storage, read> light_draws: array<LightDraws>;
+// Rank-1 lattice on the unit square in Morton order.
+@group(0) @binding(8) var<storage, read> lattice: array<vec2<f32>>;
+// Two a receiver: the irradiance by the bounce; the same weighted by the Phong lobe, Σ L·lobe·cosθ.
+@group(0) @binding(14) var<storage, read_write> bounced: array<vec4<f32>>;
+var<immediate> parameters: BounceParameters;
+
+// P
+var<private> receiver_position: vec3<f32>;
+var<private> receiver_start: vec3<f32>;
+var<private> receiver_normal: vec3<f32>;
+var<private> receiver_geometric: vec3<f32>;
+var<private> receiver_mirror: vec3<f32>;
+var<private> receiver_shininess: f32;
+var<private> diffuse: vec3<f32>;
+var<private> specular: vec3<f32>;
+
+fn hash(value: u32) -> u32 {
+    // PCG (Jarzynski & Olano 2020).
+    let state = value * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
+fn unit(bits: u32) -> f32 {
+    return f32(bits >> 8u) * 5.9604645e-8;
+}
+
+// Density of the draws from P per solid angle, times their numbers: cosine lobe, and Phong lobe.
+fn density_from_receiver(direction: vec3<f32>, cosine: f32, lobe: f32) -> f32 {
+    var density = f32(parameters.draws) * cosine / PI;
+#if GLOSSY
+    density += f32(parameters.draws) * (receiver_shininess + 1.0) / (2.0 * PI) * lobe;
+#endif
+    return density;
+}
+
+// Counts a Q in that sends `radiance` to P. `direction` leads from P to Q and has unit length; `vpl_area` is the area that a VPL
+// stands for at Q, and `vpl_share` the draws per VPL.
+fn count_in(direction: vec3<f32>, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_area: f32, vpl_share: f32) {
+    let cosine = dot(receiver_normal, direction);
+    let is_above = cosine > 0.0 && dot(receiver_geometric, direction) > 0.0 && cosine_q > 0.0;
+    var lobe = 0.0;
+#if GLOSSY
+    lobe = phong_lobe(receiver_mirror, direction, receiver_shininess);
+#endif
+    // Draws from L per solid angle at P.
+    let from_light = vpl_share * distance_squared / (vpl_area * max(cosine_q, 1e-6));
+    let density = density_from_receiver(direction, cosine, lobe) + from_light;
+    let sent = radiance * (cosine / density);
+    diffuse += select(vec3<f32>(0.0), sent, is_above);
+#if GLOSSY
+    specular += select(vec3<f32>(0.0), sent * lobe, is_above);
+#endif
+}
+
+// How a light reaches a point: s(θ)·I_0/d² or E_L; the area facing the light that a texel of its RSM has there.
+struct Illumination {
+    to_light: vec3<f32>,
+    irradiance: vec3<f32>,
+    facing_area: f32,
+}
+
+fn illuminate(index: u32, position: vec3<f32>) -> Illumination {
+    var result: Illumination;
+    let from_light = position - lights[index].position;
+    if (lights[index].is_parallel == 1u) {
+        result.to_light = -lights[index].axis;
+        result.irradiance = lights[index].intensity;
+        result.facing_area = facing_texel_area(1u, lights[index].half_extent, lights[index].rsm_size, from_light, 1.0);
+        return result;
+    }
+    let distance_squared = max(dot(from_light, from_light), 1e-18);
+    let inverse_distance = inverseSqrt(distance_squared);
+    result.to_light = -from_light * inverse_distance;
+    result.irradiance = select(vec3<f32>(0.0), lights[index].intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
+    if (lights[index].outer_half_angle > 0.0) {
+        result.irradiance *= spot_falloff(lights[index].axis, lights[index].outer_half_angle, lights[index].inverse_penumbra, -result.to_light);
+    }
+    var depth = 0.0;
+    for (var face = 0u; face < lights[index].face_count; face++) {
+        depth = max(depth, dot(from_light, lights[index].faces[face].forward));
+    }
+    result.facing_area = facing_texel_area(0u, lights[index].half_extent, lights[index].rsm_size, from_light, depth);
+    return result;
+}
+
+// Orthonormal vectors beside a unit vector: Duff et al., "Building an orthonormal basis, revisited" (JCGT 2017).
+struct Frame {
+    right: vec3<f32>,
+    up: vec3<f32>,
+}
+
+fn frame_around(axis: vec3<f32>) -> Frame {
+    let sign_z = select(-1.0, 1.0, axis.z >= 0.0);
+    let a = -1.0 / (sign_z + axis.z);
+    let b = axis.x * axis.y * a;
+    return Frame(vec3<f32>(1.0 + sign_z * axis.x * axis.x * a, sign_z * b, -sign_z * axis.x),
+        vec3<f32>(b, sign_z + axis.y * axis.y * a, -axis.y));
+}
+
+// From the unit square to the unit disc, neighbours to neighbours (Shirley & Chiu 1997).
+fn to_disc(place: vec2<f32>) -> vec2<f32> {
+    let centred = 2.0 * place - 1.0;
+    let is_wide = abs(centred.x) > abs(centred.y);
+    let radius = select(centred.y, centred.x, is_wide);
+    let ratio = select(centred.x, centred.y, is_wide) / select(radius, 1e-20, radius == 0.0);
+    let turn = select(0.5 * PI - 0.25 * PI * ratio, 0.25 * PI * ratio, is_wide);
+    return radius * vec2<f32>(cos(turn), sin(turn));
+}
+
+// Follows the directions in ray_direction from P and counts in what they find.
+fn count_directions() {
+    for (var i = 0u; i < RAYS; i++) {
+        let direction = ray_direction[i];
+        let is_above = dot(receiver_normal, direction) > 0.0 && dot(receiver_geometric, direction) > 0.0;
+        ray_end[i] = select(ray_end[i], 0.0, !is_above);
+    }
+    trace(receiver_start, false);
+    var hits: array<Hit, RAYS>;
+    var directions: array<vec3<f32>, RAYS>;
+    var is_hit: array<bool, RAYS>;
+    for (var i = 0u; i < RAYS; i++) {
+        directions[i] = ray_direction[i];
+        is_hit[i] = ray_triangle[i] != NO_TRIANGLE;
+        hits[i] = hit_surface(select(0u, ray_triangle[i], is_hit[i]), receiver_start, directions[i]);
+    }
+    for (var light = 0u; light < parameters.light_count; light++) {
+        let origin = lights[light].position;
+        for (var i = 0u; i < RAYS; i++) {
+            let illumination = illuminate(light, hits[i].position);
+            let is_lit = is_hit[i] && dot(hits[i].shading_normal, illumination.to_light) > 0.0
+                && dot(hits[i].geometric_normal, illumination.to_light) > 0.0 && any(illumination.irradiance > vec3<f32>(0.0));
+            ray_direction[i] = lifted(hits[i].position, hits[i].geometric_normal) - origin;
+            ray_end[i] = select(0.0, 1.0, is_lit);
+        }
+        trace(origin, true);
+        for (var i = 0u; i < RAYS; i++) {
+            if (ray_end[i] == 1.0) {
+                let illumination = illuminate(light, hits[i].position);
+                let cosine_light = dot(hits[i].shading_normal, illumination.to_light);
+                var brdf = hits[i].kd / PI;
+#if PHONG
+                let mirror = 2.0 * cosine_light * hits[i].shading_normal - illumination.to_light;
+                brdf += hits[i].ks * ((hits[i].shininess + 2.0) / (2.0 * PI)) * phong_lobe(mirror, -directions[i], hits[i].shininess);
+#endif
+                let offset = hits[i].position - receiver_position;
+                let area = illumination.facing_area / max(dot(hits[i].geometric_normal, illumination.to_light), 1e-6);
+                let share = f32(parameters.draws) * light_draws[light].share / f32(max(light_draws[light].vpl_count, 1u));
+                count_in(directions[i], dot(offset, offset), brdf * illumination.irradiance * cosine_light,
+                    -dot(hits[i].geometric_normal, directions[i]), area, share);
+            }
+        }
+    }
+}
+
+fn count_vpls(first: u32, lane: u32, lanes: u32, end: u32, shift: f32) {
+    var place: array<vec2<u32>, RAYS>;
+    var share: array<f32, RAYS>;
+    for (var i = 0u; i < RAYS; i++) {
+        let draw = first + lane * RAYS + i;
+        let x = (f32(draw) + shift) / f32(parameters.draws);
+        var light = 0u;
+        for (var other = 1u; other < parameters.light_count; other++) {
+            light = select(light, other, x >= light_draws[other].first_share);
+        }
+        let count = light_draws[light].vpl_count;
+        let step = (x - light_draws[light].first_share) / light_draws[light].share * f32(count);
+        place[i] = vpl_place(light_draws[light].first_vpl + min(u32(max(step, 0.0)), max(count, 1u) - 1u));
+        share[i] = f32(parameters.draws) * light_draws[light].share / f32(max(count, 1u));
+        let position = textureLoad(vpls, place[i], 0, 0).xyz;
+        let normal = textureLoad(vpls, place[i], 1, 0).xyz;
+        let direction = lifted(position, normal) - receiver_start;
+        let is_above = dot(receiver_normal, direction) > 0.0 && dot(receiver_geometric, direction) > 0.0 && dot(normal, direction) < 0.0;
+        ray_direction[i] = direction;
+        ray_end[i] = select(0.0, 1.0, draw < end && count > 0u && is_above);
+    }
+    trace(receiver_start, true);
+    for (var i = 0u; i < RAYS; i++) {
+        if (ray_end[i] == 1.0) {
+            let position_area = textureLoad(vpls, place[i], 0, 0);
+            let normal_shininess = textureLoad(vpls, place[i], 1, 0);
+            let offset = position_area.xyz - receiver_position;
+            let distance_squared = dot(offset, offset);
+            let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
+            var radiance = textureLoad(vpls, place[i], 2, 0).rgb;
+#if PHONG
+            let lobe = phong_lobe(textureLoad(vpls, place[i], 4, 0).xyz, -direction, normal_shininess.w);
+            radiance += textureLoad(vpls, place[i], 3, 0).rgb * lobe;
+#endif
+            count_in(direction, distance_squared, radiance, -dot(normal_shininess.xyz, direction), position_area.w, share[i]);
+        }
+    }
+}
+
+@compute @workgroup_size(64)
+fn compute_main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(subgroup_id) subgroup: u32,
+    @builtin(num_subgroups) subgroups: u32,
+    @builtin(subgroup_invocation_id) lane: u32,
+    @builtin(subgroup_size) lanes: u32,
+) {
+    // No lane leaves early: they go through the tree of boxes together.
+    let slot = group.x * subgroups + subgroup;
+    let is_receiver = slot < parameters.receiver_count;
+    let packed = receivers[parameters.first_receiver + min(slot, parameters.receiver_count - 1u)];
+    let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
+    receiver_position = textureLoad(position_mesh, pixel, 0).xyz;
+    let normal = textureLoad(normal_geometric, pixel, 0);
+    receiver_normal = normal.xyz;
+    receiver_geometric = unpack_direction(normal.w);
+    receiver_start = lifted(receiver_position, receiver_geometric);
+#if GLOSSY
+    let to_camera = normalize(parameters.camera_position - receiver_position);
+    receiver_mirror = 2.0 * dot(normal.xyz, to_camera) * normal.xyz - to_camera;
+    receiver_shininess = textureLoad(ks_shininess, pixel, 0).w;
+#endif
+
+    let seed0 = hash(packed ^ hash(parameters.seed));
+    let seed1 = hash(seed0);
+    let seed2 = hash(seed1);
+    let shift = vec2<f32>(unit(seed0), unit(seed1));
+    let end = parameters.first_draw + parameters.draw_count;
+    for (var first = parameters.first_draw; first < end; first += lanes * RAYS) {
+        let around_normal = frame_around(receiver_normal);
+        for (var i = 0u; i < RAYS; i++) {
+            let draw = first + lane * RAYS + i;
+            let disc = to_disc(fract(lattice[min(draw, parameters.draws - 1u)] + shift));
+            ray_direction[i] = disc.x * around_normal.right + disc.y * around_normal.up
+                + sqrt(max(1.0 - dot(disc, disc), 0.0)) * receiver_normal;
+            ray_end[i] = select(0.0, 1e30, draw < end);
+        }
+        count_directions();
+#if GLOSSY
+        let around_mirror = frame_around(receiver_mirror);
+        for (var i = 0u; i < RAYS; i++) {
+            let draw = first + lane * RAYS + i;
+            let disc = to_disc(fract(lattice[min(draw, parameters.draws - 1u)] + shift.yx));
+            // 1 − |disc|² is uniform in 0 to 1: cosθ = (1 − |disc|²)^(1/(s+1)).
+            let inner = dot(disc, disc);
+            let cosine = exp2(log2(max(1.0 - inner, 1e-30)) / (receiver_shininess + 1.0));
+            let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
+            let scale = sine * inverseSqrt(max(inner, 1e-30));
+            ray_direction[i] = normalize(scale * disc.x * around_mirror.right + scale * disc.y * around_mirror.up + cosine * receiver_mirror);
+            ray_end[i] = select(0.0, 1e30, draw < end);
+        }
+        count_directions();
+#endif
+        count_vpls(first, lane, lanes, end, unit(seed2));
+    }
+
+    let diffuse_sum = subgroupAdd(diffuse);
+#if GLOSSY
+    let specular_sum = subgroupAdd(specular);
+#endif
+    if (is_receiver && lane == 0u) {
+        let place = 2u * (parameters.first_result + slot);
+        let is_first = parameters.first_draw == 0u;
+        bounced[place] = select(bounced[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse_sum, 0.0);
+#if GLOSSY
+        bounced[place + 1u] = select(bounced[place + 1u], vec4<f32>(0.0), is_first) + vec4<f32>(specular_sum, 0.0);
+#endif
+    }
+}

@@ -1,0 +1,85 @@
+// What a ray finds on a triangle of the tree of boxes.
+
+struct Material {
+    // k_d per band; a textured surface multiplies its texture in.
+    kd: vec3<f32>,
+    // s, the Phong exponent.
+    shininess: f32,
+    // k_s per band.
+    ks: vec3<f32>,
+    // Where its texture's texels begin, and their rows and columns; a width of 0: none.
+    first_texel: u32,
+    width: u32,
+    height: u32,
+}
+
+// Sixteen words a triangle: the corners' normals (0: flat), their texture coordinates, the material.
+@group(0) @binding(11) var<storage, read> triangle_shading: array<vec4<f32>>;
+@group(0) @binding(12) var<storage, read> materials: array<Material>;
+#if TEXTURED
+@group(0) @binding(13) var<storage, read> texels: array<vec4<f32>>;
+#endif
+
+struct Hit {
+    position: vec3<f32>,
+    // Unit normals, turned to the side that the ray hits.
+    geometric_normal: vec3<f32>,
+    shading_normal: vec3<f32>,
+    kd: vec3<f32>,
+    ks: vec3<f32>,
+    shininess: f32,
+}
+
+fn hit_surface(triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
+    let corner0 = ray_triangles[3u * triangle];
+    let corner1 = ray_triangles[3u * triangle + 1u];
+    let corner2 = ray_triangles[3u * triangle + 2u];
+    let c0 = corner0.xyz - origin;
+    let c1 = corner1.xyz - origin;
+    let c2 = corner2.xyz - origin;
+    let weight = vec3<f32>(dot(direction, cross(c1, c2)), dot(direction, cross(c2, c0)), dot(direction, cross(c0, c1)));
+    let b = weight / (weight.x + weight.y + weight.z);
+
+    var hit: Hit;
+    hit.position = corner0.xyz + b.y * (corner1.xyz - corner0.xyz) + b.z * (corner2.xyz - corner0.xyz);
+    let normal = vec3<f32>(corner0.w, corner1.w, corner2.w);
+    hit.geometric_normal = select(normal, -normal, dot(normal, direction) > 0.0);
+    hit.shading_normal = hit.geometric_normal;
+    let word0 = triangle_shading[4u * triangle];
+    let word1 = triangle_shading[4u * triangle + 1u];
+    let word2 = triangle_shading[4u * triangle + 2u];
+    let word3 = triangle_shading[4u * triangle + 3u];
+#if SMOOTH
+    let blend = b.x * word0.xyz + b.y * vec3<f32>(word0.w, word1.xy) + b.z * vec3<f32>(word1.zw, word2.x);
+    let length_squared = dot(blend, blend);
+    let smooth_normal = blend * inverseSqrt(max(length_squared, 1e-12));
+    let turned = select(smooth_normal, -smooth_normal, dot(smooth_normal, hit.geometric_normal) < 0.0);
+    hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
+#endif
+    let material = bitcast<u32>(word3.w);
+    hit.kd = materials[material].kd;
+    hit.ks = materials[material].ks;
+    hit.shininess = materials[material].shininess;
+#if TEXTURED
+    let width = materials[material].width;
+    if (width > 0u) {
+        let texcoord = b.x * word2.yz + b.y * vec2<f32>(word2.w, word3.x) + b.z * word3.yz;
+        hit.kd *= sample_kd(texcoord, materials[material].first_texel, vec2<u32>(width, materials[material].height));
+    }
+#endif
+    return hit;
+}
+
+#if TEXTURED
+// Bilinear, repeating, v up, as the raster passes do it.
+fn sample_kd(texcoord: vec2<f32>, first: u32, size: vec2<u32>) -> vec3<f32> {
+    let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * vec2<f32>(size) - 0.5;
+    let corner = floor(place);
+    let weight = place - corner;
+    let low = (vec2<u32>(vec2<i32>(corner) + vec2<i32>(size))) % size;
+    let high = (low + 1u) % size;
+    let above = mix(texels[first + low.y * size.x + low.x].rgb, texels[first + low.y * size.x + high.x].rgb, weight.x);
+    let below = mix(texels[first + high.y * size.x + low.x].rgb, texels[first + high.y * size.x + high.x].rgb, weight.x);
+    return mix(above, below, weight.y);
+}
+#endif

@@ -1,0 +1,80 @@
+//! Points that fall evenly into the unit square.
+
+/// Candidates for a generator that are tried.
+const CANDIDATES: u32 = 64;
+
+/// A rank-1 lattice of `count` points (k/n, frac(k·g/n)) on the torus, in Morton order: neighbours in the list are
+/// neighbours on the square. Of the generators g near the golden ratio the one whose nearest points are farthest apart.
+pub(crate) fn rank1(count: u32) -> Vec<[f32; 2]> {
+    let golden = (f64::from(count) * 0.618_033_988_749_894_8) as u32;
+    let first = golden.saturating_sub(CANDIDATES / 2).max(1);
+    let generator = (first..first + CANDIDATES)
+        .max_by_key(|&generator| nearest_squared(count, generator))
+        .unwrap_or(1);
+    let mut points: Vec<[f32; 2]> = (0..u64::from(count))
+        .map(|k| {
+            let turned = k * u64::from(generator) % u64::from(count);
+            [k, turned].map(|x| (x as f64 / f64::from(count)) as f32)
+        })
+        .collect();
+    points.sort_by_key(|&[x, y]| morton(x) | morton(y) << 1);
+    points
+}
+
+/// Square of the least distance between two points on the torus, in units of 1/count.
+fn nearest_squared(count: u32, generator: u32) -> u64 {
+    let count = u64::from(count);
+    let around = |x: u64| x.min(count - x);
+    (1..count)
+        .map(|k| {
+            let [x, y] = [around(k), around(k * u64::from(generator) % count)];
+            x * x + y * y
+        })
+        .min()
+        .unwrap_or(0)
+}
+
+/// The upper sixteen bits of a number in 0 to 1, at every other place.
+fn morton(x: f32) -> u32 {
+    let bits = (x * 65_536.0) as u32;
+    (0..16).fold(0, |spread, bit| spread | (bits >> bit & 1) << (2 * bit))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_keep_their_distance() {
+        for count in [32, 64, 192, 256, 1024, 4096] {
+            let points = rank1(count);
+            assert_eq!(points.len(), count as usize);
+            assert!(points.iter().flatten().all(|x| (0.0..1.0).contains(x)));
+            let around = |a: f32, b: f32| {
+                let apart = (a - b).abs();
+                apart.min(1.0 - apart)
+            };
+            let mut nearest = f32::INFINITY;
+            for (i, a) in points.iter().enumerate() {
+                for b in &points[..i] {
+                    nearest = nearest.min(around(a[0], b[0]).hypot(around(a[1], b[1])));
+                }
+            }
+            // The hexagonal lattice, the best there is, has sqrt(2/√3) = 1.07.
+            let spacing = nearest * (count as f32).sqrt();
+            println!("{count}: {spacing}");
+            assert!(spacing > 0.9);
+        }
+    }
+
+    #[test]
+    fn neighbours_in_the_list_are_neighbours_on_the_square() {
+        let points = rank1(1024);
+        let steps = points.windows(2).map(|pair| {
+            let [[a, b], [c, d]] = [pair[0], pair[1]];
+            (a - c).hypot(b - d)
+        });
+        // In a random order the mean would be 0.52.
+        assert!(steps.sum::<f32>() / 1023.0 < 0.06);
+    }
+}

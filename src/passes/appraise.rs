@@ -1,0 +1,37 @@
+//! Appraise pass: how far the image is from independent gathers of some of its pixels.
+
+use super::{Context, gbuffer::GBuffer};
+use crate::{
+    Result,
+    vulkan::{Buffer, Image, Recorder, Resource, shaders::AppraiseParameters},
+};
+
+/// Compares `count` receivers, whose two results lie one list behind the other.
+pub(crate) fn appraise<'r>(
+    recorder: &mut Recorder<'r>,
+    context: &Context,
+    gbuffer: &'r GBuffer,
+    indirect_radiance: &'r Image,
+    receivers: &'r Buffer,
+    results: &'r Buffer,
+    appraisals: &'r Buffer,
+    count: u32,
+) -> Result<()> {
+    let pipeline = context
+        .pipelines
+        .compute("appraise", &[context.plan.brdf_word()])?;
+    let mut resources = gbuffer.resources();
+    resources.extend([
+        ("indirect_radiance", Resource::Image(indirect_radiance)),
+        ("receivers", Resource::Buffer(receivers)),
+        ("bounced", Resource::Buffer(results)),
+        ("appraisals", Resource::Buffer(appraisals)),
+    ]);
+    let parameters = AppraiseParameters {
+        receiver_count: count,
+    };
+    let groups = count.div_ceil(pipeline.module.workgroup_size[0]);
+    recorder.pass("appraise", |recorder| {
+        recorder.dispatch(&pipeline, &resources, &parameters, [groups, 1, 1])
+    })
+}

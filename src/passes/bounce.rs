@@ -1,0 +1,224 @@
+//! Bounce pass: the single bounce at a list of receivers, by rays from both ends.
+
+use std::time::{Duration, Instant};
+
+use super::{
+    Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, vpl::VplLists,
+};
+use crate::{
+    Result, lattice,
+    scene::Bands,
+    vulkan::{
+        Buffer, BufferUse, Device, PassTimes, Recorder, Resource,
+        shaders::{self, BounceParameters, LightDraws, ListLengths},
+    },
+};
+
+/// Receivers whose results there is room for.
+pub(crate) const MAX_RESULTS: u32 = 1 << 16;
+/// Workgroups of a dispatch that every Vulkan device takes.
+const MAX_GROUPS: u32 = 65_535;
+/// Rays of the first submission, before the device's speed is known.
+const FIRST_SUBMISSION_RAYS: f64 = 5e5;
+
+/// What the pass works with.
+pub(crate) struct Bounce<'b> {
+    pub context: &'b Context<'b>,
+    pub gbuffer: &'b GBuffer,
+    pub triangles: &'b RayTriangles,
+    pub vpls: &'b VplLists,
+    lights: Buffer,
+    light_draws: Buffer,
+    light_count: u32,
+    /// Two vectors a receiver: irradiance by the bounce, and the same weighted by the Phong lobe.
+    pub results: Buffer,
+    lattice: Lattice,
+    submission_target: Duration,
+    rays_per_second: Option<f64>,
+    pub stats: BounceStats,
+}
+
+struct Lattice {
+    draws: u32,
+    points: Buffer,
+}
+
+/// What it took.
+#[derive(Default)]
+pub(crate) struct BounceStats {
+    pub times: PassTimes,
+    pub submissions: u32,
+    pub rays: u64,
+}
+
+/// A light whose VPLs are listed.
+pub(crate) struct ListedLight {
+    pub parameters: shaders::Light,
+    pub vpl_count: u32,
+    /// What it sends into the scene's surroundings, W: decides on its share of the draws.
+    pub power_w: f64,
+}
+
+impl ListedLight {
+    pub fn new(light: &DeviceLight, lengths: ListLengths) -> ListedLight {
+        let power = |bands: Bands| bands.iter().sum::<f64>();
+        let texels = light.domain.texels.iter();
+        ListedLight {
+            parameters: light.parameters,
+            vpl_count: lengths.matte,
+            power_w: texels.map(|texel| power(light.domain.incident_power_w(texel))).sum(),
+        }
+    }
+}
+
+impl<'b> Bounce<'b> {
+    pub fn new(
+        context: &'b Context<'b>,
+        gbuffer: &'b GBuffer,
+        triangles: &'b RayTriangles,
+        vpls: &'b VplLists,
+        lights: &[ListedLight],
+        submission_target: Duration,
+    ) -> Result<Bounce<'b>> {
+        let device = context.device;
+        let parameters: Vec<shaders::Light> = lights.iter().map(|light| light.parameters).collect();
+        let bytes = u64::from(MAX_RESULTS) * 2 * size_of::<[f32; 4]>() as u64;
+        Ok(Bounce {
+            context,
+            gbuffer,
+            triangles,
+            vpls,
+            lights: Buffer::upload(device, "lights", &parameters)?,
+            light_draws: Buffer::upload(device, "draws of lights", &shares(lights))?,
+            light_count: lights.len() as u32,
+            results: Buffer::new(device, "bounced light", bytes, BufferUse::Device)?,
+            lattice: Lattice::new(device, 64)?,
+            submission_target,
+            rays_per_second: None,
+            stats: BounceStats::default(),
+        })
+    }
+
+    /// Gathers at the receivers `first` to `first + count` of a list, which have a specular lobe or not, with `draws` draws of
+    /// each way. The results go to `first_result` and on.
+    pub fn gather(
+        &mut self,
+        receivers: &Buffer,
+        is_glossy: bool,
+        (first, count): (u32, u32),
+        first_result: u32,
+        draws: u32,
+        seed: u32,
+        proceed: &mut dyn FnMut() -> Result<()>,
+    ) -> Result<()> {
+        if count == 0 {
+            return Ok(());
+        }
+        if self.lattice.draws != draws {
+            self.lattice = Lattice::new(self.context.device, draws)?;
+        }
+        let plan = self.context.plan;
+        let pipeline = self.context.pipelines.compute(
+            "bounce",
+            &[
+                plan.brdf_word(),
+                if is_glossy { "glossy" } else { "matte" },
+                if plan.is_smooth { "smooth" } else { "flat" },
+                if plan.is_textured { "textured" } else { "" },
+            ],
+        )?;
+        let lanes = self.context.device.info().limits.subgroup_lanes.clamp(1, 64);
+        let receivers_per_group = 64 / lanes;
+        let draws_per_dispatch = lanes * pipeline.module.constant("RAYS")?;
+        // To a light for each direction, and to a VPL.
+        let lobes = if is_glossy { 2 } else { 1 };
+        let rays_per_draw = u64::from(lobes * (1 + self.light_count) + 1);
+        let mut resources = self.gbuffer.resources();
+        resources.extend(self.triangles.resources());
+        resources.extend([
+            ("lights", Resource::Buffer(&self.lights)),
+            ("light_draws", Resource::Buffer(&self.light_draws)),
+            ("vpls", Resource::Image(&self.vpls.matte)),
+            ("lattice", Resource::Buffer(&self.lattice.points)),
+            ("receivers", Resource::Buffer(receivers)),
+            ("bounced", Resource::Buffer(&self.results)),
+        ]);
+
+        let mut done = 0;
+        while done < count {
+            let budget = self.rays_per_second.map_or(FIRST_SUBMISSION_RAYS, |speed| {
+                speed * self.submission_target.as_secs_f64()
+            });
+            let rays_per_receiver = u64::from(draws) * rays_per_draw;
+            let fit = (budget / rays_per_receiver as f64) as u32;
+            let receiver_count = fit
+                .clamp(receivers_per_group, MAX_GROUPS * receivers_per_group)
+                .min(count - done);
+            let mut recorder = Recorder::new(self.context.device, 1)?;
+            recorder.pass("bounce", |recorder| {
+                for first_draw in (0..draws).step_by(draws_per_dispatch as usize) {
+                    let parameters = BounceParameters {
+                        camera_position: self.context.camera_position(),
+                        first_receiver: first + done,
+                        receiver_count,
+                        first_result: first_result + done,
+                        first_draw,
+                        draw_count: draws_per_dispatch.min(draws - first_draw),
+                        draws,
+                        node_count: self.triangles.node_count,
+                        light_count: self.light_count,
+                        seed,
+                    };
+                    let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
+                    // Dispatches add to the same results.
+                    recorder.barrier();
+                    recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
+                }
+                Ok(())
+            })?;
+            let start = Instant::now();
+            self.stats.times.extend(recorder.submit()?);
+            self.stats.submissions += 1;
+            let rays = u64::from(receiver_count) * rays_per_receiver;
+            self.stats.rays += rays;
+            self.rays_per_second = Some(rays as f64 / start.elapsed().as_secs_f64().max(1e-6));
+            done += receiver_count;
+            proceed()?;
+        }
+        Ok(())
+    }
+}
+
+impl Lattice {
+    fn new(device: &Device, draws: u32) -> Result<Lattice> {
+        Ok(Lattice {
+            draws,
+            points: Buffer::upload(device, "lattice", &lattice::rank1(draws))?,
+        })
+    }
+}
+
+/// Half of the draws go to the lights alike and half by their power, so that none is forgotten.
+fn shares(lights: &[ListedLight]) -> Vec<LightDraws> {
+    let lit = || lights.iter().filter(|light| light.vpl_count > 0);
+    let power_w: f64 = lit().map(|light| light.power_w).sum();
+    let mut first_share = 0.0;
+    lights
+        .iter()
+        .map(|light| {
+            let share = if light.vpl_count > 0 {
+                0.5 / lit().count() as f64 + 0.5 * light.power_w / power_w
+            } else {
+                0.0
+            };
+            let draws = LightDraws {
+                first_vpl: light.parameters.first_vpl,
+                vpl_count: light.vpl_count,
+                first_share: first_share as f32,
+                share: share as f32,
+            };
+            first_share += share;
+            draws
+        })
+        .collect()
+}

@@ -1,0 +1,30 @@
+//! Resolve pass: indirect radiance of every pixel from its bounce.
+
+use super::{Context, gbuffer::GBuffer, predict::BounceImages};
+use crate::{
+    Result,
+    vulkan::{Image, Recorder, Resource},
+};
+
+
+/// L_{P→C} of the bounce, for every pixel with a surface.
+pub(crate) fn resolve<'r>(
+    recorder: &mut Recorder<'r>,
+    context: &Context,
+    gbuffer: &'r GBuffer,
+    images: &'r BounceImages,
+    indirect_radiance: &'r Image,
+) -> Result<()> {
+    let pipeline = context
+        .pipelines
+        .compute("resolve", &[context.plan.brdf_word()])?;
+    let mut resources = gbuffer.resources();
+    resources.extend(images.resources());
+    resources.push(("indirect_radiance", Resource::Image(indirect_radiance)));
+    let [width, height] = context.plan.resolution_px;
+    let [x, y, _] = pipeline.module.workgroup_size;
+    let groups = [width.div_ceil(x), height.div_ceil(y), 1];
+    recorder.pass("resolve", |recorder| {
+        recorder.dispatch::<[u32; 0]>(&pipeline, &resources, &[], groups)
+    })
+}
