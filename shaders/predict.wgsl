@@ -20,7 +20,7 @@ struct PredictParameters {
 @group(0) @binding(2) var ks_shininess: texture_2d<f32>;
 @group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read_write>;
 #endif
-// Irradiance by the bounce, W/m²; state: UNKNOWN, to be gathered (negative), or 1 + the error expected, W/sr/m².
+// Irradiance by the bounce, W/m²; state: 0 (unknown), negative (to be gathered), UNJUDGED, or 1 + the error expected, W/sr/m².
 @group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
 // Pixels to gather as column + 65536 · row, or NO_PIXEL.
 @group(0) @binding(5) var<storage, read_write> candidates: array<u32>;
@@ -32,12 +32,40 @@ const BASE: u32 = 0u;
 const CENTRES: u32 = 1u;
 const EDGES: u32 = 2u;
 const NO_PIXEL: u32 = 0xffffffffu;
+// Gathered, but there was no prediction to be judged by it.
+const UNJUDGED: f32 = 0.5;
 const WITH_PREDICTION: f32 = -1.0;
 const WITHOUT_PREDICTION: f32 = -2.0;
 // Of a neighbour's normal with the pixel's.
 const MIN_COSINE: f32 = 0.9;
 // How far a neighbour may lie off the pixel's tangent plane, over its distance.
 const MAX_SLOPE: f32 = 0.08;
+// Of a plane through the neighbours.
+const MAX_LEVERAGE: f32 = 2.5;
+// Known pixels around a new one: four, and the eight next to them.
+const NEIGHBOURS: u32 = 12u;
+
+// In reaches. New centres lie in the middle of a square lattice: (±1, ±1), (±3, ±1), (±1, ±3). New middles of edges lie in one
+// turned by 45°: (±1, 0), (0, ±1), (±2, ±1), (±1, ±2).
+fn neighbour_offset(index: u32, is_axial: bool) -> vec2<i32> {
+    let signs = vec2<i32>(select(-1, 1, (index & 1u) == 1u), select(-1, 1, (index & 2u) == 2u));
+    let long = select(3, 2, is_axial);
+    if (index >= 8u) {
+        return signs * vec2<i32>(1, long);
+    }
+    if (index >= 4u) {
+        return signs * vec2<i32>(long, 1);
+    }
+    return select(signs, select(vec2<i32>(signs.x, 0), vec2<i32>(0, signs.x), signs.y > 0), is_axial);
+}
+
+// Whether a pixel's bounce is known and it shows the surface that has this position and normal.
+fn is_same_surface(position: vec3<f32>, normal: vec3<f32>, pixel: vec2<u32>) -> bool {
+    let other_normal = textureLoad(normal_geometric, pixel, 0).xyz;
+    let offset = textureLoad(position_mesh, pixel, 0).xyz - position;
+    let off_plane = max(abs(dot(offset, normal)), abs(dot(offset, other_normal)));
+    return textureLoad(diffuse_bounce, pixel).w > 0.0 && dot(normal, other_normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(offset);
+}
 
 @compute @workgroup_size(64)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -71,45 +99,75 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let gloss = textureLoad(ks_shininess, pixel, 0);
     var specular = vec3<f32>(0.0);
 #endif
-    var diffuse = vec3<f32>(0.0);
-    var expected_error = 0.0;
-    var neighbours = 0u;
-    for (var i = 0u; i < 4u; i++) {
-        let side = select(-1, 1, (i & 1u) == 1u) * i32(parameters.reach);
-        let other_side = select(-1, 1, i >= 2u) * i32(parameters.reach);
-        let along_axis = select(vec2<i32>(side, 0), vec2<i32>(0, side), i >= 2u);
-        let place = vec2<i32>(pixel) + select(vec2<i32>(side, other_side), along_axis, is_axial);
+    var weights: array<f32, NEIGHBOURS>;
+    var total = 0.0;
+    var near = 0u;
+    // A plane over the image through the neighbours' values, by least squares: where all four of the nearest are on the surface, it
+    // is their mean; at the surface's border the next ones help.
+    var mean = vec2<f32>(0.0);
+    var squares = vec3<f32>(0.0);
+    for (var i = 0u; i < NEIGHBOURS; i++) {
+        weights[i] = 0.0;
+        if (i >= 4u && near == 4u) {
+            continue;
+        }
+        let offset = neighbour_offset(i, is_axial);
+        let place = vec2<i32>(pixel) + offset * i32(parameters.reach);
         if (any(place < vec2<i32>(0)) || any(place >= vec2<i32>(size))) {
             continue;
         }
-        let neighbour = vec2<u32>(place);
-        let position = textureLoad(position_mesh, neighbour, 0);
-        let bounce = textureLoad(diffuse_bounce, neighbour);
-        let other_normal = textureLoad(normal_geometric, neighbour, 0).xyz;
-        let offset = position.xyz - surface.xyz;
-        let off_plane = max(abs(dot(offset, normal)), abs(dot(offset, other_normal)));
-        var is_same = bounce.w >= 1.0 && dot(normal, other_normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(offset);
+        if (is_same_surface(surface.xyz, normal, vec2<u32>(place))) {
 #if PHONG
-        let other_gloss = textureLoad(ks_shininess, neighbour, 0);
-        is_same = is_same && gloss.w == other_gloss.w && any(gloss.rgb > vec3<f32>(0.0)) == any(other_gloss.rgb > vec3<f32>(0.0));
+            let other_gloss = textureLoad(ks_shininess, vec2<u32>(place), 0);
+            if (gloss.w != other_gloss.w || any(gloss.rgb > vec3<f32>(0.0)) != any(other_gloss.rgb > vec3<f32>(0.0))) {
+                continue;
+            }
 #endif
-        if (is_same) {
-            neighbours += 1u;
-            diffuse += bounce.rgb;
+            let at = vec2<f32>(offset);
+            let weight = 1.0 / dot(at, at);
+            weights[i] = weight;
+            total += weight;
+            near += u32(i < 4u);
+            mean += weight * at;
+            squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
+        }
+    }
+    let scale = 1.0 / max(total, 1e-6);
+    mean *= scale;
+    let spread = squares * scale - vec3<f32>(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
+    let determinant = spread.x * spread.z - spread.y * spread.y;
+    // The plane's value at the pixel is Σ weightᵢ·(1 + pull·(atᵢ − mean))·valueᵢ/Σ weightᵢ.
+    let pull = -vec2<f32>(spread.z * mean.x - spread.y * mean.y, spread.x * mean.y - spread.y * mean.x) / determinant;
+    // Noise of the prediction over that of a neighbour, squared, as if all weights were equal: more than 1 is extrapolation.
+    let leverage = 1.0 - dot(pull, mean);
+    let has_plane = determinant > 1e-3 && leverage <= MAX_LEVERAGE;
+
+    var diffuse = vec3<f32>(0.0);
+    var expected_error = 0.0;
+    var is_judged = false;
+    for (var i = 0u; i < NEIGHBOURS; i++) {
+        if (weights[i] > 0.0) {
+            let offset = neighbour_offset(i, is_axial);
+            let neighbour = vec2<u32>(vec2<i32>(pixel) + offset * i32(parameters.reach));
+            let share = weights[i] * scale * select(1.0, 1.0 + dot(pull, vec2<f32>(offset) - mean), has_plane);
+            let bounce = textureLoad(diffuse_bounce, neighbour);
+            diffuse += share * bounce.rgb;
             expected_error = max(expected_error, bounce.w - 1.0);
+            is_judged = is_judged || bounce.w != UNJUDGED;
 #if PHONG
-            specular += textureLoad(specular_bounce, neighbour).rgb;
+            specular += share * textureLoad(specular_bounce, neighbour).rgb;
 #endif
         }
     }
-    // The spacing has shrunk by √2 since the neighbours' errors were seen, and those are of second order.
-    expected_error *= 0.5;
-    let scale = 1.0 / f32(max(neighbours, 1u));
+    diffuse = max(diffuse, vec3<f32>(0.0));
 #if PHONG
-    textureStore(specular_bounce, pixel, vec4<f32>(specular * scale, 0.0));
+    textureStore(specular_bounce, pixel, vec4<f32>(max(specular, vec3<f32>(0.0)), 0.0));
 #endif
-    let is_known = neighbours >= 3u && expected_error <= parameters.tolerance;
-    let to_gather = select(WITHOUT_PREDICTION, WITH_PREDICTION, neighbours >= 2u);
-    textureStore(diffuse_bounce, pixel, vec4<f32>(diffuse * scale, select(to_gather, 1.0 + expected_error, is_known)));
+    // The spacing has shrunk by √2 since the neighbours' errors were seen, and those are of second order. What leans to one side
+    // is worse.
+    expected_error *= 0.5 * max(leverage, 1.0);
+    let is_known = has_plane && is_judged && expected_error <= parameters.tolerance;
+    let to_gather = select(WITHOUT_PREDICTION, WITH_PREDICTION, has_plane);
+    textureStore(diffuse_bounce, pixel, vec4<f32>(diffuse, select(to_gather, 1.0 + expected_error, is_known)));
     candidates[item] = select(pixel.x + (pixel.y << 16u), NO_PIXEL, is_known);
 }

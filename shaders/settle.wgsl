@@ -14,6 +14,7 @@ struct SettleParameters {
 @group(0) @binding(6) var<storage, read> bounced: array<vec4<f32>>;
 var<immediate> parameters: SettleParameters;
 
+const UNJUDGED: f32 = 0.5;
 const WITH_PREDICTION: f32 = -1.0;
 
 @compute @workgroup_size(64)
@@ -33,7 +34,6 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     textureStore(specular_bounce, pixel, vec4<f32>(specular, 0.0));
 #endif
     let error = length(reflect(pixel, diffuse - predicted.rgb, specular_error)) * 0.57735027;
-    // Without a prediction nothing is known of the errors around.
-    let expected = select(1e30, error, predicted.w == WITH_PREDICTION);
-    textureStore(diffuse_bounce, pixel, vec4<f32>(diffuse, 1.0 + expected));
+    let state = select(UNJUDGED, 1.0 + error, predicted.w == WITH_PREDICTION);
+    textureStore(diffuse_bounce, pixel, vec4<f32>(diffuse, state));
 }
