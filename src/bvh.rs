@@ -8,6 +8,8 @@ use obvhs::{
     triangle::Triangle as Corners,
 };
 
+use crate::{LocalSpace, Scene};
+
 /// A node as the shaders read it: low corner of its box, the node that follows its subtree, high corner, and its triangles
 /// as `count << 24 | first`; 0 for an inner node. The box's coordinates are bits of f32.
 pub(crate) type Node = [u32; 8];
@@ -33,13 +35,23 @@ pub(crate) struct Bvh {
     pub nodes: Vec<Node>,
     /// In the order of the leaves.
     pub triangles: Vec<Triangle>,
-    /// Which triangle each of them is.
-    pub sources: Vec<u32>,
 }
 
 impl Bvh {
-    /// The tree over triangles; empty where there are none.
-    pub fn over(corners: &[[Vec3; 3]]) -> Bvh {
+    /// The tree over a valid scene's surfaces; empty where there are none.
+    pub fn of(scene: &Scene, space: &LocalSpace) -> Bvh {
+        let corners: Vec<[Vec3; 3]> = scene
+            .meshes
+            .iter()
+            .flat_map(|mesh| {
+                let local = |corner: u32| space.to_local(mesh.positions_m[corner as usize]).into();
+                mesh.triangles.iter().map(move |corners| corners.map(local))
+            })
+            .collect();
+        Bvh::over(&corners)
+    }
+
+    fn over(corners: &[[Vec3; 3]]) -> Bvh {
         if corners.is_empty() {
             return Bvh::default();
         }
@@ -60,7 +72,6 @@ impl Bvh {
         Bvh {
             nodes: flatten(&tree),
             triangles: tree.primitive_indices.iter().map(in_leaf_order).collect(),
-            sources: tree.primitive_indices,
         }
     }
 }

@@ -22,12 +22,12 @@ pub(crate) struct Surfaces {
 }
 
 /// Triangles of one mesh and one material.
-pub(crate) struct Range {
-    pub first_triangle: u32,
-    pub triangle_count: u32,
-    pub is_smooth: bool,
-    pub texture: Option<usize>,
-    pub draw: Draw,
+struct Range {
+    first_triangle: u32,
+    triangle_count: u32,
+    is_smooth: bool,
+    texture: Option<usize>,
+    draw: Draw,
 }
 
 /// Which of the raster passes draws: its shader, and how much of a surface it writes.
@@ -45,8 +45,12 @@ impl Surfaces {
         device: &Device,
         scene: &Scene,
         plan: &Plan,
-        lists: SurfaceLists,
+        space: &LocalSpace,
     ) -> Result<Surfaces> {
+        let mut lists = Lists::default();
+        for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
+            lists.add(scene, plan, space, mesh_index, mesh);
+        }
         let textures = if plan.is_textured {
             scene.textures.as_slice()
         } else {
@@ -136,30 +140,18 @@ pub(crate) fn upload_view(device: &Device, view: &View) -> Result<Buffer> {
     Buffer::upload(device, "view", std::slice::from_ref(view))
 }
 
-/// Vertices and triangles of a scene as they go to the device.
 #[derive(Default)]
-pub(crate) struct SurfaceLists {
-    /// Local.
-    pub positions: Vec<[f32; 4]>,
-    /// Three a triangle.
-    pub indices: Vec<u32>,
-    /// As many as positions where some mesh is smooth, else none; zero for a vertex without one.
-    pub normals: Vec<[f32; 4]>,
+struct Lists {
+    positions: Vec<[f32; 4]>,
+    indices: Vec<u32>,
+    /// As many as positions where some mesh is smooth, else none.
+    normals: Vec<[f32; 4]>,
     /// As many as positions where there are textures, else none.
-    pub texcoords: Vec<[f32; 2]>,
-    /// Together all triangles, in their order.
-    pub ranges: Vec<Range>,
+    texcoords: Vec<[f32; 2]>,
+    ranges: Vec<Range>,
 }
 
-impl SurfaceLists {
-    pub fn of(scene: &Scene, plan: &Plan, space: &LocalSpace) -> SurfaceLists {
-        let mut lists = SurfaceLists::default();
-        for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
-            lists.add(scene, plan, space, mesh_index, mesh);
-        }
-        lists
-    }
-
+impl Lists {
     fn add(
         &mut self,
         scene: &Scene,
