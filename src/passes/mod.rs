@@ -57,6 +57,9 @@ mod tests {
             ("sensor", vec![""]),
             ("sensor", vec!["indirect"]),
         ];
+        for kernel in RayKernel::ALL {
+            asked.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel.name()])));
+        }
         for brdf in brdfs {
             for pass in ["gbuffer", "rsm"] {
                 for shading in ["flat", "smooth"] {
