@@ -1,4 +1,4 @@
-//! The scene's triangles as rays meet them on the device: some alone, the others in trees of eight boxes a node.
+//! The scene's triangles as rays meet them on the device: the large ones alone, the others in a tree of boxes.
 
 use std::time::Duration;
 
@@ -10,41 +10,43 @@ use obvhs::{
 
 use crate::{LocalSpace, Scene};
 
-/// Children of a node, triangles of a leaf: as many as a subgroup has lanes.
-const WIDTH: usize = 8;
-/// Texels of a node: low corners and links of the children, then their high corners.
-const NODE_TEXELS: usize = 2 * WIDTH;
+/// Triangles that stand alone come in groups of as many.
+const GROUP: usize = 8;
 /// Texels of a triangle: its corners, each with a component of the unit normal; its place in the scene.
 const TRIANGLE_TEXELS: usize = 4;
-/// What a box is of, beside its high corner: 0 where there is none.
-const OF_NODE: f32 = 1.0;
-const OF_LEAF: f32 = 2.0;
-/// Levels of nodes that a ray keeps waiting children of.
-const MAX_LEVELS: usize = 8;
-/// Triangles that every ray is tested against at most.
+/// Triangles of a scene without a tree, and those beside a tree, at most.
 const MAX_FACETS: usize = 64;
-/// Trees that every ray is tested against at most.
-const MAX_TREES: usize = 24;
-/// A leaf whose box has more than this share of the scene's surface stands alone.
-const FACET_SHARE: f32 = 0.01;
+/// A triangle whose box has more than this share of the scene's surface stands alone.
+const FACET_SHARE: f32 = 0.004;
+/// Triangles of a leaf at most.
+const LEAF_TRIANGLES: u32 = 2;
+/// What the word of a leaf has beside its triangles: `LEAF | count << 24 | first`.
+const LEAF: u32 = 1 << 30;
+/// Steps of the grid that boxes are rounded to, along an axis. Below 2¹⁵, so that no pair of them is the bits of a NaN.
+const GRID_STEPS: f32 = 32_000.0;
 /// By how much a box is larger than what it holds, local units. The ray that the triangle test sees is off by up to 16
-/// roundings (2⁻²⁴ each) of an offset within the scene, and that is at most 2√3.
-const BOX_SLACK: f32 = 3.9e-6;
+/// roundings (2⁻²⁴ each) of an offset within the scene, and that is at most 2√3; the products of the box test by another
+/// 16 of 2.
+const BOX_SLACK: f32 = 6e-6;
 
 pub(crate) type Texel = [f32; 4];
 
 /// Two lists of texels.
 #[derive(Debug, Default)]
 pub(crate) struct RayTree {
-    /// Node 0: groups of triangles that stand alone, number of trees. Then the trees: low corner and root, high corner. Then
-    /// the nodes.
+    /// First the groups of triangles that stand alone and the number of nodes; the grid's low corner; its step. Then the
+    /// nodes, depth first: pairs of 16 bits for x, y and z, low corner | high corner << 16, and what follows the subtree,
+    /// or a leaf's triangles.
     pub boxes: Vec<Texel>,
-    /// Those that stand alone, then the leaves; in groups of eight, filled up with triangles without area.
+    /// Those that stand alone, filled up with triangles without area; then those of the leaves.
     pub triangles: Vec<Texel>,
 }
 
+/// Texels before the first node.
+const HEADER_TEXELS: usize = 3;
+
 impl RayTree {
-    /// The trees over a valid scene's surfaces.
+    /// The tree over a valid scene's surfaces.
     pub fn of(scene: &Scene, space: &LocalSpace) -> RayTree {
         let mut corners: Vec<[Vec3; 3]> = Vec::new();
         for mesh in &scene.meshes {
@@ -55,298 +57,117 @@ impl RayTree {
     }
 
     fn over(corners: &[[Vec3; 3]]) -> RayTree {
-        let binary = Binary::over(corners);
-        let is_balanced = false;
-        Builder::build(corners, &binary, is_balanced)
-            .or_else(|| {
-                // Deeper than a ray can keep in mind. Halves of 2²⁴ triangles are eight levels.
-                let halves = Binary::of_halves(corners);
-                Builder::build(corners, &halves, !is_balanced)
-            })
-            .unwrap_or_default()
-    }
-}
-
-/// A tree of two children a node.
-#[derive(Debug, Default)]
-struct Binary {
-    nodes: Vec<BinaryNode>,
-    /// Triangles in the order of the leaves.
-    order: Vec<u32>,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct BinaryNode {
-    bounds: Aabb,
-    /// None for a leaf.
-    children: Option<[usize; 2]>,
-    /// Place of its first triangle in the order, and how many it has.
-    first: usize,
-    count: usize,
-}
-
-impl Binary {
-    /// By the surface area heuristic.
-    fn over(corners: &[[Vec3; 3]]) -> Binary {
-        if corners.is_empty() {
-            return Binary::default();
+        let (facets, others) = facets_and_others(corners);
+        let mut triangles = Vec::new();
+        for &place in &facets {
+            triangles.extend(triangle_texels(corners[place as usize], place));
         }
-        let inputs: Vec<Triangle> = corners
+        let groups = facets.len().div_ceil(GROUP).max(1);
+        triangles.resize(groups * GROUP * TRIANGLE_TEXELS, [0.0; 4]);
+        let mut tree = RayTree {
+            boxes: vec![[groups as f32, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4]],
+            triangles,
+        };
+        if !others.is_empty() {
+            tree.grow(corners, &others);
+        }
+        tree
+    }
+
+    /// Adds the tree over some triangles.
+    fn grow(&mut self, corners: &[[Vec3; 3]], places: &[u32]) {
+        let inputs: Vec<Triangle> = places
             .iter()
-            .map(|&[v0, v1, v2]| Triangle {
-                v0: v0.into(),
-                v1: v1.into(),
-                v2: v2.into(),
+            .map(|&place| {
+                let [v0, v1, v2] = corners[place as usize].map(Into::into);
+                Triangle { v0, v1, v2 }
             })
             .collect();
         let parameters = BvhBuildParams {
-            max_prims_per_leaf: 4,
+            max_prims_per_leaf: LEAF_TRIANGLES,
             ..BvhBuildParams::medium_build()
         };
         let tree = build_bvh2_from_tris(&inputs, parameters, &mut Duration::default());
-        Binary::flattened(&tree)
-    }
-
-    /// Depth first, so that a subtree's triangles are neighbours in the order.
-    fn flattened(tree: &Bvh2) -> Binary {
-        enum Step {
-            Enter(usize, Option<(usize, usize)>),
-            Leave(usize),
+        let first = (self.triangles.len() / TRIANGLE_TEXELS) as u32;
+        for &index in &tree.primitive_indices {
+            let place = places[index as usize];
+            let texels = triangle_texels(corners[place as usize], place);
+            self.triangles.extend(texels);
         }
-        let mut binary = Binary::default();
-        // Not by recursion: a tree may be as deep as it has triangles.
-        let mut steps = vec![Step::Enter(0, None)];
-        while let Some(step) = steps.pop() {
-            match step {
-                Step::Enter(index, parent) => {
-                    let node = &tree.nodes[index];
-                    let place = binary.nodes.len();
-                    if let Some((parent, side)) = parent
-                        && let Some(children) = &mut binary.nodes[parent].children
-                    {
-                        children[side] = place;
-                    }
-                    let first = node.first_index as usize;
-                    let is_leaf = node.prim_count > 0;
-                    binary.nodes.push(BinaryNode {
-                        bounds: node.aabb,
-                        children: (!is_leaf).then_some([0; 2]),
-                        first: binary.order.len(),
-                        count: 0,
-                    });
-                    steps.push(Step::Leave(place));
-                    if is_leaf {
-                        let triangles = first..first + node.prim_count as usize;
-                        binary.order.extend(&tree.primitive_indices[triangles]);
-                    } else {
-                        steps.push(Step::Enter(first + 1, Some((place, 1))));
-                        steps.push(Step::Enter(first, Some((place, 0))));
-                    }
-                }
-                Step::Leave(place) => {
-                    let count = binary.order.len() - binary.nodes[place].first;
-                    binary.nodes[place].count = count;
-                }
-            }
-        }
-        binary
+        let root = &tree.nodes[0].aabb;
+        let low: Vec3 = (root.min - 2.0 * BOX_SLACK).into();
+        let extent: Vec3 = (root.max - root.min + 4.0 * BOX_SLACK).into();
+        let step = extent / GRID_STEPS;
+        let nodes = flatten(&tree, first, low, step);
+        self.boxes[0][1] = nodes.len() as f32;
+        self.boxes[1] = low.extend(0.0).to_array();
+        self.boxes[2] = step.extend(0.0).to_array();
+        self.boxes.extend(nodes);
     }
+}
 
-    /// By halving the list of triangles, sorted along the longest axis: never deep.
-    fn of_halves(corners: &[[Vec3; 3]]) -> Binary {
-        let mut binary = Binary {
-            nodes: Vec::new(),
-            order: (0..corners.len() as u32).collect(),
-        };
-        binary.halve(corners, 0, corners.len());
-        binary
+/// The triangles that stand alone, and the others.
+fn facets_and_others(corners: &[[Vec3; 3]]) -> (Vec<u32>, Vec<u32>) {
+    let mut places: Vec<u32> = (0..corners.len() as u32).collect();
+    if corners.len() <= MAX_FACETS {
+        return (places, Vec::new());
     }
-
-    fn halve(&mut self, corners: &[[Vec3; 3]], first: usize, count: usize) -> usize {
-        let triangles = &mut self.order[first..first + count];
+    let bounds = |corners: &[Vec3]| {
         let mut bounds = Aabb::empty();
-        for &triangle in triangles.iter() {
-            for corner in corners[triangle as usize] {
-                bounds.extend(corner.into());
-            }
+        for &corner in corners {
+            bounds.extend(corner.into());
         }
-        let place = self.nodes.len();
-        self.nodes.push(BinaryNode {
-            bounds,
-            children: None,
-            first,
-            count,
-        });
-        if count > WIDTH / 2 {
-            let extent = bounds.max - bounds.min;
-            let axis = (0..3)
-                .max_by(|&a, &b| extent[a].total_cmp(&extent[b]))
-                .unwrap_or(0);
-            let key = |&triangle: &u32| -> f32 {
-                corners[triangle as usize].iter().map(|c| c[axis]).sum()
-            };
-            let half = count / 2;
-            triangles.select_nth_unstable_by(half, |a, b| key(a).total_cmp(&key(b)));
-            let low = self.halve(corners, first, half);
-            let high = self.halve(corners, first + half, count - half);
-            self.nodes[place].children = Some([low, high]);
-        }
-        place
-    }
+        bounds.half_area()
+    };
+    let scene_area = bounds(corners.as_flattened());
+    let area = |place: u32| bounds(&corners[place as usize]);
+    places.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
+    let is_large = |&&place: &&u32| area(place) > FACET_SHARE * scene_area;
+    let count = places.iter().take(MAX_FACETS).take_while(is_large).count();
+    let others = places.split_off(count);
+    (places, others)
 }
 
-struct Builder<'b> {
-    corners: &'b [[Vec3; 3]],
-    binary: &'b Binary,
-    /// Opens the nodes with the most triangles first, not those with the largest boxes.
-    is_balanced: bool,
-    tree: RayTree,
-}
-
-impl<'b> Builder<'b> {
-    /// `None`: a tree is too deep.
-    fn build(corners: &'b [[Vec3; 3]], binary: &'b Binary, is_balanced: bool) -> Option<RayTree> {
-        let mut builder = Builder {
-            corners,
-            binary,
-            is_balanced,
-            tree: RayTree::default(),
-        };
-        builder.fill()?;
-        Some(builder.tree)
+fn flatten(tree: &Bvh2, first_triangle: u32, low: Vec3, step: Vec3) -> Vec<Texel> {
+    enum Step {
+        Enter(usize),
+        /// Every node of this node's subtree is there.
+        Leave(usize),
     }
-
-    fn fill(&mut self) -> Option<()> {
-        let (facets, trees) = self.top();
-        for group in facets.chunks(WIDTH) {
-            self.push_triangles(group);
-        }
-        let header = [
-            facets.len().div_ceil(WIDTH) as f32,
-            trees.len() as f32,
-            0.0,
-            0.0,
-        ];
-        self.tree.boxes = vec![[0.0; 4]; NODE_TEXELS];
-        self.tree.boxes[0] = header;
-        // A tree that is none, where there are none.
-        let room = (2 * trees.len().max(1)).next_multiple_of(NODE_TEXELS);
-        self.tree
-            .boxes
-            .resize(NODE_TEXELS + room, [0.0, 0.0, 0.0, 0.0]);
-        for (index, &tree) in trees.iter().enumerate() {
-            let root = self.push_node(tree, 1)?;
-            let [low, high] = box_texels(&self.binary.nodes[tree].bounds, root, OF_NODE);
-            self.tree.boxes[NODE_TEXELS + 2 * index] = low;
-            self.tree.boxes[NODE_TEXELS + 2 * index + 1] = high;
-        }
-        if self.tree.triangles.is_empty() {
-            self.push_triangles(&[]);
-        }
-        Some(())
-    }
-
-    /// Triangles that stand alone, and roots of trees: the nodes with the largest boxes are opened first.
-    fn top(&self) -> (Vec<u32>, Vec<usize>) {
-        let nodes = &self.binary.nodes;
-        if self.corners.len() <= MAX_FACETS {
-            return (self.binary.order.clone(), Vec::new());
-        }
-        let scene_area = nodes[0].bounds.half_area();
-        let (mut facets, mut trees, mut closed) = (Vec::new(), vec![0], Vec::new());
-        while trees.len() + closed.len() < MAX_TREES {
-            let area = |&place: &usize| nodes[place].bounds.half_area();
-            let Some(largest) =
-                (0..trees.len()).max_by(|&a, &b| area(&trees[a]).total_cmp(&area(&trees[b])))
-            else {
-                break;
-            };
-            let place = trees.swap_remove(largest);
-            let node = &nodes[place];
-            let is_large = node.bounds.half_area() > FACET_SHARE * scene_area;
-            match node.children {
-                Some(children) => trees.extend(children),
-                None if is_large && facets.len() + node.count <= MAX_FACETS => {
-                    facets.extend(&self.binary.order[node.first..node.first + node.count]);
+    let mut nodes: Vec<Texel> = Vec::with_capacity(tree.nodes.len());
+    // Not by recursion: a tree may be as deep as it has triangles.
+    let mut steps = vec![Step::Enter(0)];
+    while let Some(next) = steps.pop() {
+        match next {
+            Step::Enter(index) => {
+                let node = &tree.nodes[index];
+                let first = node.first_index;
+                let [x, y, z] = box_words(&node.aabb, low, step);
+                if node.prim_count == 0 {
+                    steps.push(Step::Leave(nodes.len()));
+                    steps.push(Step::Enter(first as usize + 1));
+                    steps.push(Step::Enter(first as usize));
+                    nodes.push([x, y, z, 0.0]);
+                } else {
+                    let word = LEAF | node.prim_count << 24 | (first_triangle + first);
+                    nodes.push([x, y, z, f32::from_bits(word)]);
                 }
-                None => closed.push(place),
             }
+            Step::Leave(index) => nodes[index][3] = f32::from_bits(nodes.len() as u32),
         }
-        trees.extend(closed);
-        (facets, trees)
     }
-
-    /// Appends a node and what is below it; returns its index. `None`: too deep.
-    fn push_node(&mut self, place: usize, level: usize) -> Option<u32> {
-        if level > MAX_LEVELS {
-            return None;
-        }
-        let index = self.tree.boxes.len() / NODE_TEXELS;
-        self.tree
-            .boxes
-            .resize((index + 1) * NODE_TEXELS, [0.0; 4]);
-        for (child, place) in self.children(place).into_iter().enumerate() {
-            let node = self.binary.nodes[place];
-            let (link, kind) = if node.count <= WIDTH {
-                let triangles = &self.binary.order[node.first..node.first + node.count];
-                (self.push_triangles(triangles), OF_LEAF)
-            } else {
-                (self.push_node(place, level + 1)?, OF_NODE)
-            };
-            let [low, high] = box_texels(&node.bounds, link, kind);
-            self.tree.boxes[index * NODE_TEXELS + child] = low;
-            self.tree.boxes[index * NODE_TEXELS + WIDTH + child] = high;
-        }
-        Some(index as u32)
-    }
-
-    /// Up to eight descendants that make up a node: those with the largest boxes are opened first.
-    fn children(&self, place: usize) -> Vec<usize> {
-        let nodes = &self.binary.nodes;
-        let mut children = vec![place];
-        while children.len() < WIDTH {
-            let can_open = |&at: &usize| {
-                let node = &nodes[children[at]];
-                node.children.is_some() && node.count > WIDTH
-            };
-            let size = |at: usize| match &nodes[children[at]] {
-                node if self.is_balanced => node.count as f32,
-                node => node.bounds.half_area(),
-            };
-            let largest = (0..children.len())
-                .filter(can_open)
-                .max_by(|&a, &b| size(a).total_cmp(&size(b)));
-            let Some(largest) = largest else {
-                break;
-            };
-            let Some(opened) = nodes[children.swap_remove(largest)].children else {
-                break;
-            };
-            children.extend(opened);
-        }
-        children
-    }
-
-    /// Appends a group of up to eight triangles; returns its index.
-    fn push_triangles(&mut self, triangles: &[u32]) -> u32 {
-        let group = self.tree.triangles.len() / (WIDTH * TRIANGLE_TEXELS);
-        for &triangle in triangles {
-            let texels = triangle_texels(self.corners[triangle as usize], triangle);
-            self.tree.triangles.extend(texels);
-        }
-        let end = (group + 1) * WIDTH * TRIANGLE_TEXELS;
-        self.tree.triangles.resize(end, [0.0; 4]);
-        group as u32
-    }
+    nodes
 }
 
-fn box_texels(bounds: &Aabb, link: u32, kind: f32) -> [Texel; 2] {
-    let [low_x, low_y, low_z] = (bounds.min - BOX_SLACK).to_array();
-    let [high_x, high_y, high_z] = (bounds.max + BOX_SLACK).to_array();
-    [
-        [low_x, low_y, low_z, link as f32],
-        [high_x, high_y, high_z, kind],
-    ]
+/// A box rounded outwards to the grid.
+fn box_words(bounds: &Aabb, low: Vec3, step: Vec3) -> [f32; 3] {
+    let (min, max): (Vec3, Vec3) = (bounds.min.into(), bounds.max.into());
+    // An extent of nothing has no steps.
+    let safe_step = step.max(Vec3::splat(1e-30));
+    let from = ((min - BOX_SLACK - low) / safe_step).floor();
+    let to = ((max + BOX_SLACK - low) / safe_step).ceil();
+    let on_grid = |v: f32| v.clamp(0.0, GRID_STEPS + 2.0) as u32;
+    std::array::from_fn(|axis| f32::from_bits(on_grid(from[axis]) | on_grid(to[axis]) << 16))
 }
 
 fn triangle_texels(corners: [Vec3; 3], place: u32) -> [Texel; TRIANGLE_TEXELS] {
@@ -357,3 +178,5 @@ fn triangle_texels(corners: [Vec3; 3], place: u32) -> [Texel; TRIANGLE_TEXELS] {
     let [a, b, c] = [0, 1, 2].map(|i| corners[i].extend(normal[i]).to_array());
     [a, b, c, [place as f32, 0.0, 0.0, 0.0]]
 }
+
+const _: () = assert!(HEADER_TEXELS == 3 && LEAF_TRIANGLES < 64);
