@@ -19,7 +19,6 @@ struct BounceParameters {
     draw_count: u32,
     // Draws of each way in all.
     draws: u32,
-    node_count: u32,
     light_count: u32,
     // Another number: other draws.
     seed: u32,
@@ -57,6 +56,7 @@ var<private> receiver_normal: vec3<f32>;
 var<private> receiver_geometric: vec3<f32>;
 var<private> receiver_mirror: vec3<f32>;
 var<private> receiver_shininess: f32;
+var<private> own_lane: u32;
 var<private> diffuse: vec3<f32>;
 var<private> specular: vec3<f32>;
 
@@ -155,11 +155,11 @@ fn to_disc(place: vec2<f32>) -> vec2<f32> {
 }
 
 // Follows the directions in ray_direction from P and counts in what they find.
-fn count_directions() {
+fn count_directions(first: u32, end: u32) {
     for (var i = 0u; i < RAYS; i++) {
         let direction = ray_direction[i];
         let is_above = dot(receiver_normal, direction) > 0.0 && dot(receiver_geometric, direction) > 0.0;
-        ray_end[i] = select(ray_end[i], 0.0, !is_above);
+        ray_nearness[i] = select(NOT_WANTED, 0.0, is_above && draw_of(first, i) < end);
     }
     trace(receiver_start, false);
     var hits: array<Hit, RAYS>;
@@ -167,21 +167,22 @@ fn count_directions() {
     var is_hit: array<bool, RAYS>;
     for (var i = 0u; i < RAYS; i++) {
         directions[i] = ray_direction[i];
-        is_hit[i] = ray_triangle[i] != NO_TRIANGLE;
-        hits[i] = hit_surface(select(0u, ray_triangle[i], is_hit[i]), receiver_start, directions[i]);
+        is_hit[i] = ray_hit[i] != NOTHING_HIT && ray_nearness[i] < NOT_WANTED;
+        hits[i] = hit_surface(select(0u, ray_hit[i], is_hit[i]), receiver_start, directions[i]);
     }
     for (var light = 0u; light < parameters.light_count; light++) {
         let origin = lights[light].position;
+        var is_wanted: array<bool, RAYS>;
         for (var i = 0u; i < RAYS; i++) {
             let illumination = illuminate(light, hits[i].position);
-            let is_lit = is_hit[i] && dot(hits[i].shading_normal, illumination.to_light) > 0.0
+            is_wanted[i] = is_hit[i] && dot(hits[i].shading_normal, illumination.to_light) > 0.0
                 && dot(hits[i].geometric_normal, illumination.to_light) > 0.0 && any(illumination.irradiance > vec3<f32>(0.0));
-            ray_direction[i] = lifted(hits[i].position, hits[i].geometric_normal) - origin;
-            ray_end[i] = select(0.0, 1.0, is_lit);
+            ray_direction[i] = before_surface(hits[i].position, hits[i].geometric_normal, END_SHIFT) - origin;
+            ray_nearness[i] = select(NOT_WANTED, 1.0, is_wanted[i]);
         }
         trace(origin, true);
         for (var i = 0u; i < RAYS; i++) {
-            if (ray_end[i] == 1.0) {
+            if (is_wanted[i] && ray_nearness[i] <= 1.0) {
                 let illumination = illuminate(light, hits[i].position);
                 let cosine_light = dot(hits[i].shading_normal, illumination.to_light);
                 var brdf = hits[i].kd / PI;
@@ -199,15 +200,16 @@ fn count_directions() {
     }
 }
 
-fn count_vpls(first: u32, lane: u32, lanes: u32, end: u32, shift: f32) {
+fn count_vpls(first: u32, end: u32, shift: f32) {
     var place: array<vec2<u32>, RAYS>;
     var share: array<f32, RAYS>;
+    var is_wanted: array<bool, RAYS>;
     for (var i = 0u; i < RAYS; i++) {
-        let draw = first + lane * RAYS + i;
+        let draw = draw_of(first, i);
         let x = (f32(draw) + shift) / f32(parameters.draws);
         var light = 0u;
         for (var other = 1u; other < parameters.light_count; other++) {
-            light = select(light, other, x >= light_draws[other].first_share);
+            light = select(light, other, x >= light_draws[other].first_share && light_draws[other].share > 0.0);
         }
         let count = light_draws[light].vpl_count;
         let step = (x - light_draws[light].first_share) / light_draws[light].share * f32(count);
@@ -215,14 +217,15 @@ fn count_vpls(first: u32, lane: u32, lanes: u32, end: u32, shift: f32) {
         share[i] = f32(parameters.draws) * light_draws[light].share / f32(max(count, 1u));
         let position = textureLoad(vpls, place[i], 0, 0).xyz;
         let normal = textureLoad(vpls, place[i], 1, 0).xyz;
-        let direction = lifted(position, normal) - receiver_start;
-        let is_above = dot(receiver_normal, direction) > 0.0 && dot(receiver_geometric, direction) > 0.0 && dot(normal, direction) < 0.0;
+        let direction = before_surface(position, normal, END_SHIFT) - receiver_start;
+        is_wanted[i] = draw < end && count > 0u && dot(receiver_normal, direction) > 0.0
+            && dot(receiver_geometric, direction) > 0.0 && dot(normal, direction) < 0.0;
         ray_direction[i] = direction;
-        ray_end[i] = select(0.0, 1.0, draw < end && count > 0u && is_above);
+        ray_nearness[i] = select(NOT_WANTED, 1.0, is_wanted[i]);
     }
     trace(receiver_start, true);
     for (var i = 0u; i < RAYS; i++) {
-        if (ray_end[i] == 1.0) {
+        if (is_wanted[i] && ray_nearness[i] <= 1.0) {
             let position_area = textureLoad(vpls, place[i], 0, 0);
             let normal_shininess = textureLoad(vpls, place[i], 1, 0);
             let offset = position_area.xyz - receiver_position;
@@ -238,14 +241,23 @@ fn count_vpls(first: u32, lane: u32, lanes: u32, end: u32, shift: f32) {
     }
 }
 
+// The draw of a lane's ray: neighbours go together.
+fn draw_of(first: u32, ray: u32) -> u32 {
+    return first + own_lane * RAYS + ray;
+}
+
 @compute @workgroup_size(64)
 fn compute_main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(subgroup_id) subgroup: u32,
     @builtin(num_subgroups) subgroups: u32,
-    @builtin(subgroup_invocation_id) lane: u32,
+    @builtin(subgroup_invocation_id) subgroup_lane: u32,
     @builtin(subgroup_size) lanes: u32,
 ) {
+    own_lane = subgroup_lane;
+#if PACKET
+    lane = subgroup_lane;
+#endif
     // No lane leaves early: they go through the tree of boxes together.
     let slot = group.x * subgroups + subgroup;
     let is_receiver = slot < parameters.receiver_count;
@@ -255,9 +267,11 @@ fn compute_main(
     let normal = textureLoad(normal_geometric, pixel, 0);
     receiver_normal = normal.xyz;
     receiver_geometric = unpack_direction(normal.w);
-    receiver_start = lifted(receiver_position, receiver_geometric);
-#if GLOSSY
+    // Where P lies in a second surface, too, as in the corner of two walls, it is meant on the side that the camera sees: nothing is
+    // between them.
     let to_camera = normalize(parameters.camera_position - receiver_position);
+    receiver_start = before_surface(receiver_position, receiver_geometric, ORIGIN_SHIFT) + ORIGIN_SHIFT * to_camera;
+#if GLOSSY
     receiver_mirror = 2.0 * dot(normal.xyz, to_camera) * normal.xyz - to_camera;
     receiver_shininess = textureLoad(ks_shininess, pixel, 0).w;
 #endif
@@ -270,17 +284,16 @@ fn compute_main(
     for (var first = parameters.first_draw; first < end; first += lanes * RAYS) {
         let around_normal = frame_around(receiver_normal);
         for (var i = 0u; i < RAYS; i++) {
-            let draw = first + lane * RAYS + i;
+            let draw = draw_of(first, i);
             let disc = to_disc(fract(lattice[min(draw, parameters.draws - 1u)] + shift));
             ray_direction[i] = disc.x * around_normal.right + disc.y * around_normal.up
                 + sqrt(max(1.0 - dot(disc, disc), 0.0)) * receiver_normal;
-            ray_end[i] = select(0.0, 1e30, draw < end);
         }
-        count_directions();
+        count_directions(first, end);
 #if GLOSSY
         let around_mirror = frame_around(receiver_mirror);
         for (var i = 0u; i < RAYS; i++) {
-            let draw = first + lane * RAYS + i;
+            let draw = draw_of(first, i);
             let disc = to_disc(fract(lattice[min(draw, parameters.draws - 1u)] + shift.yx));
             // 1 − |disc|² is uniform in 0 to 1: cosθ = (1 − |disc|²)^(1/(s+1)).
             let inner = dot(disc, disc);
@@ -288,18 +301,17 @@ fn compute_main(
             let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
             let scale = sine * inverseSqrt(max(inner, 1e-30));
             ray_direction[i] = normalize(scale * disc.x * around_mirror.right + scale * disc.y * around_mirror.up + cosine * receiver_mirror);
-            ray_end[i] = select(0.0, 1e30, draw < end);
         }
-        count_directions();
+        count_directions(first, end);
 #endif
-        count_vpls(first, lane, lanes, end, unit(seed2));
+        count_vpls(first, end, unit(seed2));
     }
 
     let diffuse_sum = subgroupAdd(diffuse);
 #if GLOSSY
     let specular_sum = subgroupAdd(specular);
 #endif
-    if (is_receiver && lane == 0u) {
+    if (is_receiver && own_lane == 0u) {
         let place = 2u * (parameters.first_result + slot);
         let is_first = parameters.first_draw == 0u;
         bounced[place] = select(bounced[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse_sum, 0.0);

@@ -1,4 +1,4 @@
-// What a ray finds on a triangle of the tree of boxes.
+// What a ray finds on a triangle.
 
 struct Material {
     // k_d per band; a textured surface multiplies its texture in.
@@ -13,7 +13,7 @@ struct Material {
     height: u32,
 }
 
-// Sixteen words a triangle: the corners' normals (0: flat), their texture coordinates, the material.
+// Sixteen words a triangle, in the order of the scene: the corners' normals (0: flat), their texture coordinates, the material.
 @group(0) @binding(11) var<storage, read> triangle_shading: array<vec4<f32>>;
 @group(0) @binding(12) var<storage, read> materials: array<Material>;
 #if TEXTURED
@@ -30,10 +30,11 @@ struct Hit {
     shininess: f32,
 }
 
-fn hit_surface(triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
-    let corner0 = ray_triangles[3u * triangle];
-    let corner1 = ray_triangles[3u * triangle + 1u];
-    let corner2 = ray_triangles[3u * triangle + 2u];
+// `hit_triangle` is that of ray_hit.
+fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
+    let corner0 = triangle_texel(4u * hit_triangle);
+    let corner1 = triangle_texel(4u * hit_triangle + 1u);
+    let corner2 = triangle_texel(4u * hit_triangle + 2u);
     let c0 = corner0.xyz - origin;
     let c1 = corner1.xyz - origin;
     let c2 = corner2.xyz - origin;
@@ -45,6 +46,7 @@ fn hit_surface(triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
     let normal = vec3<f32>(corner0.w, corner1.w, corner2.w);
     hit.geometric_normal = select(normal, -normal, dot(normal, direction) > 0.0);
     hit.shading_normal = hit.geometric_normal;
+    let triangle = scene_triangle(hit_triangle);
     let word0 = triangle_shading[4u * triangle];
     let word1 = triangle_shading[4u * triangle + 1u];
     let word2 = triangle_shading[4u * triangle + 2u];

@@ -1,75 +1,256 @@
-// Rays among all triangles, which lie in a tree of boxes (src/bvh.rs).
+// Rays among all triangles, RAYS of them per lane that start at one origin. See src/ray_tree.rs for what the images hold.
+//
+// A packet meets the large triangles, which stand alone, one after the other: what depends on the origin and the triangle
+// but not on the direction is worked out once, a triangle per lane, and broadcast. The others lie in a tree of boxes, where
+// each lane takes its own way with one of its rays after the other: rays that start together soon part among small triangles.
+//
+// Everything is meant to be right but for rounding, of which u = 2^-24 is the unit: errors are bounded as in Pharr, Jakob,
+// Humphreys, "Physically Based Rendering", section "Managing rounding error".
 
-// Eight words a node: low corner of the box, the node after the subtree; high corner, triangles (count << 24 | first).
-@group(0) @binding(9) var<storage, read> nodes: array<u32>;
-// Each corner, and behind it a component of the unit normal.
-@group(0) @binding(10) var<storage, read> ray_triangles: array<vec4<f32>>;
+@group(0) @binding(9) var ray_boxes: texture_storage_2d<rgba32float, read>;
+@group(0) @binding(10) var ray_triangles: texture_storage_2d<rgba32float, read>;
 
-const ORIGIN_SHIFT: f32 = 24.0 * 5.9604645e-8;
-const LATER: f32 = 1.0 + 8.0 * 5.9604645e-8;
 // Rays of a lane.
 const RAYS: u32 = 8u;
-const NO_TRIANGLE: u32 = 0xffffffffu;
+// Texels of a row of the images, as a shift.
+const ROW_SHIFT: u32 = 10u;
+const ROW_MASK: u32 = 1023u;
+const NOTHING_HIT: u32 = 0xffffffffu;
+// Texels of ray_boxes before the first node.
+const HEADER_TEXELS: u32 = 3u;
+// The word of a leaf: LEAF | count << 24 | first triangle.
+const LEAF: u32 = 0x40000000u;
+const INDEX: u32 = 0xffffffu;
+const LEAF_TRIANGLES: u32 = 2u;
+// Boxes that a lane tests before it looks at leaves.
+const STRIDE: u32 = 8u;
 
-// The rays of a lane, all from one origin.
+// By how much a ray starts before P's surface, for each component of the normal. P = v0 + b1·e1 + b2·e2 is off its plane by up to
+// 10u: 4u for each of b1·e1 + b2·e2 ≤ 2, and 2u for v0 ≤ 1. Corners of a neighbour in the same plane are u off it, in either
+// direction, the shift is rounded by u, and the height of the ray's origin over a plane is off by 5u of an offset ≤ 2.
+const ORIGIN_SHIFT: f32 = 24.0 * 5.9604645e-8;
+// By how much a ray ends before Q's surface: its end's height over the plane is the difference of two that are off by 10u
+// each, and their quotient is rounded by 3u of an offset ≤ 2.
+const END_SHIFT: f32 = 40.0 * 5.9604645e-8;
+
+// Each ray's direction, whose length is the unit of its distances.
 var<private> ray_direction: array<vec3<f32>, RAYS>;
-// In lengths of the direction; 0: not wanted.
-var<private> ray_end: array<f32, RAYS>;
-// What it meets first.
-var<private> ray_triangle: array<u32, RAYS>;
+// 1 / distance of the nearest hit so far. To be set before: 1 where the ray ends at its direction's head, 0 where it does
+// not end, NOT_WANTED where it is none.
+var<private> ray_nearness: array<f32, RAYS>;
+// The triangle that was hit, for scene_triangle; or NOTHING_HIT.
+var<private> ray_hit: array<u32, RAYS>;
+const NOT_WANTED: f32 = 1e30;
 
-fn lifted(position: vec3<f32>, geometric_normal: vec3<f32>) -> vec3<f32> {
-    return position + ORIGIN_SHIFT * dot(abs(geometric_normal), vec3<f32>(1.0)) * geometric_normal;
+fn before_surface(position: vec3<f32>, geometric_normal: vec3<f32>, shift: f32) -> vec3<f32> {
+    return position + shift * dot(abs(geometric_normal), vec3<f32>(1.0)) * geometric_normal;
 }
 
-fn safe_inverse(direction: vec3<f32>) -> vec3<f32> {
+fn box_texel(index: u32) -> vec4<f32> {
+    return textureLoad(ray_boxes, vec2<u32>(index & ROW_MASK, index >> ROW_SHIFT));
+}
+
+fn triangle_texel(index: u32) -> vec4<f32> {
+    return textureLoad(ray_triangles, vec2<u32>(index & ROW_MASK, index >> ROW_SHIFT));
+}
+
+// So that 0 times the inverse is 0 and not NaN.
+fn inverse_of(direction: vec3<f32>) -> vec3<f32> {
     return 1.0 / select(direction, vec3<f32>(1e-30), abs(direction) < vec3<f32>(1e-30));
 }
 
-fn trace(origin: vec3<f32>, is_any: bool) {
+// What all rays from one origin share of a triangle.
+struct Facet {
+    // A direction passes inside the triangle if its product with none of these is negative. Neighbours have exactly
+    // opposite ones for their common edge, so that nothing slips between them.
+    edge0: vec3<f32>,
+    edge1: vec3<f32>,
+    edge2: vec3<f32>,
+    // Unit normal over the origin's height: its product with a direction is 1 / distance.
+    normal: vec3<f32>,
+}
+
+fn facet_of(triangle: u32, origin: vec3<f32>) -> Facet {
+    let a = triangle_texel(4u * triangle);
+    let b = triangle_texel(4u * triangle + 1u);
+    let c = triangle_texel(4u * triangle + 2u);
+    let normal = vec3<f32>(a.w, b.w, c.w);
+    let c0 = a.xyz - origin;
+    let c1 = b.xyz - origin;
+    let c2 = c.xyz - origin;
+    let height = dot(normal, c0);
+    let turn = select(-1.0, 1.0, height > 0.0);
+    var facet: Facet;
+    facet.edge0 = turn * cross(c1 + c2, c2 - c1);
+    facet.edge1 = turn * cross(c2 + c0, c0 - c2);
+    facet.edge2 = turn * cross(c0 + c1, c1 - c0);
+    // The origin in the plane, or a triangle without area: never hit.
+    facet.normal = select(normal / height, vec3<f32>(0.0), height == 0.0);
+    return facet;
+}
+
+// 1 / distance at which a ray hits the triangle; 0 or less: it does not.
+fn nearness_of(facet: Facet, direction: vec3<f32>) -> f32 {
+    let inside = min(min(dot(facet.edge0, direction), dot(facet.edge1, direction)), dot(facet.edge2, direction));
+    return select(0.0, dot(facet.normal, direction), inside >= 0.0);
+}
+
+// A ray on its way through the tree, in the coordinates of the grid to which boxes are rounded.
+struct Walk {
+    // Which ray: a bit.
+    ray: u32,
+    direction: vec3<f32>,
+    // A grid coordinate times `scale` less `start` is where the ray crosses it.
+    scale: vec3<f32>,
+    start: vec3<f32>,
+    nearness: f32,
+    hit: u32,
+    // Next to visit.
+    node: u32,
+    // A leaf that waits; 0: none.
+    leaf: u32,
+}
+
+// Takes each ray of the lane that is not yet done through the tree. Lanes need nothing of one another.
+fn walk_tree(origin: vec3<f32>, node_count: u32, is_any: bool) {
+    let grid_low = box_texel(1u).xyz - origin;
+    let grid_step = box_texel(2u).xyz;
+    var todo = 0u;
     for (var i = 0u; i < RAYS; i++) {
-        let direction = ray_direction[i];
-        let inverse = safe_inverse(direction);
-        var end = ray_end[i];
-        var met = NO_TRIANGLE;
-        var node = select(parameters.node_count, 0u, end > 0.0);
-        while (node < parameters.node_count) {
-            let low = vec3<f32>(bitcast<f32>(nodes[8u * node]), bitcast<f32>(nodes[8u * node + 1u]), bitcast<f32>(nodes[8u * node + 2u]));
-            let high = vec3<f32>(bitcast<f32>(nodes[8u * node + 4u]), bitcast<f32>(nodes[8u * node + 5u]), bitcast<f32>(nodes[8u * node + 6u]));
-            let a = (low - origin) * inverse;
-            let b = (high - origin) * inverse;
+        let is_open = select(ray_nearness[i] < NOT_WANTED, ray_nearness[i] <= 1.0, is_any);
+        todo |= select(0u, 1u << i, is_open);
+    }
+    todo = select(0u, todo, node_count > 0u);
+    var walk: Walk;
+    walk.ray = 0u;
+    walk.node = node_count;
+    walk.leaf = 0u;
+    loop {
+        // The next ray, where the last is done.
+        let is_done = (walk.node >= node_count) & (walk.leaf == 0u);
+        let next = todo & (~todo + 1u);
+        let is_next = is_done & (next != 0u);
+        var direction = walk.direction;
+        var nearness = walk.nearness;
+        for (var i = 0u; i < RAYS; i++) {
+            let is_last = is_done & (walk.ray == 1u << i);
+            ray_nearness[i] = select(ray_nearness[i], walk.nearness, is_last);
+            ray_hit[i] = select(ray_hit[i], walk.hit, is_last);
+            let is_this = is_next & (next == 1u << i);
+            direction = select(direction, ray_direction[i], is_this);
+            nearness = select(nearness, ray_nearness[i], is_this);
+            walk.hit = select(walk.hit, ray_hit[i], is_this);
+        }
+        walk.ray = select(walk.ray, next, is_done);
+        walk.direction = direction;
+        walk.nearness = nearness;
+        todo = select(todo, todo & (todo - 1u), is_done);
+        walk.node = select(walk.node, 0u, is_next);
+        let inverse = inverse_of(direction);
+        walk.scale = grid_step * inverse;
+        walk.start = grid_low * inverse;
+
+        let reach = 1.0 / walk.nearness;
+        var steps = 0u;
+        loop {
+            let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(walk.node, node_count - 1u)));
+            let a = vec3<f32>(words.xyz & vec3<u32>(0xffffu)) * walk.scale + walk.start;
+            let b = vec3<f32>(words.xyz >> vec3<u32>(16u)) * walk.scale + walk.start;
             let enters = min(a, b);
-            let leaves = max(a, b) * LATER;
+            let leaves = max(a, b);
             let enter = max(max(enters.x, enters.y), max(enters.z, 0.0));
-            let leave = min(min(leaves.x, leaves.y), min(leaves.z, end * LATER));
-            let is_entered = enter <= leave;
-            let triangles = nodes[8u * node + 7u];
-            node = select(nodes[8u * node + 3u], node + 1u, is_entered);
-            let first = triangles & 0xffffffu;
-            let last = first + select(0u, triangles >> 24u, is_entered);
-            for (var triangle = first; triangle < last; triangle++) {
-                let corner0 = ray_triangles[3u * triangle];
-                let corner1 = ray_triangles[3u * triangle + 1u];
-                let corner2 = ray_triangles[3u * triangle + 2u];
-                let normal = vec3<f32>(corner0.w, corner1.w, corner2.w);
-                let c0 = corner0.xyz - origin;
-                let c1 = corner1.xyz - origin;
-                let c2 = corner2.xyz - origin;
-                let e0 = dot(direction, cross(c1, c2));
-                let e1 = dot(direction, cross(c2, c0));
-                let e2 = dot(direction, cross(c0, c1));
-                let is_inside = min(min(e0, e1), e2) >= 0.0 || max(max(e0, e1), e2) <= 0.0;
-                let t = dot(normal, c0) / dot(normal, direction);
-                if (is_inside && t > 0.0 && t < end) {
-                    end = t;
-                    met = triangle;
-                }
-            }
-            if (is_any && met != NO_TRIANGLE) {
-                node = parameters.node_count;
+            let leave = min(min(leaves.x, leaves.y), min(leaves.z, reach));
+            let is_met = enter <= leave;
+            let is_leaf = (words.w & LEAF) != 0u;
+            // A second leaf has to wait in the tree.
+            let is_stuck = is_met & is_leaf & (walk.leaf != 0u);
+            walk.leaf = select(walk.leaf, words.w, is_met & is_leaf & (walk.leaf == 0u));
+            let after = select(words.w, walk.node + 1u, is_met | is_leaf);
+            walk.node = select(after, walk.node, is_stuck | (walk.node >= node_count));
+            steps++;
+            continuing {
+                break if (steps == STRIDE) | is_stuck | (walk.node >= node_count);
             }
         }
-        ray_end[i] = end;
-        ray_triangle[i] = met;
+
+        let first = walk.leaf & INDEX;
+        for (var i = 0u; i < LEAF_TRIANGLES; i++) {
+            let facet = facet_of(first + i, origin);
+            let nearness = nearness_of(facet, walk.direction);
+            let is_nearer = (nearness > walk.nearness) & (i < (walk.leaf >> 24u & 63u));
+            walk.hit = select(walk.hit, first + i, is_nearer);
+            walk.nearness = select(walk.nearness, nearness, is_nearer);
+        }
+        walk.leaf = 0u;
+        walk.node = select(walk.node, node_count, is_any & (walk.nearness > 1.0));
+        continuing {
+            break if (todo == 0u) & (walk.node >= node_count);
+        }
     }
+    for (var i = 0u; i < RAYS; i++) {
+        let is_last = walk.ray == 1u << i;
+        ray_nearness[i] = select(ray_nearness[i], walk.nearness, is_last);
+        ray_hit[i] = select(ray_hit[i], walk.hit, is_last);
+    }
+}
+
+#if PACKET
+var<private> lane: u32;
+
+#repeat LANE 8
+fn meet_facet_LANE(mine: Facet, first: u32) {
+    let facet = Facet(subgroupBroadcast(mine.edge0, LANEu), subgroupBroadcast(mine.edge1, LANEu),
+        subgroupBroadcast(mine.edge2, LANEu), subgroupBroadcast(mine.normal, LANEu));
+    for (var i = 0u; i < RAYS; i++) {
+        let nearness = nearness_of(facet, ray_direction[i]);
+        ray_hit[i] = select(ray_hit[i], first + LANEu, nearness > ray_nearness[i]);
+        ray_nearness[i] = max(ray_nearness[i], nearness);
+    }
+}
+#endrepeat
+
+// Traces the rays of a packet, which are those of the eight lanes of a subgroup. All lanes must come here, with the same
+// origin, whether their rays are wanted or not. Afterwards ray_nearness and ray_hit tell what was hit.
+fn trace(origin: vec3<f32>, is_any: bool) {
+    let header = box_texel(0u);
+    let facet_end = 8u * u32(header.x);
+    for (var i = 0u; i < RAYS; i++) {
+        ray_hit[i] = NOTHING_HIT;
+    }
+    var first = 0u;
+    loop {
+        let mine = facet_of(first + lane, origin);
+#repeat LANE 8
+        meet_facet_LANE(mine, first);
+#endrepeat
+        first += 8u;
+        continuing {
+            break if first >= facet_end;
+        }
+    }
+    walk_tree(origin, u32(header.y), is_any);
+}
+#else
+// Traces the rays of one lane. The lanes need not have an origin in common.
+fn trace(origin: vec3<f32>, is_any: bool) {
+    let header = box_texel(0u);
+    let facet_end = 8u * u32(header.x);
+    for (var i = 0u; i < RAYS; i++) {
+        ray_hit[i] = NOTHING_HIT;
+    }
+    for (var triangle = 0u; triangle < facet_end; triangle++) {
+        let facet = facet_of(triangle, origin);
+        for (var i = 0u; i < RAYS; i++) {
+            let nearness = nearness_of(facet, ray_direction[i]);
+            ray_hit[i] = select(ray_hit[i], triangle, nearness > ray_nearness[i]);
+            ray_nearness[i] = max(ray_nearness[i], nearness);
+        }
+    }
+    walk_tree(origin, u32(header.y), is_any);
+}
+#endif
+
+// The place in the scene of the triangle that was hit.
+fn scene_triangle(hit: u32) -> u32 {
+    return u32(triangle_texel(4u * hit + 3u).x);
 }

@@ -27,6 +27,9 @@ pub mod model;
 pub mod output;
 mod passes;
 mod plan;
+#[doc(hidden)]
+pub mod ray_probe;
+mod ray_tree;
 #[cfg(feature = "reference")]
 pub mod reference;
 mod renderer;

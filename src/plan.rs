@@ -284,7 +284,7 @@ impl Plan {
     /// Whether the frame casts rays among the triangles.
     pub(crate) fn has_rays(&self) -> bool {
         let is_by_rays = |light: &LightPlan| matches!(light.shadow, ShadowPlan::Rays(_));
-        self.bounce().is_some() || self.lights.iter().any(is_by_rays)
+        self.lights.iter().any(is_by_rays)
     }
 
     /// How the bounce is gathered, where it is by rays.

@@ -16,13 +16,14 @@ use crate::{
         direct::{self, Occluders},
         gather::{self, Gather},
         gbuffer::{self, GBuffer},
+        hits::HitSurfaces,
         light::DeviceLight,
-        rays::RayTriangles,
+        rays::{RayTreeImages, RayTriangles},
         receivers::{self, Receivers},
         rsm::{self, Rsm},
         sensor,
         shadow::{self, ShadowMap},
-        surface::{SurfaceLists, Surfaces, upload_view},
+        surface::{Surfaces, upload_view},
         view,
         vpl::{self, VplLists},
     },
@@ -62,9 +63,15 @@ pub(crate) fn draw(
         ..
     } = *context;
     let image = |what| Image::new(device, what, ImageShape::plain(plan.resolution_px));
-    let lists = SurfaceLists::of(scene, plan, space);
-    let ray_triangles = RayTriangles::for_plan(device, scene, plan, &lists)?;
-    let surfaces = Surfaces::upload(device, scene, plan, lists)?;
+    let surfaces = Surfaces::upload(device, scene, plan, space)?;
+    let ray_triangles = RayTriangles::for_plan(device, scene, plan, space)?;
+    let ray_tree = match plan.bounce() {
+        None => None,
+        Some(_) => Some((
+            RayTreeImages::of(device, scene, space)?,
+            HitSurfaces::upload(device, scene, plan)?,
+        )),
+    };
     let camera_view = upload_view(device, &view::of_camera(&scene.camera, space))?;
     let gbuffer = GBuffer::new(device, plan)?;
     let direct = image("direct radiance")?;
@@ -78,6 +85,9 @@ pub(crate) fn draw(
     progress.report("gbuffer", 0.0)?;
     let mut recorder = Recorder::new(device, TIMED_PASSES)?;
     surfaces.record_textures(&mut recorder);
+    if let Some((tree, _)) = &ray_tree {
+        tree.record_copy(&mut recorder);
+    }
     recorder.prepare_images(&[&direct]);
     recorder.clear_image(&direct);
     gbuffer::draw(&mut recorder, context, &surfaces, &camera_view, &gbuffer)?;
@@ -170,14 +180,14 @@ pub(crate) fn draw(
     }
 
     let mut adapted = None;
-    if let (Some(indirect), Some(bounce_plan), Some(triangles)) =
-        (&indirect, plan.bounce(), &ray_triangles)
+    if let (Some(indirect), Some(bounce_plan), Some((tree, hit_surfaces))) =
+        (&indirect, plan.bounce(), &ray_tree)
         && listed_lights.iter().any(|light| light.vpl_count > 0)
     {
         let mut bounce = Bounce::new(
             context,
             &gbuffer,
-            triangles,
+            (tree, hit_surfaces),
             &indirect.vpls,
             &listed_lights,
             submission_target,

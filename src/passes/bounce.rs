@@ -3,10 +3,11 @@
 use std::time::{Duration, Instant};
 
 use super::{
-    Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, vpl::VplLists,
+    Context, gbuffer::GBuffer, hits::HitSurfaces, light::DeviceLight, rays::RayTreeImages,
+    vpl::VplLists,
 };
 use crate::{
-    Result, lattice,
+    RayKernel, Result, lattice,
     scene::Bands,
     vulkan::{
         Buffer, BufferUse, Device, PassTimes, Recorder, Resource,
@@ -25,11 +26,13 @@ const FIRST_SUBMISSION_RAYS: f64 = 5e5;
 pub(crate) struct Bounce<'b> {
     pub context: &'b Context<'b>,
     pub gbuffer: &'b GBuffer,
-    pub triangles: &'b RayTriangles,
+    pub tree: &'b RayTreeImages,
+    pub surfaces: &'b HitSurfaces,
     pub vpls: &'b VplLists,
     lights: Buffer,
     light_draws: Buffer,
     light_count: u32,
+    kernel: RayKernel,
     /// Two vectors a receiver: irradiance by the bounce, and the same weighted by the Phong lobe.
     pub results: Buffer,
     lattice: Lattice,
@@ -75,7 +78,7 @@ impl<'b> Bounce<'b> {
     pub fn new(
         context: &'b Context<'b>,
         gbuffer: &'b GBuffer,
-        triangles: &'b RayTriangles,
+        (tree, surfaces): (&'b RayTreeImages, &'b HitSurfaces),
         vpls: &'b VplLists,
         lights: &[ListedLight],
         submission_target: Duration,
@@ -86,11 +89,13 @@ impl<'b> Bounce<'b> {
         Ok(Bounce {
             context,
             gbuffer,
-            triangles,
+            tree,
+            surfaces,
             vpls,
             lights: Buffer::upload(device, "lights", &parameters)?,
             light_draws: Buffer::upload(device, "draws of lights", &shares(lights))?,
             light_count: lights.len() as u32,
+            kernel: RayKernel::best_for(device.info()),
             results: Buffer::new(device, "bounced light", bytes, BufferUse::Device)?,
             lattice: Lattice::new(device, 64)?,
             submission_target,
@@ -125,6 +130,7 @@ impl<'b> Bounce<'b> {
                 if is_glossy { "glossy" } else { "matte" },
                 if plan.is_smooth { "smooth" } else { "flat" },
                 if plan.is_textured { "textured" } else { "" },
+                self.kernel.name(),
             ],
         )?;
         let lanes = self.context.device.info().limits.subgroup_lanes.clamp(1, 64);
@@ -134,7 +140,8 @@ impl<'b> Bounce<'b> {
         let lobes = if is_glossy { 2 } else { 1 };
         let rays_per_draw = u64::from(lobes * (1 + self.light_count) + 1);
         let mut resources = self.gbuffer.resources();
-        resources.extend(self.triangles.resources());
+        resources.extend(self.tree.resources());
+        resources.extend(self.surfaces.resources());
         resources.extend([
             ("lights", Resource::Buffer(&self.lights)),
             ("light_draws", Resource::Buffer(&self.light_draws)),
@@ -165,9 +172,9 @@ impl<'b> Bounce<'b> {
                         first_draw,
                         draw_count: draws_per_dispatch.min(draws - first_draw),
                         draws,
-                        node_count: self.triangles.node_count,
                         light_count: self.light_count,
                         seed,
+                        ..BounceParameters::default()
                     };
                     let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
                     // Dispatches add to the same results.

@@ -11,6 +11,7 @@ pub(crate) mod compact;
 pub(crate) mod direct;
 pub(crate) mod gather;
 pub(crate) mod gbuffer;
+pub(crate) mod hits;
 pub(crate) mod light;
 pub(crate) mod predict;
 pub(crate) mod rays;
@@ -63,6 +64,9 @@ mod tests {
             ("sensor", vec![""]),
             ("sensor", vec!["indirect"]),
         ];
+        for kernel in RayKernel::ALL {
+            asked.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel.name()])));
+        }
         for brdf in brdfs {
             for pass in ["gbuffer", "rsm"] {
                 for shading in ["flat", "smooth"] {

@@ -1,0 +1,119 @@
+//! The rays of a scene.
+
+use camlux::{
+    Device, RenderOptions, Renderer, Scene,
+    intermediates::SurfacePoint,
+    ray_probe::RayPoint,
+    scene::{Estimator, Indirect},
+};
+use glam::DVec3;
+
+use crate::Failure;
+
+/// Every so many pixels is a point, across and down.
+const PIXEL_STEP: usize = 16;
+/// Rays of a point, of either kind; a square of a power of two, for the directions are Morton-ordered.
+const RAYS: usize = 256;
+const RSM_SIZE: u32 = 64;
+
+/// As many of either kind for each point.
+pub struct Rays {
+    pub points: Vec<RayPoint>,
+    /// Any hit: neighbours in the list are neighbours in the RSM, and the list goes through all of it.
+    pub ends: Vec<RayPoint>,
+    /// Closest hit: unit, cosine-distributed, neighbours in the list are neighbours on the sphere.
+    pub directions: Vec<DVec3>,
+}
+
+impl Rays {
+    pub fn of(device: &Device, scene: &Scene) -> Result<Rays, Failure> {
+        let mut scene = scene.clone();
+        scene.lights.truncate(1);
+        scene.indirect = Some(Indirect {
+            estimator: Estimator::RsmAverage,
+            rsm_size: RSM_SIZE,
+        });
+        let (frame, kept) = Renderer::new(device)?
+            .render_with_intermediates(&scene, &mut RenderOptions::default())?;
+        let [width, height] = frame.resolution_px.map(|size| size as usize);
+        let mut points = Vec::new();
+        for y in (PIXEL_STEP / 2..height).step_by(PIXEL_STEP) {
+            for x in (PIXEL_STEP / 2..width).step_by(PIXEL_STEP) {
+                points.extend(kept.gbuffer[y * width + x].as_ref().map(ray_point));
+            }
+        }
+        let texels: Vec<RayPoint> = morton_order(&kept.lights[0].rsm)
+            .map(|texel| ray_point(&texel.point))
+            .collect();
+        let mut random = Random(1);
+        let (mut ends, mut directions) = (Vec::new(), Vec::new());
+        for point in &points {
+            let first = random.number() / RAYS as f64;
+            for ray in 0..RAYS {
+                let at = (first + ray as f64 / RAYS as f64) * texels.len() as f64;
+                ends.push(texels[at as usize]);
+                directions.push(random.direction(ray, point.geometric_normal));
+            }
+        }
+        Ok(Rays {
+            points,
+            ends,
+            directions,
+        })
+    }
+}
+
+fn ray_point(point: &SurfacePoint) -> RayPoint {
+    RayPoint {
+        position_m: point.position_m,
+        geometric_normal: point.geometric_normal,
+    }
+}
+
+/// The texels that show a surface, face by face.
+fn morton_order<T>(texels: &[Option<T>]) -> impl Iterator<Item = &T> {
+    let face_texels = (RSM_SIZE * RSM_SIZE) as usize;
+    texels.chunks(face_texels).flat_map(move |face| {
+        (0..face.len()).filter_map(move |code| {
+            let [x, y] = from_morton(code);
+            face[y * RSM_SIZE as usize + x].as_ref()
+        })
+    })
+}
+
+/// The even and the odd bits of a number.
+fn from_morton(code: usize) -> [usize; 2] {
+    [0, 1].map(|odd| {
+        (0..usize::BITS / 2).fold(0, |bits, bit| bits | (code >> (2 * bit + odd) & 1) << bit)
+    })
+}
+
+/// Uniform in [0, 1), the same each time (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn number(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        (z >> 40) as f64 / (1u64 << 24) as f64
+    }
+
+    /// In the given cell of a grid over the square, which is mapped to the disc and lifted to the hemisphere (Shirley &
+    /// Chiu 1997).
+    fn direction(&mut self, cell: usize, normal: DVec3) -> DVec3 {
+        let edge = RAYS.isqrt() as f64;
+        let [column, row] = from_morton(cell);
+        let a = 2.0 * (column as f64 + self.number()) / edge - 1.0;
+        let b = 2.0 * (row as f64 + self.number()) / edge - 1.0;
+        let (radius, angle) = if a.abs() > b.abs() {
+            (a, std::f64::consts::FRAC_PI_4 * b / a)
+        } else {
+            (b, std::f64::consts::FRAC_PI_2 - std::f64::consts::FRAC_PI_4 * a / b)
+        };
+        let (right, up) = normal.any_orthonormal_pair();
+        let (x, y) = (radius * angle.cos(), radius * angle.sin());
+        (x * right + y * up + (1.0 - radius * radius).max(0.0).sqrt() * normal).normalize()
+    }
+}

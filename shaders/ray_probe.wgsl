@@ -1,0 +1,66 @@
+// Rays by the hundred from points of surfaces: what tests and benches see of trace.wgsl.
+
+struct RayProbeParameters {
+    // Rays of a point: a multiple of PACKET_RAYS.
+    rays_per_point: u32,
+    packet_count: u32,
+}
+
+// P and the unit normal of its triangle, a row of two texels per point.
+@group(0) @binding(0) var points: texture_2d<f32>;
+// Any hit: Q and the unit normal of its triangle, packed. Closest hit: a direction.
+@group(0) @binding(1) var ends: texture_2d<f32>;
+// Any hit: a bit per ray of the lane. Closest hit: 1 / distance and the triangle, 1 + its place in the scene, of each ray.
+@group(0) @binding(2) var<storage, read_write> found: array<u32>;
+var<immediate> parameters: RayProbeParameters;
+
+const PACKET_RAYS: u32 = 8u * RAYS;
+
+@compute @workgroup_size(64)
+fn compute_main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+#if PACKET
+    @builtin(subgroup_invocation_id) subgroup_lane: u32,
+#endif
+) {
+#if PACKET
+    lane = subgroup_lane;
+#else
+    let lane = local & 7u;
+#endif
+    // Packets of a workgroup that is not full do the last one again.
+    let packet = min(8u * (group.x + 1024u * group.y) + (local >> 3u), parameters.packet_count - 1u);
+    let first = packet * PACKET_RAYS + lane;
+    let point = first / parameters.rays_per_point;
+    let column = 2u * (point & 511u);
+    let position = textureLoad(points, vec2<u32>(column, point >> 9u), 0).xyz;
+    let normal = textureLoad(points, vec2<u32>(column + 1u, point >> 9u), 0).xyz;
+    let origin = before_surface(position, normal, ORIGIN_SHIFT);
+    for (var i = 0u; i < RAYS; i++) {
+        let ray = first + 8u * i;
+        let end = textureLoad(ends, vec2<u32>(ray & 1023u, ray >> 10u), 0);
+#if ANY
+        ray_direction[i] = before_surface(end.xyz, unpack_direction(end.w), END_SHIFT) - origin;
+        ray_nearness[i] = 1.0;
+#else
+        ray_direction[i] = end.xyz;
+        ray_nearness[i] = 0.0;
+#endif
+    }
+#if ANY
+    trace(origin, true);
+    var bits = 0u;
+    for (var i = 0u; i < RAYS; i++) {
+        bits |= select(0u, 1u << i, ray_nearness[i] > 1.0);
+    }
+    found[8u * packet + lane] = bits;
+#else
+    trace(origin, false);
+    for (var i = 0u; i < RAYS; i++) {
+        found[2u * (first + 8u * i)] = bitcast<u32>(ray_nearness[i]);
+        let triangle = scene_triangle(select(ray_hit[i], 0u, ray_hit[i] == NOTHING_HIT));
+        found[2u * (first + 8u * i) + 1u] = select(1u + triangle, 0u, ray_hit[i] == NOTHING_HIT);
+    }
+#endif
+}

@@ -1,0 +1,182 @@
+//! The scene's triangles as rays meet them on the device: the large ones alone, the others in a tree of boxes.
+
+use std::time::Duration;
+
+use glam::{DVec3, Vec3};
+use obvhs::{
+    BvhBuildParams, aabb::Aabb, bvh2::Bvh2, bvh2::builder::build_bvh2_from_tris,
+    triangle::Triangle,
+};
+
+use crate::{LocalSpace, Scene};
+
+/// Triangles that stand alone come in groups of as many.
+const GROUP: usize = 8;
+/// Texels of a triangle: its corners, each with a component of the unit normal; its place in the scene.
+const TRIANGLE_TEXELS: usize = 4;
+/// Triangles of a scene without a tree, and those beside a tree, at most.
+const MAX_FACETS: usize = 64;
+/// A triangle whose box has more than this share of the scene's surface stands alone.
+const FACET_SHARE: f32 = 0.004;
+/// Triangles of a leaf at most.
+const LEAF_TRIANGLES: u32 = 2;
+/// What the word of a leaf has beside its triangles: `LEAF | count << 24 | first`.
+const LEAF: u32 = 1 << 30;
+/// Steps of the grid that boxes are rounded to, along an axis. Below 2¹⁵, so that no pair of them is the bits of a NaN.
+const GRID_STEPS: f32 = 32_000.0;
+/// By how much a box is larger than what it holds, local units. The ray that the triangle test sees is off by up to 16
+/// roundings (2⁻²⁴ each) of an offset within the scene, and that is at most 2√3; the products of the box test by another
+/// 16 of 2.
+const BOX_SLACK: f32 = 6e-6;
+
+pub(crate) type Texel = [f32; 4];
+
+/// Two lists of texels.
+#[derive(Debug, Default)]
+pub(crate) struct RayTree {
+    /// First the groups of triangles that stand alone and the number of nodes; the grid's low corner; its step. Then the
+    /// nodes, depth first: pairs of 16 bits for x, y and z, low corner | high corner << 16, and what follows the subtree,
+    /// or a leaf's triangles.
+    pub boxes: Vec<Texel>,
+    /// Those that stand alone, filled up with triangles without area; then those of the leaves.
+    pub triangles: Vec<Texel>,
+}
+
+/// Texels before the first node.
+const HEADER_TEXELS: usize = 3;
+
+impl RayTree {
+    /// The tree over a valid scene's surfaces.
+    pub fn of(scene: &Scene, space: &LocalSpace) -> RayTree {
+        let mut corners: Vec<[Vec3; 3]> = Vec::new();
+        for mesh in &scene.meshes {
+            let local = |corner: u32| space.to_local(mesh.positions_m[corner as usize]).into();
+            corners.extend(mesh.triangles.iter().map(|corners| corners.map(local)));
+        }
+        RayTree::over(&corners)
+    }
+
+    fn over(corners: &[[Vec3; 3]]) -> RayTree {
+        let (facets, others) = facets_and_others(corners);
+        let mut triangles = Vec::new();
+        for &place in &facets {
+            triangles.extend(triangle_texels(corners[place as usize], place));
+        }
+        let groups = facets.len().div_ceil(GROUP).max(1);
+        triangles.resize(groups * GROUP * TRIANGLE_TEXELS, [0.0; 4]);
+        let mut tree = RayTree {
+            boxes: vec![[groups as f32, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4]],
+            triangles,
+        };
+        if !others.is_empty() {
+            tree.grow(corners, &others);
+        }
+        tree
+    }
+
+    /// Adds the tree over some triangles.
+    fn grow(&mut self, corners: &[[Vec3; 3]], places: &[u32]) {
+        let inputs: Vec<Triangle> = places
+            .iter()
+            .map(|&place| {
+                let [v0, v1, v2] = corners[place as usize].map(Into::into);
+                Triangle { v0, v1, v2 }
+            })
+            .collect();
+        let parameters = BvhBuildParams {
+            max_prims_per_leaf: LEAF_TRIANGLES,
+            ..BvhBuildParams::medium_build()
+        };
+        let tree = build_bvh2_from_tris(&inputs, parameters, &mut Duration::default());
+        let first = (self.triangles.len() / TRIANGLE_TEXELS) as u32;
+        for &index in &tree.primitive_indices {
+            let place = places[index as usize];
+            let texels = triangle_texels(corners[place as usize], place);
+            self.triangles.extend(texels);
+        }
+        let root = &tree.nodes[0].aabb;
+        let low: Vec3 = (root.min - 2.0 * BOX_SLACK).into();
+        let extent: Vec3 = (root.max - root.min + 4.0 * BOX_SLACK).into();
+        let step = extent / GRID_STEPS;
+        let nodes = flatten(&tree, first, low, step);
+        self.boxes[0][1] = nodes.len() as f32;
+        self.boxes[1] = low.extend(0.0).to_array();
+        self.boxes[2] = step.extend(0.0).to_array();
+        self.boxes.extend(nodes);
+    }
+}
+
+/// The triangles that stand alone, and the others.
+fn facets_and_others(corners: &[[Vec3; 3]]) -> (Vec<u32>, Vec<u32>) {
+    let mut places: Vec<u32> = (0..corners.len() as u32).collect();
+    if corners.len() <= MAX_FACETS {
+        return (places, Vec::new());
+    }
+    let bounds = |corners: &[Vec3]| {
+        let mut bounds = Aabb::empty();
+        for &corner in corners {
+            bounds.extend(corner.into());
+        }
+        bounds.half_area()
+    };
+    let scene_area = bounds(corners.as_flattened());
+    let area = |place: u32| bounds(&corners[place as usize]);
+    places.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
+    let is_large = |&&place: &&u32| area(place) > FACET_SHARE * scene_area;
+    let count = places.iter().take(MAX_FACETS).take_while(is_large).count();
+    let others = places.split_off(count);
+    (places, others)
+}
+
+fn flatten(tree: &Bvh2, first_triangle: u32, low: Vec3, step: Vec3) -> Vec<Texel> {
+    enum Step {
+        Enter(usize),
+        /// Every node of this node's subtree is there.
+        Leave(usize),
+    }
+    let mut nodes: Vec<Texel> = Vec::with_capacity(tree.nodes.len());
+    // Not by recursion: a tree may be as deep as it has triangles.
+    let mut steps = vec![Step::Enter(0)];
+    while let Some(next) = steps.pop() {
+        match next {
+            Step::Enter(index) => {
+                let node = &tree.nodes[index];
+                let first = node.first_index;
+                let [x, y, z] = box_words(&node.aabb, low, step);
+                if node.prim_count == 0 {
+                    steps.push(Step::Leave(nodes.len()));
+                    steps.push(Step::Enter(first as usize + 1));
+                    steps.push(Step::Enter(first as usize));
+                    nodes.push([x, y, z, 0.0]);
+                } else {
+                    let word = LEAF | node.prim_count << 24 | (first_triangle + first);
+                    nodes.push([x, y, z, f32::from_bits(word)]);
+                }
+            }
+            Step::Leave(index) => nodes[index][3] = f32::from_bits(nodes.len() as u32),
+        }
+    }
+    nodes
+}
+
+/// A box rounded outwards to the grid.
+fn box_words(bounds: &Aabb, low: Vec3, step: Vec3) -> [f32; 3] {
+    let (min, max): (Vec3, Vec3) = (bounds.min.into(), bounds.max.into());
+    // An extent of nothing has no steps.
+    let safe_step = step.max(Vec3::splat(1e-30));
+    let from = ((min - BOX_SLACK - low) / safe_step).floor();
+    let to = ((max + BOX_SLACK - low) / safe_step).ceil();
+    let on_grid = |v: f32| v.clamp(0.0, GRID_STEPS + 2.0) as u32;
+    std::array::from_fn(|axis| f32::from_bits(on_grid(from[axis]) | on_grid(to[axis]) << 16))
+}
+
+fn triangle_texels(corners: [Vec3; 3], place: u32) -> [Texel; TRIANGLE_TEXELS] {
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    // In f64, so that slivers have a normal that is right to rounding. One without area has none, and is never hit.
+    let normal: DVec3 = (b - a).cross(c - a).normalize_or_zero();
+    let normal = normal.as_vec3();
+    let [a, b, c] = [0, 1, 2].map(|i| corners[i].extend(normal[i]).to_array());
+    [a, b, c, [place as f32, 0.0, 0.0, 0.0]]
+}
+
+const _: () = assert!(HEADER_TEXELS == 3 && LEAF_TRIANGLES < 64);
