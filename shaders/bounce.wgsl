@@ -72,7 +72,7 @@ fn unit(bits: u32) -> f32 {
 }
 
 // Density of the draws from P per solid angle, times their numbers: cosine lobe, and Phong lobe.
-fn density_from_receiver(direction: vec3<f32>, cosine: f32, lobe: f32) -> f32 {
+fn density_from_receiver(cosine: f32, lobe: f32) -> f32 {
     var density = f32(parameters.draws) * cosine / PI;
 #if GLOSSY
     density += f32(parameters.draws) * (receiver_shininess + 1.0) / (2.0 * PI) * lobe;
@@ -80,9 +80,15 @@ fn density_from_receiver(direction: vec3<f32>, cosine: f32, lobe: f32) -> f32 {
     return density;
 }
 
-// Counts a Q in that sends `radiance` to P. `direction` leads from P to Q and has unit length; `vpl_area` is the area that a VPL
+struct Brought {
+    irradiance: vec3<f32>,
+    // Of the Phong lobe of P.
+    lobe: f32,
+}
+
+// What a Q that sends `radiance` to P counts. `direction` leads from P to Q and has unit length; `vpl_area` is the area that a VPL
 // stands for at Q, and `vpl_share` the draws per VPL.
-fn count_in(direction: vec3<f32>, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_area: f32, vpl_share: f32) {
+fn bring(direction: vec3<f32>, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_area: f32, vpl_share: f32) -> Brought {
     let cosine = dot(receiver_normal, direction);
     let is_above = cosine > 0.0 && dot(receiver_geometric, direction) > 0.0 && cosine_q > 0.0;
     var lobe = 0.0;
@@ -91,12 +97,8 @@ fn count_in(direction: vec3<f32>, distance_squared: f32, radiance: vec3<f32>, co
 #endif
     // Draws from L per solid angle at P.
     let from_light = vpl_share * distance_squared / (vpl_area * max(cosine_q, 1e-6));
-    let density = density_from_receiver(direction, cosine, lobe) + from_light;
-    let sent = radiance * (cosine / density);
-    diffuse += select(vec3<f32>(0.0), sent, is_above);
-#if GLOSSY
-    specular += select(vec3<f32>(0.0), sent * lobe, is_above);
-#endif
+    let density = density_from_receiver(cosine, lobe) + from_light;
+    return Brought(select(vec3<f32>(0.0), radiance * (cosine / density), is_above), lobe);
 }
 
 // How a light reaches a point: s(θ)·I_0/d² or E_L; the area facing the light that a texel of its RSM has there.
@@ -154,56 +156,100 @@ fn to_disc(place: vec2<f32>) -> vec2<f32> {
     return radius * vec2<f32>(cos(turn), sin(turn));
 }
 
-// Follows the directions in ray_direction from P and counts in what they find.
-fn count_directions(first: u32, end: u32) {
-    for (var i = 0u; i < RAYS; i++) {
-        let direction = ray_direction[i];
-        let is_above = dot(receiver_normal, direction) > 0.0 && dot(receiver_geometric, direction) > 0.0;
-        ray_nearness[i] = select(NOT_WANTED, 0.0, is_above && draw_of(first, i) < end);
-    }
-    trace(receiver_start, false);
-    var hits: array<Hit, RAYS>;
-    var directions: array<vec3<f32>, RAYS>;
-    var is_hit: array<bool, RAYS>;
-    for (var i = 0u; i < RAYS; i++) {
-        directions[i] = ray_direction[i];
-        is_hit[i] = ray_hit[i] != NOTHING_HIT && ray_nearness[i] < NOT_WANTED;
-        hits[i] = hit_surface(select(0u, ray_hit[i], is_hit[i]), receiver_start, directions[i]);
-    }
-    for (var light = 0u; light < parameters.light_count; light++) {
-        let origin = lights[light].position;
-        var is_wanted: array<bool, RAYS>;
-        for (var i = 0u; i < RAYS; i++) {
-            let illumination = illuminate(light, hits[i].position);
-            is_wanted[i] = is_hit[i] && dot(hits[i].shading_normal, illumination.to_light) > 0.0
-                && dot(hits[i].geometric_normal, illumination.to_light) > 0.0 && any(illumination.irradiance > vec3<f32>(0.0));
-            ray_direction[i] = before_surface(hits[i].position, hits[i].geometric_normal, END_SHIFT) - origin;
-            ray_nearness[i] = select(NOT_WANTED, 1.0, is_wanted[i]);
-        }
-        trace(origin, true);
-        for (var i = 0u; i < RAYS; i++) {
-            if (is_wanted[i] && ray_nearness[i] <= 1.0) {
-                let illumination = illuminate(light, hits[i].position);
-                let cosine_light = dot(hits[i].shading_normal, illumination.to_light);
-                var brdf = hits[i].kd / PI;
-#if PHONG
-                let mirror = 2.0 * cosine_light * hits[i].shading_normal - illumination.to_light;
-                brdf += hits[i].ks * ((hits[i].shininess + 2.0) / (2.0 * PI)) * phong_lobe(mirror, -directions[i], hits[i].shininess);
+// The rays of a lane are members of arrays that live in registers, as long as every index is a constant. A loop over them with
+// much in it is not unrolled by the driver: it takes and puts them by comparing its number with each.
+struct TracedRay {
+    direction: vec3<f32>,
+    nearness: f32,
+    hit: u32,
+}
+
+fn ray_of(ray: u32) -> TracedRay {
+    var taken = TracedRay(ray_direction[0], ray_nearness[0], ray_hit[0]);
+#repeat SLOT 8
+    taken.direction = select(taken.direction, ray_direction[SLOT], ray == SLOTu);
+    taken.nearness = select(taken.nearness, ray_nearness[SLOT], ray == SLOTu);
+    taken.hit = select(taken.hit, ray_hit[SLOT], ray == SLOTu);
+#endrepeat
+    return taken;
+}
+
+fn put_ray(ray: u32, direction: vec3<f32>, nearness: f32) {
+#repeat SLOT 8
+    ray_direction[SLOT] = select(ray_direction[SLOT], direction, ray == SLOTu);
+    ray_nearness[SLOT] = select(ray_nearness[SLOT], nearness, ray == SLOTu);
+#endrepeat
+}
+
+// What each ray brings if nothing is in its way: W/m² of irradiance; of that, the share that the Phong lobe of P takes.
+var<private> brought: array<vec3<f32>, RAYS>;
+#if GLOSSY
+var<private> brought_lobe: array<f32, RAYS>;
 #endif
-                let offset = hits[i].position - receiver_position;
-                let area = illumination.facing_area / max(dot(hits[i].geometric_normal, illumination.to_light), 1e-6);
-                let share = f32(parameters.draws) * light_draws[light].share / f32(max(light_draws[light].vpl_count, 1u));
-                count_in(directions[i], dot(offset, offset), brdf * illumination.irradiance * cosine_light,
-                    -dot(hits[i].geometric_normal, directions[i]), area, share);
-            }
+// What the rays from P met.
+var<private> met_direction: array<vec3<f32>, RAYS>;
+var<private> met_hit: array<u32, RAYS>;
+
+fn put_brought(ray: u32, what: Brought) {
+#repeat SLOT 8
+    brought[SLOT] = select(brought[SLOT], what.irradiance, ray == SLOTu);
+#if GLOSSY
+    brought_lobe[SLOT] = select(brought_lobe[SLOT], what.lobe, ray == SLOTu);
+#endif
+#endrepeat
+}
+
+// Adds what the rays bring that nothing is in the way of.
+fn add_unblocked() {
+#repeat SLOT 8
+    let arrived_SLOT = select(brought[SLOT], vec3<f32>(0.0), ray_nearness[SLOT] > 1.0);
+    diffuse += arrived_SLOT;
+#if GLOSSY
+    specular += arrived_SLOT * brought_lobe[SLOT];
+#endif
+#endrepeat
+}
+
+// Follows the directions in ray_direction from P and adds what they find.
+fn follow_directions() {
+    trace(receiver_start, false);
+#repeat SLOT 8
+    met_direction[SLOT] = ray_direction[SLOT];
+    met_hit[SLOT] = select(ray_hit[SLOT], NOTHING_HIT, ray_nearness[SLOT] >= NOT_WANTED);
+#endrepeat
+    for (var light = 0u; light < parameters.light_count; light++) {
+        let share = f32(parameters.draws) * light_draws[light].share / f32(max(light_draws[light].vpl_count, 1u));
+        for (var i = 0u; i < RAYS; i++) {
+            var direction = met_direction[0];
+            var met = met_hit[0];
+#repeat SLOT 8
+            direction = select(direction, met_direction[SLOT], i == SLOTu);
+            met = select(met, met_hit[SLOT], i == SLOTu);
+#endrepeat
+            let is_hit = met != NOTHING_HIT;
+            let hit = hit_surface(select(0u, met, is_hit), receiver_start, direction);
+            let illumination = illuminate(light, hit.position);
+            let cosine_light = dot(hit.shading_normal, illumination.to_light);
+            let geometric_cosine_light = dot(hit.geometric_normal, illumination.to_light);
+            var brdf = hit.kd / PI;
+#if PHONG
+            let mirror = 2.0 * cosine_light * hit.shading_normal - illumination.to_light;
+            brdf += hit.ks * ((hit.shininess + 2.0) / (2.0 * PI)) * phong_lobe(mirror, -direction, hit.shininess);
+#endif
+            let offset = hit.position - receiver_position;
+            let found = bring(direction, dot(offset, offset), brdf * illumination.irradiance * cosine_light,
+                -dot(hit.geometric_normal, direction), illumination.facing_area / max(geometric_cosine_light, 1e-6), share);
+            let is_lit = is_hit && cosine_light > 0.0 && geometric_cosine_light > 0.0 && any(found.irradiance > vec3<f32>(0.0));
+            put_brought(i, found);
+            put_ray(i, before_surface(hit.position, hit.geometric_normal, END_SHIFT) - lights[light].position,
+                select(NOT_WANTED, 1.0, is_lit));
         }
+        trace(lights[light].position, true);
+        add_unblocked();
     }
 }
 
-fn count_vpls(first: u32, end: u32, shift: f32) {
-    var place: array<vec2<u32>, RAYS>;
-    var share: array<f32, RAYS>;
-    var is_wanted: array<bool, RAYS>;
+fn follow_to_vpls(first: u32, end: u32, shift: f32) {
     for (var i = 0u; i < RAYS; i++) {
         let draw = draw_of(first, i);
         let x = (f32(draw) + shift) / f32(parameters.draws);
@@ -213,32 +259,26 @@ fn count_vpls(first: u32, end: u32, shift: f32) {
         }
         let count = light_draws[light].vpl_count;
         let step = (x - light_draws[light].first_share) / light_draws[light].share * f32(count);
-        place[i] = vpl_place(light_draws[light].first_vpl + min(u32(max(step, 0.0)), max(count, 1u) - 1u));
-        share[i] = f32(parameters.draws) * light_draws[light].share / f32(max(count, 1u));
-        let position = textureLoad(vpls, place[i], 0, 0).xyz;
-        let normal = textureLoad(vpls, place[i], 1, 0).xyz;
-        let direction = before_surface(position, normal, END_SHIFT) - receiver_start;
-        is_wanted[i] = draw < end && count > 0u && dot(receiver_normal, direction) > 0.0
-            && dot(receiver_geometric, direction) > 0.0 && dot(normal, direction) < 0.0;
-        ray_direction[i] = direction;
-        ray_nearness[i] = select(NOT_WANTED, 1.0, is_wanted[i]);
+        let place = vpl_place(light_draws[light].first_vpl + min(u32(max(step, 0.0)), max(count, 1u) - 1u));
+        let share = f32(parameters.draws) * light_draws[light].share / f32(max(count, 1u));
+        let position_area = textureLoad(vpls, place, 0, 0);
+        let normal_shininess = textureLoad(vpls, place, 1, 0);
+        let offset = position_area.xyz - receiver_position;
+        let distance_squared = dot(offset, offset);
+        let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
+        var radiance = textureLoad(vpls, place, 2, 0).rgb;
+#if PHONG
+        let lobe = phong_lobe(textureLoad(vpls, place, 4, 0).xyz, -direction, normal_shininess.w);
+        radiance += textureLoad(vpls, place, 3, 0).rgb * lobe;
+#endif
+        let found = bring(direction, distance_squared, radiance, -dot(normal_shininess.xyz, direction), position_area.w, share);
+        put_brought(i, found);
+        let is_wanted = draw < end && count > 0u && any(found.irradiance > vec3<f32>(0.0));
+        put_ray(i, before_surface(position_area.xyz, normal_shininess.xyz, END_SHIFT) - receiver_start,
+            select(NOT_WANTED, 1.0, is_wanted));
     }
     trace(receiver_start, true);
-    for (var i = 0u; i < RAYS; i++) {
-        if (is_wanted[i] && ray_nearness[i] <= 1.0) {
-            let position_area = textureLoad(vpls, place[i], 0, 0);
-            let normal_shininess = textureLoad(vpls, place[i], 1, 0);
-            let offset = position_area.xyz - receiver_position;
-            let distance_squared = dot(offset, offset);
-            let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
-            var radiance = textureLoad(vpls, place[i], 2, 0).rgb;
-#if PHONG
-            let lobe = phong_lobe(textureLoad(vpls, place[i], 4, 0).xyz, -direction, normal_shininess.w);
-            radiance += textureLoad(vpls, place[i], 3, 0).rgb * lobe;
-#endif
-            count_in(direction, distance_squared, radiance, -dot(normal_shininess.xyz, direction), position_area.w, share[i]);
-        }
-    }
+    add_unblocked();
 }
 
 // The draw of a lane's ray: neighbours go together.
@@ -281,30 +321,35 @@ fn compute_main(
     let seed2 = hash(seed1);
     let shift = vec2<f32>(unit(seed0), unit(seed1));
     let end = parameters.first_draw + parameters.draw_count;
+    let around_normal = frame_around(receiver_normal);
+#if GLOSSY
+    let around_mirror = frame_around(receiver_mirror);
+#endif
     for (var first = parameters.first_draw; first < end; first += lanes * RAYS) {
-        let around_normal = frame_around(receiver_normal);
         for (var i = 0u; i < RAYS; i++) {
             let draw = draw_of(first, i);
             let disc = to_disc(fract(lattice[min(draw, parameters.draws - 1u)] + shift));
-            ray_direction[i] = disc.x * around_normal.right + disc.y * around_normal.up
+            let direction = disc.x * around_normal.right + disc.y * around_normal.up
                 + sqrt(max(1.0 - dot(disc, disc), 0.0)) * receiver_normal;
+            let is_wanted = draw < end && dot(receiver_geometric, direction) > 0.0;
+            put_ray(i, direction, select(NOT_WANTED, 0.0, is_wanted));
         }
-        count_directions(first, end);
+        follow_directions();
 #if GLOSSY
-        let around_mirror = frame_around(receiver_mirror);
         for (var i = 0u; i < RAYS; i++) {
             let draw = draw_of(first, i);
             let disc = to_disc(fract(lattice[min(draw, parameters.draws - 1u)] + shift.yx));
             // 1 − |disc|² is uniform in 0 to 1: cosθ = (1 − |disc|²)^(1/(s+1)).
             let inner = dot(disc, disc);
             let cosine = exp2(log2(max(1.0 - inner, 1e-30)) / (receiver_shininess + 1.0));
-            let sine = sqrt(max(1.0 - cosine * cosine, 0.0));
-            let scale = sine * inverseSqrt(max(inner, 1e-30));
-            ray_direction[i] = normalize(scale * disc.x * around_mirror.right + scale * disc.y * around_mirror.up + cosine * receiver_mirror);
+            let scale = sqrt(max(1.0 - cosine * cosine, 0.0)) * inverseSqrt(max(inner, 1e-30));
+            let direction = normalize(scale * disc.x * around_mirror.right + scale * disc.y * around_mirror.up + cosine * receiver_mirror);
+            let is_wanted = draw < end && dot(receiver_geometric, direction) > 0.0 && dot(receiver_normal, direction) > 0.0;
+            put_ray(i, direction, select(NOT_WANTED, 0.0, is_wanted));
         }
-        count_directions(first, end);
+        follow_directions();
 #endif
-        count_vpls(first, end, unit(seed2));
+        follow_to_vpls(first, end, unit(seed2));
     }
 
     let diffuse_sum = subgroupAdd(diffuse);
