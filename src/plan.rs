@@ -6,7 +6,7 @@ use std::fmt;
 use crate::{
     Error, Result, bvh,
     emission::EmissionDomain,
-    scene::{BoundingSphere, Estimator, Light, Scene, Shadow, Texture},
+    scene::{BoundingSphere, Estimator, Indirect, Light, Scene, Shadow, Texture},
     vulkan::{DeviceInfo, DeviceKind},
 };
 
@@ -124,6 +124,8 @@ impl RayKernel {
 pub struct IndirectPlan {
     pub estimator: Estimator,
     pub rsm_size: u32,
+    /// relRMSE of the indirect light that is asked for; `None` for a plain sum, without visibility.
+    pub target_error: Option<f64>,
     pub kernel: GatherKernel,
 }
 
@@ -217,7 +219,7 @@ impl Plan {
         let fine_enough = shadow_size(scene, faces.iter().copied().min().unwrap_or(1), device);
         // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
         // miss what is smaller than twenty pixels.
-        let rsm_size = scene.indirect.map(|indirect| indirect.rsm_size);
+        let rsm_size = scene.indirect.map(planned_rsm_size);
         let shadow = match (scene.direct.shadow, rsm_size) {
             (Shadow::Rays, _) => ShadowPlan::Rays(RayKernel::best_for(device)),
             (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
@@ -239,7 +241,8 @@ impl Plan {
             lights,
             indirect: scene.indirect.map(|indirect| IndirectPlan {
                 estimator: indirect.estimator,
-                rsm_size: indirect.rsm_size,
+                rsm_size: planned_rsm_size(indirect),
+                target_error: indirect.asked_error(),
                 kernel: GatherKernel::best_for(device),
             }),
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
@@ -421,6 +424,11 @@ pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
     }
 }
 
+/// Texels along one edge of a face; 64 where the scene leaves the choice to the engine.
+fn planned_rsm_size(indirect: Indirect) -> u32 {
+    indirect.rsm_size.unwrap_or(64)
+}
+
 /// Edge of a face of a shadow map that is fine enough for every light, so that the lights can use one in turn.
 ///
 /// Shadow edges are those of triangles, not of texels: half the pixels' density is enough to find the triangles, if they
@@ -473,7 +481,14 @@ impl fmt::Display for Plan {
             let name = indirect.estimator.name();
             writeln!(f, "  vpl        texels with flux, compacted")?;
             writeln!(f, "  receivers  pixels with a surface, compacted")?;
-            writeln!(f, "  gather     {name}, kernel {}", indirect.kernel.name())?;
+            let kernel = indirect.kernel.name();
+            match indirect.target_error {
+                None => writeln!(f, "  gather     {name}, no visibility, kernel {kernel}")?,
+                Some(asked) => writeln!(
+                    f,
+                    "  gather     {name}, visibility by rays, target error {asked}, kernel {kernel}"
+                )?,
+            }
         }
         if self.joule_per_irradiance.is_some() {
             writeln!(f, "  sensor")?;
@@ -500,8 +515,8 @@ impl fmt::Display for Plan {
                 "sensor: the scene has no [sensor]",
             ),
             (
-                true,
-                "visibility between VPLs and pixels: not modelled, see docs/model.md",
+                self.indirect.is_some_and(|i| i.target_error.is_none()),
+                "visibility between VPLs and pixels: see docs/model.md",
             ),
         ];
         for (_, what) in absent.iter().filter(|(is_absent, _)| *is_absent) {

@@ -131,6 +131,8 @@ impl Renderer {
                 passes: cost.passes(),
                 vpl_count: cost.vpl_count,
                 pixel_vpl_pairs: cost.pairs,
+                ray_count: 0,
+                estimated_error: None,
                 submissions: cost.submissions,
                 wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
             },
