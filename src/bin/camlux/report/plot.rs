@@ -27,8 +27,8 @@ pub const PAPER: RGBColor = RGBColor(0xff, 0xff, 0xff);
 pub const COLORS: [RGBColor; 8] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
-    RGBColor(0x77, 0x77, 0x77),
     RGBColor(0x00, 0x9e, 0x73),
+    RGBColor(0x77, 0x77, 0x77),
     RGBColor(0xcc, 0x79, 0xa7),
     RGBColor(0xb0, 0x80, 0x00),
     RGBColor(0x88, 0x22, 0x55),
@@ -58,6 +58,8 @@ pub struct Point<'a> {
     pub y: f64,
     /// `y` is a bound: drawn hollow, with ≤ before the label.
     pub is_upper_bound: bool,
+    /// What the contender itself says of `y`: drawn as a bar, joined to the point.
+    pub own_estimate: Option<f64>,
     pub label: &'a str,
 }
 
@@ -79,7 +81,8 @@ impl Plot<'_> {
         let points = || self.drawable_points();
         let x_values = points().flat_map(|p| [p.x, p.x_range[0], p.x_range[1]]);
         let floor = self.floor.iter().map(|(y, _)| *y);
-        let y_values = points().map(|p| p.y).chain(floor);
+        let estimates = points().filter_map(|p| p.own_estimate);
+        let y_values = points().map(|p| p.y).chain(estimates).chain(floor);
         let x = LogAxis::around(x_values, LEFT, RIGHT, Unit::Seconds);
         let y = LogAxis::around(y_values, BOTTOM, TOP, self.y_unit);
         let (Some(x), Some(y), true) = (x, y, points().next().is_some()) else {
@@ -194,6 +197,14 @@ impl Plot<'_> {
                 let (px, py) = at(point);
                 let whisker = point.x_range.map(|x_end| (x.px(x_end), py));
                 area.draw(&line(&whisker, color.stroke_width(1)))?;
+                if let Some(estimate) = point.own_estimate.filter(|e| is_drawable(*e)) {
+                    let at = y.px(estimate);
+                    let stem = [(px, py), (px, at)];
+                    let bar = [(px - MARKER_PX, at), (px + MARKER_PX, at)];
+                    area.draw(&line(&stem, color.stroke_width(1)))?;
+                    area.draw(&line(&bar, color.stroke_width(3)))?;
+                    labels.avoid_line(&stem);
+                }
                 draw_marker(area, index, (px, py), point.is_upper_bound)?;
                 labels.avoid_point([px, py]);
             }
