@@ -130,3 +130,15 @@ fn with_prefix(value: f64) -> String {
         v => format!("{v:.0}"),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::describe_error;
+
+    #[test]
+    fn the_error_line_says_whether_there_is_an_estimate() {
+        let of = |estimated| describe_error(0.02, estimated);
+        assert!(of(Some(0.0173)).starts_with("estimated 1.73 %, asked 2.00 %"));
+        assert!(of(None).starts_with("not estimated, asked 2.00 %"));
+    }
+}

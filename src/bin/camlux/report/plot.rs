@@ -325,3 +325,47 @@ fn draw_marker(
     outline.extend(outline.first().copied());
     Ok(area.draw(&line(&outline, color.stroke_width(2)))?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn svg(own_estimate: Option<f64>) -> String {
+        let point = |x: f64, y: f64, own_estimate| Point {
+            x,
+            x_range: [0.9 * x, 1.1 * x],
+            y,
+            is_upper_bound: false,
+            own_estimate,
+            label: "asked 5 %",
+        };
+        let points = vec![point(0.1, 0.2, None), point(0.2, 0.1, own_estimate)];
+        let series = Series {
+            name: "rays",
+            points,
+        };
+        let plot = Plot {
+            x_title: "time",
+            y_title: "error",
+            y_unit: Unit::Percent,
+            series: vec![series],
+            fronts: Vec::new(),
+            floor: None,
+        };
+        plot.to_svg().unwrap().unwrap()
+    }
+
+    #[test]
+    fn an_estimate_is_a_bar_joined_to_its_point() {
+        let lines = |svg: &str| svg.matches("<polyline").count();
+        let without = svg(None);
+        // Within the axes that the points alone have.
+        assert_eq!(lines(&svg(Some(0.15))), lines(&without) + 2);
+        assert!(svg(Some(0.15)).contains("stroke-width=\"3\""));
+        assert!(!without.contains("stroke-width=\"3\""));
+        // What no axis holds is left out.
+        assert_eq!(svg(Some(0.0)), without);
+        // Far off, it widens the axis.
+        assert!(svg(Some(1e-4)).contains("0.01 %") && !without.contains("0.01 %"));
+    }
+}
