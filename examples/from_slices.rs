@@ -45,10 +45,7 @@ fn main() -> Result<(), camlux::Error> {
         ],
         textures: Vec::new(),
         direct: Direct::default(),
-        indirect: Some(Indirect {
-            estimator: Estimator::InstantRadiosity,
-            rsm_size: 32,
-        }),
+        indirect: Some(Indirect::plain_sum(Estimator::InstantRadiosity, 32)),
     };
 
     let device = Device::open(&DeviceOptions::default())?;

@@ -2,6 +2,47 @@
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct AppraiseParameters {
+    pub receiver_count: u32,
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for AppraiseParameters {}
+const _: () = {
+    assert!(size_of::<AppraiseParameters>() == 4);
+    assert!(std::mem::offset_of!(AppraiseParameters, receiver_count) == 0);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct BounceParameters {
+    pub camera_position: [f32; 3],
+    pub first_receiver: u32,
+    pub receiver_count: u32,
+    pub first_result: u32,
+    pub first_draw: u32,
+    pub draw_count: u32,
+    pub draws: u32,
+    pub light_count: u32,
+    pub seed: u32,
+    pub _pad0: [u32; 1],
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for BounceParameters {}
+const _: () = {
+    assert!(size_of::<BounceParameters>() == 48);
+    assert!(std::mem::offset_of!(BounceParameters, camera_position) == 0);
+    assert!(std::mem::offset_of!(BounceParameters, first_receiver) == 12);
+    assert!(std::mem::offset_of!(BounceParameters, receiver_count) == 16);
+    assert!(std::mem::offset_of!(BounceParameters, first_result) == 20);
+    assert!(std::mem::offset_of!(BounceParameters, first_draw) == 24);
+    assert!(std::mem::offset_of!(BounceParameters, draw_count) == 28);
+    assert!(std::mem::offset_of!(BounceParameters, draws) == 32);
+    assert!(std::mem::offset_of!(BounceParameters, light_count) == 36);
+    assert!(std::mem::offset_of!(BounceParameters, seed) == 40);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Compaction {
     pub item_count: u32,
     pub run_count: u32,
@@ -85,7 +126,8 @@ pub struct Light {
     pub rsm_size: u32,
     pub emission_measure: f32,
     pub is_parallel: u32,
-    pub _pad0: [u32; 3],
+    pub first_vpl: u32,
+    pub _pad0: [u32; 2],
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for Light {}
@@ -103,6 +145,25 @@ const _: () = {
     assert!(std::mem::offset_of!(Light, rsm_size) == 344);
     assert!(std::mem::offset_of!(Light, emission_measure) == 348);
     assert!(std::mem::offset_of!(Light, is_parallel) == 352);
+    assert!(std::mem::offset_of!(Light, first_vpl) == 356);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct LightDraws {
+    pub first_vpl: u32,
+    pub vpl_count: u32,
+    pub first_share: f32,
+    pub share: f32,
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for LightDraws {}
+const _: () = {
+    assert!(size_of::<LightDraws>() == 16);
+    assert!(std::mem::offset_of!(LightDraws, first_vpl) == 0);
+    assert!(std::mem::offset_of!(LightDraws, vpl_count) == 4);
+    assert!(std::mem::offset_of!(LightDraws, first_share) == 8);
+    assert!(std::mem::offset_of!(LightDraws, share) == 12);
 };
 
 #[repr(C)]
@@ -140,6 +201,63 @@ const _: () = {
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Material {
+    pub kd: [f32; 3],
+    pub shininess: f32,
+    pub ks: [f32; 3],
+    pub first_texel: u32,
+    pub width: u32,
+    pub height: u32,
+    pub _pad0: [u32; 2],
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for Material {}
+const _: () = {
+    assert!(size_of::<Material>() == 48);
+    assert!(std::mem::offset_of!(Material, kd) == 0);
+    assert!(std::mem::offset_of!(Material, shininess) == 12);
+    assert!(std::mem::offset_of!(Material, ks) == 16);
+    assert!(std::mem::offset_of!(Material, first_texel) == 28);
+    assert!(std::mem::offset_of!(Material, width) == 32);
+    assert!(std::mem::offset_of!(Material, height) == 36);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PredictParameters {
+    pub reach: u32,
+    pub pattern: u32,
+    pub columns: u32,
+    pub item_count: u32,
+    pub tolerance: f32,
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for PredictParameters {}
+const _: () = {
+    assert!(size_of::<PredictParameters>() == 20);
+    assert!(std::mem::offset_of!(PredictParameters, reach) == 0);
+    assert!(std::mem::offset_of!(PredictParameters, pattern) == 4);
+    assert!(std::mem::offset_of!(PredictParameters, columns) == 8);
+    assert!(std::mem::offset_of!(PredictParameters, item_count) == 12);
+    assert!(std::mem::offset_of!(PredictParameters, tolerance) == 16);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RayProbeParameters {
+    pub rays_per_point: u32,
+    pub packet_count: u32,
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for RayProbeParameters {}
+const _: () = {
+    assert!(size_of::<RayProbeParameters>() == 8);
+    assert!(std::mem::offset_of!(RayProbeParameters, rays_per_point) == 0);
+    assert!(std::mem::offset_of!(RayProbeParameters, packet_count) == 4);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SensorParameters {
     pub joule_per_irradiance: f32,
 }
@@ -148,6 +266,20 @@ unsafe impl Plain for SensorParameters {}
 const _: () = {
     assert!(size_of::<SensorParameters>() == 4);
     assert!(std::mem::offset_of!(SensorParameters, joule_per_irradiance) == 0);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SettleParameters {
+    pub first_receiver: u32,
+    pub receiver_count: u32,
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for SettleParameters {}
+const _: () = {
+    assert!(size_of::<SettleParameters>() == 8);
+    assert!(std::mem::offset_of!(SettleParameters, first_receiver) == 0);
+    assert!(std::mem::offset_of!(SettleParameters, receiver_count) == 4);
 };
 
 #[repr(C)]
@@ -502,7 +634,7 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("receivers_write_phong.spv"),
     },
     Module {
-        name: "vpl_count_lambert",
+        name: "vpl_count_lambert_apart",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 8,
@@ -514,10 +646,25 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
         ],
         constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
-        spirv: include_bytes!("vpl_count_lambert.spv"),
+        spirv: include_bytes!("vpl_count_lambert_apart.spv"),
     },
     Module {
-        name: "vpl_count_phong",
+        name: "vpl_count_lambert_bounce",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
+            Binding { binding: 2, name: "rsm_position", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "rsm_kd_irradiance", kind: BindingKind::SampledImage },
+            Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
+            Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        spirv: include_bytes!("vpl_count_lambert_bounce.spv"),
+    },
+    Module {
+        name: "vpl_count_phong_apart",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 8,
@@ -530,7 +677,23 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
         ],
         constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
-        spirv: include_bytes!("vpl_count_phong.spv"),
+        spirv: include_bytes!("vpl_count_phong_apart.spv"),
+    },
+    Module {
+        name: "vpl_count_phong_bounce",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
+            Binding { binding: 2, name: "rsm_position", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "rsm_kd_irradiance", kind: BindingKind::SampledImage },
+            Binding { binding: 5, name: "rsm_ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
+            Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        spirv: include_bytes!("vpl_count_phong_bounce.spv"),
     },
     Module {
         name: "vpl_write_lambert_average",
@@ -603,6 +766,41 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_write_phong_radiosity.spv"),
+    },
+    Module {
+        name: "vpl_write_lambert_bounce",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
+            Binding { binding: 2, name: "rsm_position", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "rsm_normal", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "rsm_kd_irradiance", kind: BindingKind::SampledImage },
+            Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
+            Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
+            Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        spirv: include_bytes!("vpl_write_lambert_bounce.spv"),
+    },
+    Module {
+        name: "vpl_write_phong_bounce",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
+            Binding { binding: 2, name: "rsm_position", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "rsm_normal", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "rsm_kd_irradiance", kind: BindingKind::SampledImage },
+            Binding { binding: 5, name: "rsm_ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
+            Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
+            Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        spirv: include_bytes!("vpl_write_phong_bounce.spv"),
     },
     Module {
         name: "compact_scan",
@@ -1357,5 +1555,792 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[],
         spirv: include_bytes!("sensor_indirect.spv"),
+    },
+    Module {
+        name: "bounce_lambert_matte_flat_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_lambert_matte_flat_packet.spv"),
+    },
+    Module {
+        name: "bounce_lambert_matte_flat_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_lambert_matte_flat_single.spv"),
+    },
+    Module {
+        name: "bounce_lambert_matte_flat_textured_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_lambert_matte_flat_textured_packet.spv"),
+    },
+    Module {
+        name: "bounce_lambert_matte_flat_textured_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_lambert_matte_flat_textured_single.spv"),
+    },
+    Module {
+        name: "bounce_lambert_matte_smooth_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_lambert_matte_smooth_packet.spv"),
+    },
+    Module {
+        name: "bounce_lambert_matte_smooth_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_lambert_matte_smooth_single.spv"),
+    },
+    Module {
+        name: "bounce_lambert_matte_smooth_textured_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_lambert_matte_smooth_textured_packet.spv"),
+    },
+    Module {
+        name: "bounce_lambert_matte_smooth_textured_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_lambert_matte_smooth_textured_single.spv"),
+    },
+    Module {
+        name: "bounce_phong_matte_flat_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_matte_flat_packet.spv"),
+    },
+    Module {
+        name: "bounce_phong_matte_flat_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_matte_flat_single.spv"),
+    },
+    Module {
+        name: "bounce_phong_matte_flat_textured_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_matte_flat_textured_packet.spv"),
+    },
+    Module {
+        name: "bounce_phong_matte_flat_textured_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_matte_flat_textured_single.spv"),
+    },
+    Module {
+        name: "bounce_phong_matte_smooth_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_matte_smooth_packet.spv"),
+    },
+    Module {
+        name: "bounce_phong_matte_smooth_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_matte_smooth_single.spv"),
+    },
+    Module {
+        name: "bounce_phong_matte_smooth_textured_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_matte_smooth_textured_packet.spv"),
+    },
+    Module {
+        name: "bounce_phong_matte_smooth_textured_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_matte_smooth_textured_single.spv"),
+    },
+    Module {
+        name: "bounce_phong_glossy_flat_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_glossy_flat_packet.spv"),
+    },
+    Module {
+        name: "bounce_phong_glossy_flat_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_glossy_flat_single.spv"),
+    },
+    Module {
+        name: "bounce_phong_glossy_flat_textured_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_glossy_flat_textured_packet.spv"),
+    },
+    Module {
+        name: "bounce_phong_glossy_flat_textured_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_glossy_flat_textured_single.spv"),
+    },
+    Module {
+        name: "bounce_phong_glossy_smooth_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_glossy_smooth_packet.spv"),
+    },
+    Module {
+        name: "bounce_phong_glossy_smooth_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_glossy_smooth_single.spv"),
+    },
+    Module {
+        name: "bounce_phong_glossy_smooth_textured_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_glossy_smooth_textured_packet.spv"),
+    },
+    Module {
+        name: "bounce_phong_glossy_smooth_textured_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "lights", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+            Binding { binding: 7, name: "light_draws", kind: BindingKind::StorageRead },
+            Binding { binding: 8, name: "lattice", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+            Binding { binding: 11, name: "triangle_shading", kind: BindingKind::StorageRead },
+            Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
+            Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
+            Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ],
+        spirv: include_bytes!("bounce_phong_glossy_smooth_textured_single.spv"),
+    },
+    Module {
+        name: "predict_lambert",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 20,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 5, name: "candidates", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("BASE", 0), ("CENTRES", 1), ("EDGES", 2), ("NO_PIXEL", 4294967295), ("NEIGHBOURS", 12), ],
+        spirv: include_bytes!("predict_lambert.spv"),
+    },
+    Module {
+        name: "predict_phong",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 20,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "specular_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 5, name: "candidates", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("BASE", 0), ("CENTRES", 1), ("EDGES", 2), ("NO_PIXEL", 4294967295), ("NEIGHBOURS", 12), ],
+        spirv: include_bytes!("predict_phong.spv"),
+    },
+    Module {
+        name: "refine_count_lambert",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
+            Binding { binding: 2, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "candidates", kind: BindingKind::StorageRead },
+        ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("refine_count_lambert.spv"),
+    },
+    Module {
+        name: "refine_count_phong",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
+            Binding { binding: 2, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "candidates", kind: BindingKind::StorageRead },
+        ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("refine_count_phong.spv"),
+    },
+    Module {
+        name: "refine_write_lambert",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
+            Binding { binding: 1, name: "lengths", kind: BindingKind::StorageWrite },
+            Binding { binding: 2, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "candidates", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("refine_write_lambert.spv"),
+    },
+    Module {
+        name: "refine_write_phong",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
+            Binding { binding: 1, name: "lengths", kind: BindingKind::StorageWrite },
+            Binding { binding: 2, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "candidates", kind: BindingKind::StorageRead },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("refine_write_phong.spv"),
+    },
+    Module {
+        name: "settle_lambert",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
+        ],
+        constants: &[],
+        spirv: include_bytes!("settle_lambert.spv"),
+    },
+    Module {
+        name: "settle_phong",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "specular_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
+        ],
+        constants: &[],
+        spirv: include_bytes!("settle_phong.spv"),
+    },
+    Module {
+        name: "resolve_lambert",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 0,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::SampledImage },
+            Binding { binding: 5, name: "indirect_radiance", kind: BindingKind::StorageImage },
+        ],
+        constants: &[],
+        spirv: include_bytes!("resolve_lambert.spv"),
+    },
+    Module {
+        name: "resolve_phong",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 0,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "specular_bounce", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::SampledImage },
+            Binding { binding: 5, name: "indirect_radiance", kind: BindingKind::StorageImage },
+        ],
+        constants: &[],
+        spirv: include_bytes!("resolve_phong.spv"),
+    },
+    Module {
+        name: "appraise_lambert",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 4,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "indirect_radiance", kind: BindingKind::SampledImage },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
+            Binding { binding: 7, name: "appraisals", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[],
+        spirv: include_bytes!("appraise_lambert.spv"),
+    },
+    Module {
+        name: "appraise_phong",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 4,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "indirect_radiance", kind: BindingKind::SampledImage },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
+            Binding { binding: 7, name: "appraisals", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[],
+        spirv: include_bytes!("appraise_phong.spv"),
+    },
+    Module {
+        name: "ray_probe_any_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "points", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "ends", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "found", kind: BindingKind::StorageWrite },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        spirv: include_bytes!("ray_probe_any_packet.spv"),
+    },
+    Module {
+        name: "ray_probe_any_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "points", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "ends", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "found", kind: BindingKind::StorageWrite },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        spirv: include_bytes!("ray_probe_any_single.spv"),
+    },
+    Module {
+        name: "ray_probe_closest_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "points", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "ends", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "found", kind: BindingKind::StorageWrite },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        spirv: include_bytes!("ray_probe_closest_packet.spv"),
+    },
+    Module {
+        name: "ray_probe_closest_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "points", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "ends", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "found", kind: BindingKind::StorageWrite },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        spirv: include_bytes!("ray_probe_closest_single.spv"),
     },
 ];

@@ -42,7 +42,9 @@ pub use frame::Progress;
 /// The vectors of this crate's interface.
 pub use glam;
 pub use local_space::LocalSpace;
-pub use plan::{BouncePlan, GatherKernel, IndirectPlan, LightPlan, Plan, RayKernel, ShadowPlan};
+pub use plan::{
+    BouncePlan, GatherKernel, IndirectMethod, IndirectPlan, LightPlan, Plan, RayKernel, ShadowPlan,
+};
 pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;
 pub use vulkan::{Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions};

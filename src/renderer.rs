@@ -6,7 +6,7 @@ use std::{
 };
 
 use crate::{
-    Device, GatherKernel, LocalSpace, Plan, RayKernel, Result, Scene, ShadowPlan,
+    Device, GatherKernel, IndirectMethod, LocalSpace, Plan, RayKernel, Result, Scene, ShadowPlan,
     frame::{self, Cost, Progress, ProgressReport, read_layers},
     intermediates::Intermediates,
     output::{Frame, FrameDescription, FrameStats},
@@ -89,11 +89,17 @@ impl Renderer {
         let start = Instant::now();
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
-        if let (Some(indirect), Some(kernel)) = (&mut plan.indirect, options.gather_kernel) {
-            indirect.kernel = kernel.checked_for(info)?;
+        let method = plan.indirect.as_mut().map(|indirect| &mut indirect.method);
+        if let (Some(IndirectMethod::Sum(planned)), Some(kernel)) = (method, options.gather_kernel)
+        {
+            *planned = kernel.checked_for(info)?;
         }
         if let Some(kernel) = options.ray_kernel {
             kernel.checked_for(info)?;
+            let method = plan.indirect.as_mut().map(|indirect| &mut indirect.method);
+            if let Some(IndirectMethod::Bounce(bounce)) = method {
+                bounce.kernel = kernel;
+            }
             for light in &mut plan.lights {
                 if let ShadowPlan::Rays(planned) = &mut light.shadow {
                     *planned = kernel;
@@ -131,6 +137,8 @@ impl Renderer {
                 passes: cost.passes(),
                 vpl_count: cost.vpl_count,
                 pixel_vpl_pairs: cost.pairs,
+                ray_count: cost.rays,
+                estimated_error: cost.estimated_error,
                 submissions: cost.submissions,
                 wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
             },

@@ -40,12 +40,20 @@ fn assert_fails(arguments: &[&str], exit_code: i32, says: &str) {
 
 #[test]
 fn wrong_usage_is_said_with_exit_code_2() {
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 11] = [
         (&["render", "scene.toml"], "--output"),
         (&["render", "-o", "a.exr"], "SCENE.toml"),
         (
             &["render", "scene.toml", "-o", "a.exr", "--estimator", "x"],
             "rsm-average and instant-radiosity",
+        ),
+        (
+            &["render", "scene.toml", "-o", "a.exr", "--visibility", "x"],
+            "none or rays",
+        ),
+        (
+            &["render", "scene.toml", "-o", "a.exr", "--target-error", "x"],
+            "'x'",
         ),
         (
             &[

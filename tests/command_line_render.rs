@@ -120,6 +120,10 @@ fn a_scene_becomes_image_preview_and_statistics() {
         serde_json::json!([24, 16])
     );
     assert_eq!(stats["settings"]["rsm_size"], 8);
+    assert_eq!(stats["settings"]["visibility"], "none");
+    assert_eq!(stats["settings"]["target_error"], serde_json::Value::Null);
+    assert_eq!(stats["ray_count"], 0);
+    assert_eq!(stats["estimated_error"], serde_json::Value::Null);
     let hash = text_attribute(&image, "camlux.scene_hash");
     assert_eq!(stats["scene"]["hash"], serde_json::json!(hash));
     let vpl_count = stats["vpl_count"].as_u64().unwrap();
@@ -197,11 +201,66 @@ fn estimator_turns_indirect_light_on() {
     assert!(!channel_names(&image).contains(&"indirect.R".to_owned()));
     assert_eq!(text_attribute(&image, "camlux.estimator"), "none");
 
-    for estimator in ["rsm-average", "instant-radiosity"] {
-        let (stderr, image) = run(&["--estimator", estimator]);
-        assert!(stderr.contains("rsm_size is 64"), "{stderr}");
+    for (estimator, more, visibility, filled_in) in [
+        ("rsm-average", &[][..], "none", "rsm_size is 64"),
+        (
+            "instant-radiosity",
+            &["--visibility", "none"],
+            "none",
+            "rsm_size is 64",
+        ),
+        ("instant-radiosity", &[], "rays", "the target error is 0.02"),
+    ] {
+        let (stderr, image) = run(&[&["--estimator", estimator], more].concat());
+        assert!(stderr.contains(filled_in), "{stderr}");
         assert!(channel_names(&image).contains(&"indirect.R".to_owned()));
         assert_eq!(text_attribute(&image, "camlux.estimator"), estimator);
+        assert_eq!(text_attribute(&image, "camlux.visibility"), visibility);
+    }
+}
+
+/// What is asked for shows in the plan, in the header and in the statistics.
+#[test]
+fn a_target_error_is_said_everywhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = ["--target-error", "0.2", "--plan", "--stats", "a.json"];
+    let stderr = assert_succeeds(&render(folder.path(), "cornell_spot", &more));
+    for part in ["visibility by rays, target error 0.2", "asked 20.00 %"] {
+        assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
+    }
+    let image = read(&folder.path().join("a.exr"));
+    let attributes = &image.layer_data[0].attributes.other;
+    let asked = attributes.get(&Text::from("camlux.target_error"));
+    assert_eq!(asked, Some(&AttributeValue::F64(0.2)));
+    let json = fs::read_to_string(folder.path().join("a.json")).unwrap();
+    let stats: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(stats["settings"]["visibility"], "rays");
+    assert_eq!(stats["settings"]["target_error"], 0.2);
+    assert!(stats["ray_count"].is_u64());
+}
+
+#[test]
+fn what_does_not_go_together_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, more, says) in [
+        (
+            "cornell",
+            &["--target-error", "0.1"][..],
+            "set estimator = \"instant-radiosity\"",
+        ),
+        ("cornell", &["--visibility", "rays"], "rsm-average"),
+        (
+            "cornell_spot",
+            &["--visibility", "none", "--target-error", "0.1"],
+            "set visibility = \"rays\"",
+        ),
+        (
+            "cornell_spot",
+            &["--target-error", "0.001"],
+            "from 0.002 to 0.5",
+        ),
+    ] {
+        assert_fails(folder.path(), &render(folder.path(), name, more), &[says]);
     }
 }
 
@@ -373,20 +432,21 @@ fn a_terminated_render_leaves_nothing() {
 /// The driver reads its number of threads when it is loaded.
 #[test]
 fn threads_do_not_show() {
-    for name in ["cornell", "glossy"] {
+    for (name, visibility) in [("cornell", "none"), ("glossy", "none"), ("glossy", "rays")] {
         let folder = tempfile::tempdir().unwrap();
         let images = ["1", "2"].map(|threads| {
             let scene = scene_file(name);
             let arguments = ["render", scene.to_str().unwrap(), "-o", "a.exr"];
             let output = program(folder.path(), &arguments)
                 .args(["--size", "96", "96", "--rsm-size", "24"])
+                .args(["--visibility", visibility])
                 .env("LP_NUM_THREADS", threads)
                 .output()
                 .unwrap();
             assert_succeeds(&output);
             channels(&read(&folder.path().join("a.exr")))
         });
-        assert!(images[0] == images[1], "{name}");
+        assert!(images[0] == images[1], "{name}, {visibility}");
     }
 }
 

@@ -10,6 +10,8 @@ use std::{
 
 use serde_json::Value;
 
+/// The series of plain sums of instant-radiosity.
+const WITHOUT_VISIBILITY: &str = "instant-radiosity, no visibility";
 const SIZE: [&str; 3] = ["--size", "24", "20"];
 
 fn program(folder: &Path, arguments: &[&str]) -> Output {
@@ -51,6 +53,20 @@ fn series<'a>(scene: &'a Value, name: &str) -> Vec<&'a Value> {
     entries.filter(|entry| entry["series"] == name).collect()
 }
 
+fn number(value: &Value) -> f64 {
+    value.as_f64().filter(|v| v.is_finite()).unwrap()
+}
+
+/// An entry of the engine has times and errors.
+#[track_caller]
+fn assert_is_measured(entry: &Value) {
+    assert!(number(&entry["seconds"]["median"]) > 0.0);
+    assert!(entry["seconds"]["runs"].as_array().unwrap().len() >= 2);
+    assert!(number(&entry["indirect"]["relative_rmse"]) > 0.0);
+    assert!(number(&entry["total"]["relative_rmse"]) > 0.0);
+    assert_eq!(entry["indirect"]["non_finite"], 0);
+}
+
 /// A program that copies `a.exr` of its folder and says what `lines` has, with OUT replaced by the folder that it was given.
 fn write_peers(folder: &Path, lines: &str) -> String {
     let path = folder.join("peers");
@@ -85,21 +101,44 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert_eq!(scene["truth"]["was_there"], false);
     let noise = scene["truth"]["noise_floor"].as_f64().unwrap();
     assert!(noise > 0.0 && noise <= 0.03, "{noise}");
-    for estimator in ["rsm-average", "instant-radiosity"] {
-        let entries = series(&scene, estimator);
+    for name in ["rsm-average", WITHOUT_VISIBILITY] {
+        let entries = series(&scene, name);
         assert_eq!(entries.len(), 4, "sizes 8 to 64");
-        for entry in entries {
-            let number = |value: &Value| value.as_f64().filter(|v| v.is_finite()).unwrap();
-            assert!(number(&entry["seconds"]["median"]) > 0.0);
-            assert!(entry["seconds"]["runs"].as_array().unwrap().len() >= 2);
-            assert!(number(&entry["indirect"]["relative_rmse"]) > 0.0);
-            assert!(number(&entry["total"]["relative_rmse"]) > 0.0);
-            assert_eq!(entry["indirect"]["non_finite"], 0);
+        for (entry, size) in entries.into_iter().zip([8, 16, 32, 64]) {
+            assert_is_measured(entry);
+            let engine = &entry["engine"];
             // f32 against f64 on the same VPLs: the bound of compare_kernels.
-            assert!(number(&entry["engine"]["kernel_error"]) <= 9e-7);
-            let passes = entry["engine"]["gpu_passes"].as_array().unwrap();
+            assert!(number(&engine["kernel_error"]) <= 9e-7);
+            let passes = engine["gpu_passes"].as_array().unwrap();
             assert!(passes.iter().any(|pass| pass["name"] == "gather"));
+            assert_eq!(engine["visibility"], "none");
+            assert_eq!(engine["rsm_size"], size);
+            assert_eq!(engine["ray_count"], 0);
+            for of_rays in ["asked_error", "estimated_error"] {
+                assert_eq!(engine[of_rays], Value::Null, "{of_rays}");
+            }
         }
+    }
+    let entries = series(&scene, "instant-radiosity");
+    assert_eq!(entries.len(), 2, "10 and 5 %");
+    for (entry, asked) in entries.into_iter().zip([0.1, 0.05]) {
+        assert_is_measured(entry);
+        let engine = &entry["engine"];
+        assert_eq!(engine["estimator"], "instant-radiosity");
+        assert_eq!(engine["visibility"], "rays");
+        assert_eq!(engine["asked_error"], asked);
+        assert!(engine["ray_count"].is_u64());
+        assert!(engine.as_object().unwrap().contains_key("estimated_error"));
+        // The engine's choice is no setting, and there is no sum to have a twin.
+        assert_eq!(engine["rsm_size"], Value::Null);
+        assert_eq!(engine["kernel_error"], Value::Null);
+    }
+    for part in [
+        "instant-radiosity asked 10 %",
+        "the engine&#39;s estimate",
+        "measured",
+    ] {
+        assert!(page.contains(part), "{part:?} is missing in the page");
     }
     // The documented distances of the two estimators, which hold at 200 x 200 (compare_truth), are not far off here.
     let error_at_64 = |estimator| {
@@ -107,7 +146,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
         entry["indirect"]["relative_rmse"].as_f64().unwrap()
     };
     assert!((error_at_64("rsm-average") - 0.84).abs() < 0.1);
-    assert!((error_at_64("instant-radiosity") - 0.31).abs() < 0.15);
+    assert!((error_at_64(WITHOUT_VISIBILITY) - 0.31).abs() < 0.15);
     assert!(series(&scene, "camlux reference").len() >= 2);
     let entries = scene["entries"].as_array().unwrap();
     assert!(entries.iter().any(|entry| entry["is_on_front"] == true));
@@ -129,6 +168,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
             &["render", scene_file().to_str().unwrap(), "-o", "a.exr"],
             &SIZE[..],
             &["--estimator", "instant-radiosity", "--rsm-size", "16"],
+            &["--visibility", "none"],
         ]
         .concat(),
     );
@@ -148,7 +188,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert_eq!(copy[0]["seconds"]["median"], 0.5);
     assert_eq!(
         copy[0]["indirect"],
-        series(&scene, "instant-radiosity")[1]["indirect"]
+        series(&scene, WITHOUT_VISIBILITY)[1]["indirect"]
     );
     assert_eq!(scene["peers"]["unsupported"][0]["peer"], "refusal");
     assert!(page.contains("a &lt;stand-in&gt;") && page.contains("fair &amp; square"));

@@ -204,10 +204,7 @@ fn whole_texel_measure(domain: &EmissionDomain, ray: &PixelRay) -> f64 {
 
 fn with_rsm(mut scene: Scene, rsm_size: u32) -> Scene {
     let estimator = Estimator::RsmAverage;
-    scene.indirect = Some(Indirect {
-        estimator,
-        rsm_size,
-    });
+    scene.indirect = Some(Indirect::plain_sum(estimator, rsm_size));
     scene
 }
 

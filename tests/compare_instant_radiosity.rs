@@ -69,10 +69,7 @@ fn error_falls_with_the_square_of_the_resolution() {
     let mut gpu = Gpu::open();
     let sizes = [4, 8, 16, 32];
     let errors = sizes.map(|rsm_size| {
-        scene.indirect = Some(Indirect {
-            estimator: Estimator::InstantRadiosity,
-            rsm_size,
-        });
+        scene.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, rsm_size));
         let frame = gpu.render(&scene);
         let image = frame.values(Layer::Indirect).expect("it was asked for");
         let comparison = Comparison::of(&Pixels {

@@ -158,10 +158,7 @@ fn sharp_lobes_match_the_model() {
 
 /// The largest relRMSE of the indirect layer over the kernels that the device can run.
 fn worst_indirect_error(gpu: &mut Gpu, mut scene: camlux::Scene, estimator: Estimator) -> f64 {
-    scene.indirect = Some(Indirect {
-        estimator,
-        rsm_size: 24,
-    });
+    scene.indirect = Some(Indirect::plain_sum(estimator, 24));
     let kernels = GatherKernel::ALL.into_iter();
     let mut truth = None;
     kernels

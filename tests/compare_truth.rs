@@ -23,10 +23,7 @@ struct ModelError {
 fn measure(estimator: Estimator) -> ModelError {
     let truth: Vec<Bands> = Truth::read().indirect;
     let mut scene = demo_scene("cornell", [200, 200]);
-    scene.indirect = Some(Indirect {
-        estimator,
-        rsm_size: 64,
-    });
+    scene.indirect = Some(Indirect::plain_sum(estimator, 64));
     let frame = Gpu::open().render(&scene);
     let indirect = frame.values(Layer::Indirect).expect("it was asked for");
     let sum: f64 = indirect.iter().map(|&x| f64::from(x)).sum();

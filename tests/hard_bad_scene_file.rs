@@ -151,6 +151,15 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
                 "did you mean \"instant-radiosity\"?",
             ],
         ),
+        (
+            format!(
+                "{CAMERA}{LIGHT}[indirect]\nestimator = \"instant-radiosity\"\nvisibility = \"ray\"\n"
+            ),
+            [
+                "scene.toml:13: unknown visibility \"ray\" in [indirect]",
+                "did you mean \"rays\"?",
+            ],
+        ),
     ] {
         refuses_toml(&toml, &parts);
     }
@@ -212,7 +221,7 @@ fn missing_keys() {
         (
             format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\n"),
             [
-                "scene.toml:11: [indirect] has no \"rsm_size\"",
+                "scene.toml:11, indirect: there is no rsm_size",
                 "add rsm_size = 64",
             ],
         ),
@@ -317,6 +326,15 @@ fn wrong_types() {
                 "give a whole number from 0",
             ],
         ),
+        (
+            format!(
+                "{CAMERA}{LIGHT}[indirect]\nestimator = \"instant-radiosity\"\ntarget_error = \"2 %\"\n"
+            ),
+            [
+                "scene.toml:13: \"target_error\" in [indirect] is the string \"2 %\"",
+                "give a finite number",
+            ],
+        ),
     ] {
         refuses_toml(&toml, &parts);
     }
@@ -378,6 +396,24 @@ fn values_out_of_range_are_reported_with_their_line() {
         (
             format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\nrsm_size = 0\n"),
             ["scene.toml:11, indirect: rsm_size is 0", "such as 64"],
+        ),
+        (
+            format!(
+                "{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\nrsm_size = 8\nvisibility = \"rays\"\n"
+            ),
+            [
+                "scene.toml:11, indirect: visibility is \"rays\"",
+                "set visibility = \"none\", or estimator = \"instant-radiosity\"",
+            ],
+        ),
+        (
+            format!(
+                "{CAMERA}{LIGHT}[indirect]\nestimator = \"instant-radiosity\"\ntarget_error = 2\n"
+            ),
+            [
+                "scene.toml:11, indirect: target_error is 2",
+                "from 0.002 to 0.5, such as 0.02",
+            ],
         ),
     ] {
         refuses_toml(&toml, &parts);

@@ -2,7 +2,7 @@
 
 use camlux::scene::{
     Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor,
-    SpotCone, Texture,
+    SpotCone, Texture, Visibility,
 };
 use glam::DVec3;
 
@@ -38,10 +38,27 @@ fn scene() -> Scene {
             linear_rgb: vec![[0.5; 3]],
         }],
         direct: Direct::default(),
-        indirect: Some(Indirect {
-            estimator: Estimator::RsmAverage,
-            rsm_size: 8,
-        }),
+        indirect: Some(Indirect::plain_sum(Estimator::RsmAverage, 8)),
+    }
+}
+
+fn by_rays(rsm_size: Option<u32>, target_error: Option<f64>) -> Indirect {
+    Indirect {
+        estimator: Estimator::InstantRadiosity,
+        rsm_size,
+        visibility: Visibility::Rays,
+        target_error,
+    }
+}
+
+#[test]
+fn rays_take_every_target_in_range_and_need_no_size() {
+    for rsm_size in [None, Some(8)] {
+        for target_error in [None, Some(0.002), Some(0.02), Some(0.5)] {
+            let mut scene = scene();
+            scene.indirect = Some(by_rays(rsm_size, target_error));
+            scene.validate().unwrap();
+        }
     }
 }
 
@@ -139,8 +156,46 @@ fn scenes_from_slices_are_validated() {
             "sensor: duty_cycle is NaN",
         ),
         (
-            Box::new(|s| s.indirect.as_mut().unwrap().rsm_size = 0),
+            Box::new(|s| s.indirect.as_mut().unwrap().rsm_size = Some(0)),
             "indirect: rsm_size is 0",
+        ),
+        (
+            Box::new(|s| s.indirect.as_mut().unwrap().rsm_size = None),
+            "indirect: there is no rsm_size, which rsm-average without visibility needs",
+        ),
+        (
+            Box::new(|s| s.indirect.as_mut().unwrap().visibility = Visibility::Rays),
+            "indirect: visibility is \"rays\", but the equation of rsm-average has no visibility",
+        ),
+        (
+            Box::new(|s| s.indirect.as_mut().unwrap().target_error = Some(0.02)),
+            "indirect: target_error is 0.02, but rsm-average without visibility has none; remove",
+        ),
+        (
+            Box::new(|s| {
+                let sum = Indirect::plain_sum(Estimator::InstantRadiosity, 8);
+                s.indirect = Some(Indirect {
+                    target_error: Some(0.02),
+                    ..sum
+                });
+            }),
+            "but instant-radiosity without visibility has none; set visibility = \"rays\"",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(by_rays(Some(0), None))),
+            "indirect: rsm_size is 0",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(by_rays(None, Some(0.0019)))),
+            "indirect: target_error is 0.0019; give a relRMSE from 0.002 to 0.5",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(by_rays(None, Some(0.501)))),
+            "indirect: target_error is 0.501",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(by_rays(None, Some(NAN)))),
+            "indirect: target_error is NaN",
         ),
         (
             Box::new(|s| s.lights.clear()),

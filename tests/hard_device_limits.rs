@@ -9,7 +9,7 @@ use camlux::{
     output::{Frame, Layer},
     scene::{Estimator, Indirect, Light, Mesh, Shadow, Texture},
 };
-use gpu::{Gpu, demo_scene};
+use gpu::{Gpu, demo_scene, plain_sum};
 
 /// The device, but with lavapipe's limits: a real GPU's may be so large that nothing here is over them.
 fn small_device(gpu: &Gpu) -> DeviceInfo {
@@ -36,10 +36,7 @@ fn assert_over_limit(gpu: &Gpu, scene: &Scene, says: &[&str], mend: &str) {
 
 fn with_rsm_size(rsm_size: u32) -> Scene {
     let mut scene = demo_scene("cornell", [8, 8]);
-    scene.indirect = Some(Indirect {
-        estimator: Estimator::RsmAverage,
-        rsm_size,
-    });
+    scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, rsm_size));
     scene
 }
 
@@ -211,10 +208,7 @@ fn scenes_without_light_in_view_render_black() {
     for estimator in Estimator::ALL {
         for name in ["cornell", "cornell_spot", "textured"] {
             let mut scene = demo_scene(name, [16, 16]);
-            scene.indirect = Some(Indirect {
-                estimator,
-                rsm_size: 8,
-            });
+            scene.indirect = Some(Indirect::plain_sum(estimator, 8));
             let mut render = |what: &str, change: &dyn Fn(&mut Scene)| {
                 let mut scene = scene.clone();
                 change(&mut scene);
@@ -253,7 +247,7 @@ fn scenes_without_light_in_view_render_black() {
 #[test]
 fn an_empty_mesh_among_others_does_not_show() {
     let mut gpu = Gpu::open();
-    let scene = demo_scene("glossy", [16, 16]);
+    let scene = plain_sum(demo_scene("glossy", [16, 16]), 32);
     let mut with_empty = scene.clone();
     with_empty.meshes.insert(1, Mesh::default());
     let [frame, other] = [&scene, &with_empty].map(|scene| gpu.render(scene));

@@ -44,10 +44,7 @@ fn closed_room(estimator: Estimator, rsm_size: u32) -> Scene {
         materials: vec![Material::lambert("grey", [0.5, 0.6, 0.7])],
         textures: Vec::new(),
         direct: Direct::default(),
-        indirect: Some(Indirect {
-            estimator,
-            rsm_size,
-        }),
+        indirect: Some(Indirect::plain_sum(estimator, rsm_size)),
     }
 }
 

@@ -33,10 +33,7 @@ fn apart_values(a: &[f32], b: &[f32]) -> f64 {
 
 fn scene(name: &str, estimator: Estimator) -> Scene {
     let mut scene = demo_scene(name, [32, 32]);
-    scene.indirect = Some(Indirect {
-        estimator,
-        rsm_size: 16,
-    });
+    scene.indirect = Some(Indirect::plain_sum(estimator, 16));
     scene
 }
 
@@ -97,10 +94,7 @@ fn submissions_do_not_show() {
             let mut scene = scene(name, estimator);
             // More pairs than the first submission takes, whose size is fixed, and VPLs for several dispatches.
             scene.camera.resolution_px = [160, 160];
-            scene.indirect = Some(Indirect {
-                estimator,
-                rsm_size: 64,
-            });
+            scene.indirect = Some(Indirect::plain_sum(estimator, 64));
             let mut render = |submission_target| {
                 let mut options = RenderOptions {
                     submission_target,

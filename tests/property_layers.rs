@@ -6,7 +6,7 @@ use camlux::{
     output::{Frame, Layer},
     scene::{Sensor, Texture},
 };
-use gpu::{DEMO_SCENES, Gpu, demo_scene};
+use gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
 
 fn values(frame: &Frame, layer: Layer) -> &[f32] {
     frame.values(layer).expect("the layer is there")
@@ -110,7 +110,7 @@ fn background_is_black_and_infinitely_far() {
 #[test]
 fn an_even_texture_is_a_factor() {
     let mut gpu = Gpu::open();
-    let mut textured = demo_scene("textured", [32, 32]);
+    let mut textured = plain_sum(demo_scene("textured", [32, 32]), 32);
     let mut plain = textured.clone();
     for texture in &mut textured.textures {
         *texture = Texture {

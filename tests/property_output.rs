@@ -7,7 +7,7 @@ use camlux::output::{
     ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile, PassTime,
     PngView, write_exr, write_png,
 };
-use camlux::scene::{Camera, Estimator, Indirect, Lens, Light, Sensor};
+use camlux::scene::{Camera, Estimator, Indirect, Lens, Light, Sensor, Visibility};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
 use glam::DVec3;
 
@@ -57,10 +57,7 @@ fn frame() -> Frame {
         },
         description: FrameDescription {
             reference: None,
-            indirect: Some(Indirect {
-                estimator: Estimator::InstantRadiosity,
-                rsm_size: 48,
-            }),
+            indirect: Some(Indirect::plain_sum(Estimator::InstantRadiosity, 48)),
             lights: vec![Light::Point {
                 position_m: DVec3::new(0.0, 1.98, 0.1),
                 power_w: [50.0, 40.0, 1e-7],
@@ -274,15 +271,42 @@ fn header_tells_how_the_frame_was_made() {
     for (name, text) in expected {
         assert_eq!(attribute_text(&image, name), text, "{name}");
     }
+    assert_eq!(attribute_text(&image, "camlux.visibility"), "none");
     assert_eq!(
         attribute(&image, "camlux.rsm_size"),
         Some(AttributeValue::I32(48))
     );
+    for absent in ["camlux.target_error", "camlux.estimated_error"] {
+        assert_eq!(attribute(&image, absent), None, "{absent}");
+    }
     assert_eq!(
         attribute(&image, "camlux.sensor.duty_cycle"),
         Some(AttributeValue::F64(0.5))
     );
     assert_eq!(image.layer_data[0].attributes.exposure, Some(1e-3));
+}
+
+#[test]
+fn the_header_has_the_error_that_was_asked_for_and_the_one_that_was_estimated() {
+    let folder = tempfile::tempdir().unwrap();
+    for (target_error, in_force) in [(None, 0.02), (Some(0.1), 0.1)] {
+        let mut frame = frame();
+        frame.stats.estimated_error = Some(0.015);
+        frame.description.indirect = Some(Indirect {
+            estimator: Estimator::InstantRadiosity,
+            rsm_size: None,
+            visibility: Visibility::Rays,
+            target_error,
+        });
+        let path = folder.path().join("a.exr");
+        let image = write(&frame, &ExrOptions::default(), &path);
+        assert_eq!(attribute_text(&image, "camlux.visibility"), "rays");
+        assert_eq!(attribute(&image, "camlux.rsm_size"), None);
+        for (name, value) in [("target_error", in_force), ("estimated_error", 0.015)] {
+            let name = format!("camlux.{name}");
+            assert_eq!(attribute(&image, &name), Some(AttributeValue::F64(value)));
+        }
+    }
 }
 
 #[test]

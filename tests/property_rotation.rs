@@ -64,10 +64,7 @@ fn cube_rotations() -> Vec<DMat3> {
 
 fn scene(name: &str, estimator: Estimator, rsm_size: u32) -> Scene {
     let mut scene = demo_scene(name, [32, 32]);
-    scene.indirect = Some(Indirect {
-        estimator,
-        rsm_size,
-    });
+    scene.indirect = Some(Indirect::plain_sum(estimator, rsm_size));
     scene
 }
 

@@ -2,7 +2,10 @@
 
 mod scene_folder;
 
-use camlux::scene::{Estimator, Indirect, Intrinsics, Lens, Light, Scene, Shadow, SpotCone};
+use camlux::scene::{
+    DEFAULT_TARGET_ERROR, Estimator, Indirect, Intrinsics, Lens, Light, Scene, Shadow, SpotCone,
+    Visibility,
+};
 use glam::DVec3;
 use scene_folder::{CAMERA, LIGHT, MESH, SceneFolder};
 
@@ -47,6 +50,8 @@ material = \"brass\"
 [indirect]
 estimator = \"instant-radiosity\"
 rsm_size = 64
+visibility = \"rays\"
+target_error = 0.05
 ",
     );
     assert_eq!(scene.camera.resolution_px, [640, 480]);
@@ -83,7 +88,9 @@ rsm_size = 64
         scene.indirect,
         Some(Indirect {
             estimator: Estimator::InstantRadiosity,
-            rsm_size: 64
+            rsm_size: Some(64),
+            visibility: Visibility::Rays,
+            target_error: Some(0.05),
         })
     );
 }
@@ -95,6 +102,40 @@ fn shadows_are_from_maps_unless_the_file_says_rays() {
     for named in Shadow::ALL {
         let toml = format!("[direct]\nshadow = \"{}\"\n", named.name());
         assert_eq!(shadow(&toml), named);
+    }
+}
+
+#[test]
+fn instant_radiosity_casts_rays_unless_the_file_says_otherwise() {
+    let indirect = |keys: &str| {
+        let scene = load(&format!("{CAMERA}{LIGHT}[indirect]\n{keys}\n"));
+        scene.indirect.unwrap()
+    };
+    let rays = indirect("estimator = \"instant-radiosity\"");
+    let expected = Indirect {
+        estimator: Estimator::InstantRadiosity,
+        rsm_size: None,
+        visibility: Visibility::Rays,
+        target_error: None,
+    };
+    assert_eq!(rays, expected);
+    assert_eq!(rays.asked_error(), Some(DEFAULT_TARGET_ERROR));
+    for (keys, expected) in [
+        (
+            "estimator = \"instant-radiosity\"\nrsm_size = 8\nvisibility = \"none\"",
+            Indirect::plain_sum(Estimator::InstantRadiosity, 8),
+        ),
+        (
+            "estimator = \"rsm-average\"\nrsm_size = 8",
+            Indirect::plain_sum(Estimator::RsmAverage, 8),
+        ),
+        (
+            "estimator = \"rsm-average\"\nrsm_size = 8\nvisibility = \"none\"",
+            Indirect::plain_sum(Estimator::RsmAverage, 8),
+        ),
+    ] {
+        assert_eq!(indirect(keys), expected);
+        assert_eq!(expected.asked_error(), None);
     }
 }
 

@@ -2,7 +2,9 @@
 
 mod scene_folder;
 
-use camlux::scene::{Estimator, Lens, Light, Scene, Shadow, SpotCone};
+use camlux::scene::{
+    DEFAULT_TARGET_ERROR, Estimator, Indirect, Lens, Light, Scene, Shadow, SpotCone, Visibility,
+};
 use glam::DVec3;
 use scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 
@@ -40,7 +42,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 34] = [
+    let edits: [fn(&mut Scene); 38] = [
         |s| s.camera.resolution_px = [6, 8],
         |s| s.camera.position_m.x += 1e-15,
         |s| s.camera.look_at_m.y += 1e-9,
@@ -53,7 +55,11 @@ fn hash_changes_with_everything_but_names() {
         |s| s.sensor.as_mut().unwrap().duty_cycle = 0.4,
         |s| s.direct.shadow = Shadow::Rays,
         |s| s.indirect = None,
-        |s| s.indirect.as_mut().unwrap().rsm_size = 65,
+        |s| s.indirect.as_mut().unwrap().rsm_size = Some(65),
+        |s| s.indirect.as_mut().unwrap().rsm_size = None,
+        |s| s.indirect.as_mut().unwrap().visibility = Visibility::Rays,
+        |s| s.indirect = Some(by_rays(None)),
+        |s| s.indirect = Some(by_rays(Some(0.021))),
         |s| s.indirect.as_mut().unwrap().estimator = Estimator::InstantRadiosity,
         |s| s.lights.push(s.lights[0]),
         |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]),
@@ -86,6 +92,27 @@ fn hash_changes_with_everything_but_names() {
             "edit {i} has the hash of another scene"
         );
         hashes.push(hash);
+    }
+}
+
+/// The target error in force counts, whether it is written or not.
+#[test]
+fn hash_is_of_the_target_error_in_force() {
+    let folder = SceneFolder::new();
+    let mut scene = folder.load(&format!("{CAMERA}{LIGHT}{MESH}")).unwrap();
+    let mut hash = |target_error| {
+        scene.indirect = Some(by_rays(target_error));
+        scene.hash()
+    };
+    assert_eq!(hash(None), hash(Some(DEFAULT_TARGET_ERROR)));
+}
+
+fn by_rays(target_error: Option<f64>) -> Indirect {
+    Indirect {
+        estimator: Estimator::InstantRadiosity,
+        rsm_size: None,
+        visibility: Visibility::Rays,
+        target_error,
     }
 }
 

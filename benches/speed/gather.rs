@@ -87,10 +87,7 @@ impl Side {
         kernel: GatherKernel,
     ) -> Result<Side, Failure> {
         let mut scene = scene.clone();
-        scene.indirect = Some(Indirect {
-            estimator,
-            rsm_size,
-        });
+        scene.indirect = Some(Indirect::plain_sum(estimator, rsm_size));
         Ok(Side {
             renderer: Renderer::new(device)?,
             scene,

@@ -30,16 +30,6 @@ const MAX_DRAWS: u32 = 1 << 14;
 /// Attempts to meet the target.
 const MAX_ATTEMPTS: u32 = 4;
 
-/// What came of it.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Adapted {
-    /// relRMSE of the indirect light, as measured on a sample of pixels.
-    pub estimated_error: f64,
-    /// Draws of each way at a gathered pixel.
-    pub draws: u32,
-    pub gathered_pixels: u64,
-}
-
 /// Sums over the appraised pixels and their bands.
 #[derive(Debug, Clone, Copy, Default)]
 struct Appraisal {
@@ -69,21 +59,21 @@ pub(crate) struct Adaptive<'a> {
 }
 
 impl Adaptive<'_> {
-    /// Fills the indirect radiance.
+    /// Fills the indirect radiance. Returns its relRMSE, as measured on a sample of pixels; `None` for a dark image.
     pub fn gather(
         &self,
         bounce: &mut Bounce,
         progress: &mut ProgressReport,
         cost: &mut Cost,
-    ) -> Result<Adapted> {
+    ) -> Result<Option<f64>> {
         let target = self.plan.target_error;
         let pilot = self.appraise(bounce, PILOT_DRAWS, progress, cost)?;
         if pilot.signal <= 0.0 {
-            return Ok(Adapted::default());
+            return Ok(None);
         }
         let radiance = (pilot.signal / pilot.bands).sqrt();
         let mut aim = 0.8 * target;
-        let mut adapted = Adapted::default();
+        let mut estimated_error = f64::INFINITY;
         for attempt in 0..MAX_ATTEMPTS {
             let more = (pilot.relative_noise() / aim).powf(1.0 / NOISE_RATE);
             let draws = ((f64::from(PILOT_DRAWS) * more / 64.0).ceil() * 64.0)
@@ -94,19 +84,18 @@ impl Adaptive<'_> {
             let draws = std::env::var("CAMLUX_DRAWS").ok().map_or(draws, |d| d.parse().unwrap());
             let tol: f64 = std::env::var("CAMLUX_TOL").ok().map_or(2.5 * aim, |d| d.parse().unwrap());
             let tolerance = tol * radiance;
-            adapted.gathered_pixels = self.refine(bounce, draws, tolerance, progress, cost)?;
-            adapted.draws = draws;
+            let gathered = self.refine(bounce, draws, tolerance, progress, cost)?;
             let appraisal = self.appraise(bounce, draws, progress, cost)?;
-            adapted.estimated_error = appraisal.relative_error();
+            estimated_error = appraisal.relative_error();
             if std::env::var("CAMLUX_DEBUG").is_ok() {
-                eprintln!("  gathered {} error {:.4} noise of a gather {:.4}", adapted.gathered_pixels, adapted.estimated_error, appraisal.relative_noise());
+                eprintln!("  gathered {} error {:.4} noise of a gather {:.4}", gathered, estimated_error, appraisal.relative_noise());
             }
-            if adapted.estimated_error <= 1.1 * target || std::env::var("CAMLUX_DRAWS").is_ok() {
+            if estimated_error <= 1.1 * target || std::env::var("CAMLUX_DRAWS").is_ok() {
                 break;
             }
-            aim *= (target / adapted.estimated_error).clamp(0.3, 0.8);
+            aim *= (target / estimated_error).clamp(0.3, 0.8);
         }
-        Ok(adapted)
+        Ok(Some(estimated_error))
     }
 
     /// Gathers and interpolates all pixels. Returns how many were gathered.

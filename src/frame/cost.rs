@@ -4,7 +4,7 @@ use crate::{
     Result,
     output::PassTime,
     passes::{bounce::BounceStats, gather::GatherStats},
-    vulkan::{PassTimes, Recorder, shaders::ListLengths},
+    vulkan::{PassTimes, Recorder},
 };
 
 #[derive(Default)]
@@ -14,6 +14,8 @@ pub(crate) struct Cost {
     pub vpl_count: u64,
     pub pairs: u64,
     pub rays: u64,
+    /// relRMSE of the indirect light as its passes estimate it.
+    pub estimated_error: Option<f64>,
 }
 
 impl Cost {
@@ -25,8 +27,7 @@ impl Cost {
     }
 
     /// Counts a light's gather in.
-    pub fn add_gather(&mut self, vpls: ListLengths, gathered: GatherStats) {
-        self.vpl_count += u64::from(vpls.matte) + u64::from(vpls.glossy);
+    pub fn add_gather(&mut self, gathered: GatherStats) {
         self.pairs += gathered.pairs;
         self.submissions += gathered.submissions;
         self.times.extend(gathered.times);

@@ -8,7 +8,7 @@ mod readback;
 use std::time::Duration;
 
 use crate::{
-    Error, IndirectPlan, Result, ShadowPlan,
+    Error, IndirectMethod, IndirectPlan, Result, ShadowPlan,
     intermediates::{Intermediates, LightIntermediates},
     passes::{
         Context,
@@ -152,34 +152,30 @@ pub(crate) fn draw(
             let kept = LightIntermediates::read(context, &light, occluders.map(), rsm)?;
             keep.lights.push(kept);
         }
-        if let Some(indirect) = &indirect
-            && indirect.receivers.is_none()
-        {
+        if let Some(indirect) = &indirect {
             let lengths = indirect.vpls.lengths()?;
-            cost.vpl_count += u64::from(lengths.matte);
-            listed_lights.push(ListedLight::new(&light, lengths));
-        }
-        if let Some(indirect) = &indirect
-            && let Some(receivers) = &indirect.receivers
-        {
-            let gather = Gather {
-                context,
-                indirect: indirect.plan,
-                gbuffer: &gbuffer,
-                receivers,
-                receiver_lengths: receivers.lengths()?,
-                indirect_radiance: &indirect.radiance,
-                submission_target,
-            };
-            let lengths = indirect.vpls.lengths()?;
-            let gathered = gather::accumulate(&gather, &indirect.vpls, lengths, &mut |share| {
-                progress.report("gather", share)
-            })?;
-            cost.add_gather(lengths, gathered);
+            cost.vpl_count += u64::from(lengths.matte) + u64::from(lengths.glossy);
+            match (indirect.plan.method, &indirect.receivers) {
+                (IndirectMethod::Sum(kernel), Some(receivers)) => {
+                    let gather = Gather {
+                        context,
+                        estimator: indirect.plan.estimator,
+                        kernel,
+                        gbuffer: &gbuffer,
+                        receivers,
+                        receiver_lengths: receivers.lengths()?,
+                        indirect_radiance: &indirect.radiance,
+                        submission_target,
+                    };
+                    let report = &mut |share| progress.report("gather", share);
+                    let gathered = gather::accumulate(&gather, &indirect.vpls, lengths, report)?;
+                    cost.add_gather(gathered);
+                }
+                _ => listed_lights.push(ListedLight::new(&light, lengths)),
+            }
         }
     }
 
-    let mut adapted = None;
     if let (Some(indirect), Some(bounce_plan), Some((tree, hit_surfaces))) =
         (&indirect, plan.bounce(), &ray_tree)
         && listed_lights.iter().any(|light| light.vpl_count > 0)
@@ -190,6 +186,7 @@ pub(crate) fn draw(
             (tree, hit_surfaces),
             &indirect.vpls,
             &listed_lights,
+            bounce_plan.kernel,
             submission_target,
         )?;
         let adaptive = Adaptive {
@@ -198,11 +195,9 @@ pub(crate) fn draw(
             gbuffer: &gbuffer,
             indirect_radiance: &indirect.radiance,
         };
-        adapted = Some(adaptive.gather(&mut bounce, progress, cost)?);
+        cost.estimated_error = adaptive.gather(&mut bounce, progress, cost)?;
         cost.add_bounce(bounce.stats);
     }
-    let _ = adapted;
-
     let mut frame = DrawnFrame {
         gbuffer,
         direct,
@@ -249,7 +244,7 @@ impl<'c> Indirect<'c> {
         let faces = frame.max_faces();
         let shape = ImageShape::plain(frame.resolution_px);
         let texels = faces * plan.rsm_size * plan.rsm_size;
-        let is_by_rays = plan.bounce.is_some();
+        let is_by_rays = plan.bounce().is_some();
         let vpls = if is_by_rays {
             VplLists::for_bounce(device, frame, frame.lights.len() as u32, texels)?
         } else {

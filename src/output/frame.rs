@@ -224,6 +224,11 @@ pub struct FrameStats {
     pub vpl_count: u64,
     /// How many (pixel, VPL) pairs the gather evaluated.
     pub pixel_vpl_pairs: u64,
+    /// Rays that the indirect light cast; 0 for plain sums.
+    pub ray_count: u64,
+    /// relRMSE of the indirect light, sqrt(Σ(x−t)²/Σt²), as the engine estimates it from the frame itself; `None` for plain
+    /// sums, whose error it cannot know.
+    pub estimated_error: Option<f64>,
     /// Queue submissions of the passes.
     pub submissions: u32,
     /// From the call of the renderer to its return.

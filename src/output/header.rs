@@ -45,7 +45,16 @@ pub(super) fn attributes(frame: &Frame, written_layers: &HashSet<Layer>) -> Laye
     match (indirect, reference) {
         (Some(indirect), _) => {
             add("estimator", text_value(indirect.estimator.name()));
-            add("rsm_size", count(indirect.rsm_size));
+            add("visibility", text_value(indirect.visibility.name()));
+            if let Some(rsm_size) = indirect.rsm_size {
+                add("rsm_size", count(rsm_size));
+            }
+            if let Some(asked) = indirect.asked_error() {
+                add("target_error", AttributeValue::F64(asked));
+            }
+            if let Some(estimated) = frame.stats.estimated_error {
+                add("estimated_error", AttributeValue::F64(estimated));
+            }
         }
         (None, Some(samples)) => {
             add("estimator", text_value("path-sampled"));

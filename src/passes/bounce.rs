@@ -81,6 +81,7 @@ impl<'b> Bounce<'b> {
         (tree, surfaces): (&'b RayTreeImages, &'b HitSurfaces),
         vpls: &'b VplLists,
         lights: &[ListedLight],
+        kernel: RayKernel,
         submission_target: Duration,
     ) -> Result<Bounce<'b>> {
         let device = context.device;
@@ -95,7 +96,7 @@ impl<'b> Bounce<'b> {
             lights: Buffer::upload(device, "lights", &parameters)?,
             light_draws: Buffer::upload(device, "draws of lights", &shares(lights))?,
             light_count: lights.len() as u32,
-            kernel: RayKernel::best_for(device.info()),
+            kernel,
             results: Buffer::new(device, "bounced light", bytes, BufferUse::Device)?,
             lattice: Lattice::new(device, 64)?,
             submission_target,

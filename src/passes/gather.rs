@@ -13,7 +13,8 @@ use super::{
 };
 use crate::{
     Result,
-    plan::IndirectPlan,
+    plan::GatherKernel,
+    scene::Estimator,
     vulkan::{
         Image, PassTimes, Recorder, Resource,
         shaders::{GatherParameters, ListLengths},
@@ -31,7 +32,8 @@ const FIRST_SUBMISSION_PAIRS: f64 = (1u64 << 26) as f64;
 /// What the pass works on.
 pub(crate) struct Gather<'g> {
     pub context: &'g Context<'g>,
-    pub indirect: &'g IndirectPlan,
+    pub estimator: Estimator,
+    pub kernel: GatherKernel,
     pub gbuffer: &'g GBuffer,
     pub receivers: &'g Receivers,
     pub receiver_lengths: ListLengths,
@@ -120,8 +122,8 @@ impl Gather<'_> {
         let pipeline = self.context.pipelines.compute(
             "gather",
             &[
-                self.indirect.kernel.name(),
-                estimator_word(self.indirect.estimator),
+                self.kernel.name(),
+                estimator_word(self.estimator),
                 work.receiver_word,
                 work.vpl_word,
             ],

@@ -82,7 +82,7 @@ impl RayTriangles {
         plan: &Plan,
         space: &LocalSpace,
     ) -> Result<Option<RayTriangles>> {
-        if !plan.has_rays() {
+        if !plan.has_shadow_rays() {
             return Ok(None);
         }
         let bvh = Bvh::of(scene, space);

@@ -101,7 +101,7 @@ pub(crate) fn extract<'r>(
     rsm: &'r Rsm,
     vpls: &'r VplLists,
 ) -> Result<()> {
-    if indirect.bounce.is_none() {
+    if indirect.bounce().is_none() {
         for list in [Some(&vpls.matte), vpls.glossy.as_ref()]
             .into_iter()
             .flatten()
@@ -120,7 +120,7 @@ pub(crate) fn extract<'r>(
         resources.push(("glossy_vpls", Resource::Image(glossy)));
     }
     let brdf = context.plan.brdf_word();
-    let (list, record) = match indirect.bounce {
+    let (list, record) = match indirect.bounce() {
         Some(_) => ("bounce", "bounce"),
         None => ("apart", estimator_word(indirect.estimator)),
     };

@@ -1,9 +1,9 @@
 //! Reads the parts of a scene file that name no other file.
 
-use super::keys::Keys;
+use super::keys::{Keys, Value};
 use super::{
     Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Light, Material, Sensor, Shadow,
-    SpotCone,
+    SpotCone, Visibility,
 };
 use crate::{Error, Result};
 
@@ -130,7 +130,7 @@ pub(super) fn direct(keys: &mut Keys) -> Result<Direct> {
 }
 
 pub(super) fn indirect(keys: &mut Keys) -> Result<Indirect> {
-    keys.only(&["estimator", "rsm_size"])?;
+    keys.only(&["estimator", "rsm_size", "visibility", "target_error"])?;
     let names = Estimator::ALL.map(Estimator::name);
     let word = keys.need(
         "estimator",
@@ -138,12 +138,22 @@ pub(super) fn indirect(keys: &mut Keys) -> Result<Indirect> {
     )?;
     let estimator = Estimator::from_name(word.text()?)
         .ok_or_else(|| keys.unknown_word(&word, word.text().unwrap_or_default(), &names))?;
+    let visibility = match keys.take("visibility") {
+        Some(word) => visibility(keys, &word)?,
+        None => estimator.default_visibility(),
+    };
     Ok(Indirect {
         estimator,
-        rsm_size: keys
-            .need("rsm_size", "rsm_size = 64, texels along one face's edge")?
-            .count()?,
+        rsm_size: keys.take("rsm_size").map(|v| v.count()).transpose()?,
+        visibility,
+        target_error: keys.take("target_error").map(|v| v.number()).transpose()?,
     })
+}
+
+fn visibility(keys: &Keys, word: &Value) -> Result<Visibility> {
+    let name = word.text()?;
+    Visibility::from_name(name)
+        .ok_or_else(|| keys.unknown_word(word, name, &Visibility::ALL.map(Visibility::name)))
 }
 
 pub(super) fn material(keys: &mut Keys, name: String) -> Result<Material> {

@@ -121,9 +121,18 @@ impl Bytes {
         let Indirect {
             estimator,
             rsm_size,
+            visibility,
+            // The one in force counts.
+            target_error: _,
         } = indirect;
         self.name(estimator.name());
-        self.indices(&[*rsm_size]);
+        // Earlier versions had the size here alone. No number of lights follows a size as these bytes would have it, so
+        // that FORM stays, and with it the hashes of scenes without indirect light, which references are kept by.
+        self.name(visibility.name());
+        self.option(rsm_size.as_ref(), |bytes, &size| bytes.indices(&[size]));
+        self.option(indirect.asked_error().as_ref(), |bytes, &error| {
+            bytes.numbers(&[error]);
+        });
     }
 
     fn light(&mut self, light: &Light) {

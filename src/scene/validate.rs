@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use super::{Bands, Camera, Indirect, Intrinsics, Lens, Light, Scene, Sensor, validate_surface};
+use super::{Bands, Camera, Intrinsics, Lens, Light, Scene, Sensor};
+use super::{validate_indirect, validate_surface};
 use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
@@ -136,12 +137,8 @@ pub(super) fn check(scene: &Scene) -> Check {
     if let Some(sensor) = &scene.sensor {
         check_sensor(sensor)?;
     }
-    if let Some(Indirect { rsm_size, .. }) = scene.indirect {
-        Part::Indirect.require(
-            rsm_size > 0,
-            || "rsm_size is 0".into(),
-            "give the texels along one face's edge, such as 64",
-        )?;
+    if let Some(indirect) = &scene.indirect {
+        validate_indirect::check(indirect)?;
     }
     Part::Scene.require(
         !scene.lights.is_empty(),

@@ -4,7 +4,9 @@
 
 use std::path::Path;
 
-use camlux::{Device, DeviceOptions, RenderOptions, Renderer, Scene, output::Frame};
+use camlux::{
+    Device, DeviceOptions, RenderOptions, Renderer, Scene, output::Frame, scene::Indirect,
+};
 
 /// A renderer whose validation layer must have stayed silent by the time it is dropped.
 pub struct Gpu {
@@ -56,6 +58,13 @@ pub fn demo_scene(name: &str, resolution_px: [u32; 2]) -> Scene {
         }
     }
     scene.camera.resolution_px = resolution_px;
+    scene
+}
+
+/// The scene with the plain sum of its estimator, whatever the file says of visibility.
+pub fn plain_sum(mut scene: Scene, rsm_size: u32) -> Scene {
+    let indirect = scene.indirect.expect("the scene has indirect light");
+    scene.indirect = Some(Indirect::plain_sum(indirect.estimator, rsm_size));
     scene
 }
 

@@ -47,7 +47,9 @@ fn object(run: &Run) -> Value {
         "settings": {
             "resolution_px": run.frame.resolution_px,
             "estimator": description.indirect.map(|indirect| indirect.estimator.name()),
-            "rsm_size": description.indirect.map(|indirect| indirect.rsm_size),
+            "rsm_size": description.indirect.and_then(|indirect| indirect.rsm_size),
+            "visibility": description.indirect.map(|indirect| indirect.visibility.name()),
+            "target_error": description.indirect.and_then(|indirect| indirect.asked_error()),
             "half": run.args.half,
             "layers": layers,
         },
@@ -56,6 +58,8 @@ fn object(run: &Run) -> Value {
         "vpl_count": stats.vpl_count,
         "pixel_vpl_pairs": stats.pixel_vpl_pairs,
         "pairs_per_second": stats.pairs_per_second(),
+        "ray_count": stats.ray_count,
+        "estimated_error": stats.estimated_error,
         "submissions": stats.submissions,
         "frame_wall_milliseconds": stats.wall_milliseconds,
         "wall_milliseconds": {

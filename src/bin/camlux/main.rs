@@ -4,6 +4,7 @@
 
 mod compare;
 mod error_map;
+mod indirect;
 mod info;
 mod json;
 mod overrides;

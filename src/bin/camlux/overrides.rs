@@ -4,16 +4,9 @@ use std::path::Path;
 
 use camlux::Scene;
 use camlux::output::Layer;
-use camlux::scene::{Camera, Estimator, Indirect, Intrinsics, Lens};
+use camlux::scene::{Camera, Intrinsics, Lens};
 
 use crate::Failure;
-
-/// What is filled in when only one of `--estimator` and `--rsm-size` is given for a scene without `[indirect]`. The
-/// estimator is that of the document; a note tells the user, for the two differ too much for a silent default.
-const FALLBACK: Indirect = Indirect {
-    estimator: Estimator::RsmAverage,
-    rsm_size: 64,
-};
 
 /// Returns the camera at another resolution: a field of view stays as it is, measured intrinsics are scaled with the width
 /// (fx, cx) and the height (fy, cy), so that the frame shows the same part of the scene.
@@ -34,37 +27,6 @@ pub fn resize(camera: Camera, resolution_px: [u32; 2]) -> Camera {
         lens,
         ..camera
     }
-}
-
-/// The indirect light that scene and command line ask for together, and a note where a value was filled in.
-pub fn indirect(
-    in_scene: Option<Indirect>,
-    estimator: Option<Estimator>,
-    rsm_size: Option<u32>,
-) -> (Option<Indirect>, Option<String>) {
-    if in_scene.is_none() && estimator.is_none() && rsm_size.is_none() {
-        return (None, None);
-    }
-    let base = in_scene.unwrap_or(FALLBACK);
-    let indirect = Indirect {
-        estimator: estimator.unwrap_or(base.estimator),
-        rsm_size: rsm_size.unwrap_or(base.rsm_size),
-    };
-    let filled_in = match (in_scene, estimator, rsm_size) {
-        (None, None, _) => {
-            let [name, other] = Estimator::ALL.map(Estimator::name);
-            Some(format!(
-                "the estimator is {name}; --estimator {other} is the other one"
-            ))
-        }
-        (None, _, None) => {
-            let size = FALLBACK.rsm_size;
-            Some(format!("rsm_size is {size}; set it with --rsm-size"))
-        }
-        _ => None,
-    };
-    let note = filled_in.map(|what| format!("the scene has no [indirect]: {what}"));
-    (Some(indirect), note)
 }
 
 /// Refuses an output whose name promises another format.
@@ -129,52 +91,5 @@ mod tests {
             let apart = full.ray_direction(800.0, 0.0) - half.ray_direction(400.0, 0.0);
             assert!(apart.length() < 1e-14, "{lens:?}: {apart}");
         }
-    }
-
-    #[test]
-    fn command_line_wins_over_the_scene() {
-        let in_scene = Indirect {
-            estimator: Estimator::RsmAverage,
-            rsm_size: 32,
-        };
-        let cases = [
-            (None, None, Estimator::RsmAverage, 32),
-            (
-                Some(Estimator::InstantRadiosity),
-                None,
-                Estimator::InstantRadiosity,
-                32,
-            ),
-            (None, Some(8), Estimator::RsmAverage, 8),
-        ];
-        for (estimator, rsm_size, expected_estimator, expected_size) in cases {
-            let (indirect, note) = indirect(Some(in_scene), estimator, rsm_size);
-            let expected = Indirect {
-                estimator: expected_estimator,
-                rsm_size: expected_size,
-            };
-            assert_eq!(indirect, Some(expected));
-            assert_eq!(note, None);
-        }
-    }
-
-    #[test]
-    fn either_option_turns_indirect_light_on_and_says_what_it_filled_in() {
-        assert_eq!(indirect(None, None, None), (None, None));
-
-        let (filled_in, note) = indirect(None, Some(Estimator::InstantRadiosity), None);
-        assert_eq!(filled_in.unwrap().rsm_size, 64);
-        assert!(note.unwrap().contains("64"));
-
-        let (filled_in, note) = indirect(None, None, Some(16));
-        let expected = Indirect {
-            estimator: Estimator::RsmAverage,
-            rsm_size: 16,
-        };
-        assert_eq!(filled_in, Some(expected));
-        assert!(note.unwrap().contains("rsm-average"));
-
-        let (_, note) = indirect(None, Some(Estimator::RsmAverage), Some(16));
-        assert_eq!(note, None);
     }
 }

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_png};
-use camlux::scene::Estimator;
 use camlux::{Device, DeviceChoice, DeviceOptions, Plan, RenderOptions, Renderer, Scene};
 
+use crate::indirect::IndirectArgs;
 use crate::progress::{ProgressDisplay, stop_on_signals};
 use crate::summary::{self, Run, WallTimes, Written};
 use crate::{Failure, file_behind, json, overrides, print, tell};
@@ -22,12 +22,8 @@ pub struct Args {
     /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
     #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
     pub size: Option<Vec<u32>>,
-    /// How to compute indirect light: rsm-average or instant-radiosity; turns it on where the scene has none
-    #[arg(long, value_name = "NAME", value_parser = parse_estimator)]
-    pub estimator: Option<Estimator>,
-    /// Texels along one edge of a face of the reflective shadow map; turns indirect light on where the scene has none
-    #[arg(long, value_name = "TEXELS", value_parser = clap::value_parser!(u32).range(1..))]
-    pub rsm_size: Option<u32>,
+    #[command(flatten)]
+    pub indirect: IndirectArgs,
     /// Device by the number or by the name that `camlux info` lists
     #[arg(long, value_name = "INDEX|NAME")]
     pub device: Option<String>,
@@ -46,13 +42,6 @@ pub struct Args {
     /// Write these layers only, separated by commas: radiance, direct, indirect, energy, P, N, depth, range, id.mesh, id.material
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
     pub layers: Option<Vec<Layer>>,
-}
-
-fn parse_estimator(name: &str) -> Result<Estimator, String> {
-    Estimator::from_name(name).ok_or_else(|| {
-        let names = Estimator::ALL.map(Estimator::name);
-        format!("the estimators are {}", names.join(" and "))
-    })
 }
 
 fn parse_layer(name: &str) -> Result<Layer, String> {
@@ -193,7 +182,7 @@ fn load(args: &Args) -> Result<Scene, Failure> {
     if let Some(&[width_px, height_px]) = args.size.as_deref() {
         scene.camera = overrides::resize(scene.camera, [width_px, height_px]);
     }
-    let (indirect, note) = overrides::indirect(scene.indirect, args.estimator, args.rsm_size);
+    let (indirect, note) = args.indirect.apply(scene.indirect);
     scene.indirect = indirect;
     for warning in scene.warnings() {
         tell(&format!("camlux: warning: {warning}"));

@@ -69,7 +69,7 @@ pub fn text(run: &Run) -> String {
         .iter()
         .map(|pass| (pass.name, pass.milliseconds));
     line("GPU", list_times(passes));
-    if run.frame.description.indirect.is_some() {
+    if let Some(indirect) = &run.frame.description.indirect {
         let mut counts = format!(
             "{}, {} pixel-VPL pairs",
             stats.vpl_count,
@@ -79,6 +79,10 @@ pub fn text(run: &Run) -> String {
             let _ = write!(counts, ", {} pairs/s", with_prefix(rate));
         }
         line("VPLs", counts);
+        if let Some(asked) = indirect.asked_error() {
+            line("rays", with_prefix(stats.ray_count as f64));
+            line("error", describe_error(asked, stats.estimated_error));
+        }
     }
     let WallTimes {
         load_ms,
@@ -100,6 +104,18 @@ pub fn text(run: &Run) -> String {
     text
 }
 
+/// relRMSE of the indirect light: what was asked for, and what the engine says that it is.
+fn describe_error(asked: f64, estimated: Option<f64>) -> String {
+    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
+    let estimated = estimated.map_or("not estimated".into(), |share| {
+        format!("estimated {}", percent(share))
+    });
+    format!(
+        "{estimated}, asked {} (relRMSE of the indirect light)",
+        percent(asked)
+    )
+}
+
 fn list_times<'name>(times_ms: impl Iterator<Item = (&'name str, f64)>) -> String {
     let times: Vec<String> = times_ms
         .map(|(name, ms)| format!("{name} {ms:.2} ms"))
@@ -112,5 +128,17 @@ fn with_prefix(value: f64) -> String {
         v if v >= 1e9 => format!("{:.2} G", v * 1e-9),
         v if v >= 1e6 => format!("{:.2} M", v * 1e-6),
         v => format!("{v:.0}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::describe_error;
+
+    #[test]
+    fn the_error_line_says_whether_there_is_an_estimate() {
+        let of = |estimated| describe_error(0.02, estimated);
+        assert!(of(Some(0.0173)).starts_with("estimated 1.73 %, asked 2.00 %"));
+        assert!(of(None).starts_with("not estimated, asked 2.00 %"));
     }
 }

@@ -30,7 +30,11 @@ pub fn model_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
         y_unit: Unit::Percent,
         series: series(scene, &|entry| {
             let error = entry.indirect?;
-            Some((error.relative_rmse, error.is_upper_bound))
+            Some(Shown {
+                y: error.relative_rmse,
+                is_upper_bound: error.is_upper_bound,
+                own_estimate: entry.engine.as_ref().and_then(|e| e.estimated_error),
+            })
         }),
         fronts: vec![
             front("Pareto front of the engine", false, |entry| {
@@ -56,7 +60,11 @@ pub fn kernel_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
         y_title: "relRMSE against the same formulas in f64",
         y_unit: Unit::Number,
         series: series(scene, &|entry| {
-            Some((entry.engine.as_ref()?.kernel_error?, false))
+            Some(Shown {
+                y: entry.engine.as_ref()?.kernel_error?,
+                is_upper_bound: false,
+                own_estimate: None,
+            })
         }),
         fronts: Vec::new(),
         floor: None,
@@ -75,21 +83,30 @@ pub fn series_names(scene: &SceneReport) -> Vec<&str> {
     names
 }
 
+/// What a plot shows of an entry beside its time.
+struct Shown {
+    y: f64,
+    is_upper_bound: bool,
+    own_estimate: Option<f64>,
+}
+
 /// The entries that have an error, by series.
-fn series<'a>(
-    scene: &'a SceneReport,
-    error: &dyn Fn(&Entry) -> Option<(f64, bool)>,
-) -> Vec<Series<'a>> {
+fn series<'a>(scene: &'a SceneReport, error: &dyn Fn(&Entry) -> Option<Shown>) -> Vec<Series<'a>> {
     let points = |name: &str| {
         let entries = scene.entries.iter().filter(|entry| entry.series == name);
         entries
             .filter_map(|entry| {
-                let (y, is_upper_bound) = error(entry)?;
+                let Shown {
+                    y,
+                    is_upper_bound,
+                    own_estimate,
+                } = error(entry)?;
                 Some(Point {
                     x: entry.seconds.median,
                     x_range: [entry.seconds.min, entry.seconds.max],
                     y,
                     is_upper_bound,
+                    own_estimate,
                     label: &entry.label,
                 })
             })

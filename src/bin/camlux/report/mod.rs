@@ -13,6 +13,7 @@ mod peers;
 mod picture;
 mod plot;
 mod results;
+mod settings;
 mod steps;
 mod style;
 mod summary;

@@ -41,8 +41,11 @@ finished OpenEXR file, with scene, device and pipelines ready: the median of the
 slowest. Its error is that of the indirect light over all pixels with a surface, relRMSE = √(Σ(x−t)²/Σt²), against the \
 path-sampled single bounce; the noise of that truth is subtracted. Where the noise hides the error, the point is hollow and \
 stands at what the error is at most. A point below the dashed line of the truth's noise leans on that subtraction. \
-The camlux reference is measured by its own spread. <b>Model error</b> is the distance to the truth; \
-<b>kernel error</b> is the rounding of the device's f32 against the same formulas on the same VPLs in f64.</p>\n";
+The camlux reference is measured by its own spread. <b>instant-radiosity</b> casts rays until its indirect light should have \
+the error that was asked for; a bar joined to its point is the error as the engine itself estimates it, without the truth. \
+<b>Model error</b> is the distance to the truth; \
+<b>kernel error</b>, of plain sums only, is the rounding of the device's f32 against the same formulas on the same VPLs in \
+f64.</p>\n";
 
 fn machine(machine: &Machine, is_quick: bool) -> String {
     let or_unknown = |text: &Option<String>| text.clone().unwrap_or_else(|| "unknown".into());
@@ -114,6 +117,7 @@ fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
     text += "<figcaption>Kernel error against time: what the rounding of f32 adds.</figcaption></figure>\n";
     text += "<h3>Figures</h3>\n";
     text += &errors_table(&scene.entries);
+    text += &asked_table(&scene.entries);
     text += &direct_only(scene);
     text += "<details><summary>Times of the engine's passes</summary>\n";
     text += &passes_table(&scene.entries);
@@ -189,6 +193,41 @@ fn errors_table(entries: &[Entry]) -> String {
             ]
         })
         .collect();
+    table(&head, &rows)
+}
+
+/// What was asked of the engine, what it says that it reached, and what it did reach. Empty where nothing was asked.
+fn asked_table(entries: &[Entry]) -> String {
+    let asked = entries.iter().filter_map(|entry| {
+        let engine = entry.engine.as_ref()?;
+        Some((entry, engine, engine.asked_error?))
+    });
+    let rows: Vec<Vec<String>> = asked
+        .map(|(entry, engine, asked)| {
+            let measured = entry.indirect.as_ref();
+            vec![
+                format!("{} {}", entry.series, entry.label),
+                percent(asked),
+                engine.estimated_error.map_or(NOTHING.into(), percent),
+                measured.map_or(NOTHING.into(), relative_rmse),
+                count(engine.ray_count as f64),
+                count(engine.vpl_count as f64),
+                duration(entry.seconds.median),
+            ]
+        })
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let head = [
+        "relRMSE of the indirect light",
+        "asked",
+        "the engine's estimate",
+        "measured",
+        "rays",
+        "VPLs",
+        "time",
+    ];
     table(&head, &rows)
 }
 

@@ -27,8 +27,8 @@ pub const PAPER: RGBColor = RGBColor(0xff, 0xff, 0xff);
 pub const COLORS: [RGBColor; 8] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
-    RGBColor(0x77, 0x77, 0x77),
     RGBColor(0x00, 0x9e, 0x73),
+    RGBColor(0x77, 0x77, 0x77),
     RGBColor(0xcc, 0x79, 0xa7),
     RGBColor(0xb0, 0x80, 0x00),
     RGBColor(0x88, 0x22, 0x55),
@@ -58,6 +58,8 @@ pub struct Point<'a> {
     pub y: f64,
     /// `y` is a bound: drawn hollow, with ≤ before the label.
     pub is_upper_bound: bool,
+    /// What the contender itself says of `y`: drawn as a bar, joined to the point.
+    pub own_estimate: Option<f64>,
     pub label: &'a str,
 }
 
@@ -79,7 +81,8 @@ impl Plot<'_> {
         let points = || self.drawable_points();
         let x_values = points().flat_map(|p| [p.x, p.x_range[0], p.x_range[1]]);
         let floor = self.floor.iter().map(|(y, _)| *y);
-        let y_values = points().map(|p| p.y).chain(floor);
+        let estimates = points().filter_map(|p| p.own_estimate);
+        let y_values = points().map(|p| p.y).chain(estimates).chain(floor);
         let x = LogAxis::around(x_values, LEFT, RIGHT, Unit::Seconds);
         let y = LogAxis::around(y_values, BOTTOM, TOP, self.y_unit);
         let (Some(x), Some(y), true) = (x, y, points().next().is_some()) else {
@@ -194,6 +197,14 @@ impl Plot<'_> {
                 let (px, py) = at(point);
                 let whisker = point.x_range.map(|x_end| (x.px(x_end), py));
                 area.draw(&line(&whisker, color.stroke_width(1)))?;
+                if let Some(estimate) = point.own_estimate.filter(|e| is_drawable(*e)) {
+                    let at = y.px(estimate);
+                    let stem = [(px, py), (px, at)];
+                    let bar = [(px - MARKER_PX, at), (px + MARKER_PX, at)];
+                    area.draw(&line(&stem, color.stroke_width(1)))?;
+                    area.draw(&line(&bar, color.stroke_width(3)))?;
+                    labels.avoid_line(&stem);
+                }
                 draw_marker(area, index, (px, py), point.is_upper_bound)?;
                 labels.avoid_point([px, py]);
             }
@@ -313,4 +324,48 @@ fn draw_marker(
     area.draw(&Polygon::new(outline.clone(), fill))?;
     outline.extend(outline.first().copied());
     Ok(area.draw(&line(&outline, color.stroke_width(2)))?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn svg(own_estimate: Option<f64>) -> String {
+        let point = |x: f64, y: f64, own_estimate| Point {
+            x,
+            x_range: [0.9 * x, 1.1 * x],
+            y,
+            is_upper_bound: false,
+            own_estimate,
+            label: "asked 5 %",
+        };
+        let points = vec![point(0.1, 0.2, None), point(0.2, 0.1, own_estimate)];
+        let series = Series {
+            name: "rays",
+            points,
+        };
+        let plot = Plot {
+            x_title: "time",
+            y_title: "error",
+            y_unit: Unit::Percent,
+            series: vec![series],
+            fronts: Vec::new(),
+            floor: None,
+        };
+        plot.to_svg().unwrap().unwrap()
+    }
+
+    #[test]
+    fn an_estimate_is_a_bar_joined_to_its_point() {
+        let lines = |svg: &str| svg.matches("<polyline").count();
+        let without = svg(None);
+        // Within the axes that the points alone have.
+        assert_eq!(lines(&svg(Some(0.15))), lines(&without) + 2);
+        assert!(svg(Some(0.15)).contains("stroke-width=\"3\""));
+        assert!(!without.contains("stroke-width=\"3\""));
+        // What no axis holds is left out.
+        assert_eq!(svg(Some(0.0)), without);
+        // Far off, it widens the axis.
+        assert!(svg(Some(1e-4)).contains("0.01 %") && !without.contains("0.01 %"));
+    }
 }

@@ -93,13 +93,22 @@ pub struct Entry {
 #[derive(Serialize)]
 pub struct EngineFigures {
     pub estimator: &'static str,
-    pub rsm_size: u32,
+    /// `rays` or `none`.
+    pub visibility: &'static str,
+    /// `None`: the engine chose.
+    pub rsm_size: Option<u32>,
+    /// relRMSE of the indirect light that was asked for; `None` for plain sums, as is the next.
+    pub asked_error: Option<f64>,
+    /// The same as the engine estimates it, without the truth.
+    pub estimated_error: Option<f64>,
     pub vpl_count: u64,
     pub pixel_vpl_pairs: u64,
+    pub ray_count: u64,
     pub pairs_per_second: Option<f64>,
     /// Medians over the timed runs, in the order of execution.
     pub gpu_passes: Vec<PassMedian>,
-    /// relRMSE of the indirect light against the same formulas and VPLs in f64; `None` where that is black.
+    /// relRMSE of the indirect light against the same formulas and VPLs in f64; `None` where that is black, and with rays,
+    /// which take more than sums.
     pub kernel_error: Option<f64>,
     /// Pixels that the kernel error was measured on.
     pub kernel_error_pixels: usize,

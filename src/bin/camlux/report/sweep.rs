@@ -4,23 +4,21 @@ use std::path::Path;
 
 use camlux::intermediates::Intermediates;
 use camlux::output::{Frame, Layer};
-use camlux::scene::{Estimator, Indirect};
+use camlux::scene::{Indirect, Visibility};
 use camlux::{Error, RenderOptions, Renderer, Scene, twin};
 
 use super::error;
 use super::results::{EngineFigures, Entry, Kind, PassMedian, Seconds};
+use super::settings::{self, Setting};
 use super::steps::Steps;
 use super::timing::{Effort, Timed, time};
 use super::truth::TruthImage;
 use crate::Failure;
 
-/// RSM sizes: pairs, and so time, grow fourfold from each to the next.
-const SIZES: [u32; 6] = [8, 16, 32, 64, 128, 256];
-
 /// How far the sweep goes.
 #[derive(Clone, Copy)]
 pub struct Extent {
-    pub sizes: &'static [u32],
+    pub is_quick: bool,
     /// A frame that is expected to take longer is left out.
     pub longest_s: f64,
     /// The reference's series ends with the first point that took longer.
@@ -33,7 +31,7 @@ pub struct Extent {
 impl Extent {
     pub fn new(is_quick: bool) -> Self {
         Extent {
-            sizes: if is_quick { &SIZES[..4] } else { &SIZES },
+            is_quick,
             longest_s: if is_quick { 3.0 } else { 60.0 },
             longest_reference_s: if is_quick { 0.6 } else { 15.0 },
             kernel_pixels: if is_quick { 128 } else { 512 },
@@ -65,22 +63,21 @@ impl Sweep<'_> {
             indirect: None,
             ..self.scene.clone()
         };
-        self.renderer
-            .render(&scene, &mut RenderOptions::default())?;
+        self.warm_up(&scene)?;
         Ok(self.time(&scene)?.seconds)
     }
 
-    /// Every estimator at every RSM size, but those that would take too long or that the device cannot hold: for these a
+    /// Every setting of every series, but those that would take too long or that the device cannot hold: for these a
     /// sentence each.
     ///
     /// # Errors
     /// Those of rendering and writing.
     pub fn settings(&mut self) -> Result<(Vec<Entry>, Vec<String>), Failure> {
         let (mut entries, mut skipped) = (Vec::new(), Vec::new());
-        for estimator in Estimator::ALL {
+        for settings in settings::series(self.extent.is_quick) {
             let mut expected_s = 0.0;
-            for &rsm_size in self.extent.sizes {
-                let what = format!("{} at {rsm_size}²", estimator.name());
+            for setting in &settings {
+                let what = format!("{} {}", setting.series, setting.label);
                 if expected_s > self.extent.longest_s {
                     let limit = self.extent.longest_s;
                     skipped.push(format!(
@@ -89,11 +86,7 @@ impl Sweep<'_> {
                     break;
                 }
                 self.steps.begin(&format!("{}: {what}", self.name))?;
-                let indirect = Indirect {
-                    estimator,
-                    rsm_size,
-                };
-                match self.setting(indirect) {
+                match self.setting(setting) {
                     Ok(entry) => {
                         expected_s = next_seconds(&entry);
                         entries.push(entry);
@@ -111,39 +104,46 @@ impl Sweep<'_> {
         Ok((entries, skipped))
     }
 
-    fn setting(&mut self, indirect: Indirect) -> Result<Entry, Failure> {
+    fn setting(&mut self, setting: &Setting) -> Result<Entry, Failure> {
+        let indirect = setting.indirect;
         let scene = Scene {
             indirect: Some(indirect),
             ..self.scene.clone()
         };
         // Also the warm-up.
-        let (kernel_error, kernel_error_pixels) = self.kernel_error(&scene, indirect.estimator)?;
+        let (kernel_error, kernel_error_pixels) = match indirect.visibility {
+            Visibility::None => self.kernel_error(&scene, indirect)?,
+            Visibility::Rays => {
+                self.warm_up(&scene)?;
+                (None, 0)
+            }
+        };
         let Timed {
             frame,
             seconds,
             gpu_passes,
         } = self.time(&scene)?;
-        let Indirect {
-            estimator,
-            rsm_size,
-        } = indirect;
         let measured = self.truth.measure(
             frame_values(&frame, Layer::Indirect)?,
             frame_values(&frame, Layer::Radiance)?,
         )?;
         Ok(Entry {
             kind: Kind::Engine,
-            series: estimator.name().into(),
-            label: format!("{rsm_size}²"),
+            series: setting.series.into(),
+            label: setting.label.clone(),
             description: None,
             seconds,
             indirect: measured.indirect,
             total: measured.total,
             engine: Some(EngineFigures {
-                estimator: estimator.name(),
-                rsm_size,
+                estimator: indirect.estimator.name(),
+                visibility: indirect.visibility.name(),
+                rsm_size: indirect.rsm_size,
+                asked_error: indirect.asked_error(),
+                estimated_error: frame.stats.estimated_error,
                 vpl_count: frame.stats.vpl_count,
                 pixel_vpl_pairs: frame.stats.pixel_vpl_pairs,
+                ray_count: frame.stats.ray_count,
                 pairs_per_second: pairs_per_second(&frame, &gpu_passes),
                 gpu_passes,
                 kernel_error,
@@ -155,11 +155,21 @@ impl Sweep<'_> {
         })
     }
 
-    /// relRMSE of the indirect light against its f64 twin, and on how many pixels.
+    fn warm_up(&mut self, scene: &Scene) -> Result<(), Failure> {
+        let mut show = |_| self.steps.tick();
+        let mut options = RenderOptions {
+            progress: Some(&mut show),
+            ..RenderOptions::default()
+        };
+        self.renderer.render(scene, &mut options)?;
+        Ok(())
+    }
+
+    /// relRMSE of a plain sum against its f64 twin, `None` where that is black, and on how many pixels.
     fn kernel_error(
         &mut self,
         scene: &Scene,
-        estimator: Estimator,
+        indirect: Indirect,
     ) -> Result<(Option<f64>, usize), Failure> {
         let mut show = |_| self.steps.tick();
         let mut options = RenderOptions {
@@ -170,9 +180,9 @@ impl Sweep<'_> {
             .renderer
             .render_with_intermediates(scene, &mut options)?;
         let pixels = spread(&kept, self.extent.kernel_pixels);
-        let exact = twin::indirect_at(scene, estimator, &kept, &pixels);
-        let (indirect, _) = frame_values(&frame, Layer::Indirect)?.as_chunks::<3>();
-        let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| indirect[pixel]).collect();
+        let exact = twin::indirect_at(scene, indirect.estimator, &kept, &pixels);
+        let (values, _) = frame_values(&frame, Layer::Indirect)?.as_chunks::<3>();
+        let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| values[pixel]).collect();
         let error = error::relative_rmse(&computed, exact.as_flattened())?;
         Ok((error, pixels.len()))
     }
@@ -197,10 +207,12 @@ fn spread(kept: &Intermediates, count: usize) -> Vec<usize> {
         .collect()
 }
 
-/// What the next size will take: four times the pairs, and the rest as it is.
+/// What the next setting of the series will take, at least. A plain sum: four times the pairs, and the rest as it is.
 fn next_seconds(entry: &Entry) -> f64 {
-    let passes = entry.engine.iter().flat_map(|engine| &engine.gpu_passes);
-    let gather_ms = passes.filter(|pass| pass.name == "gather");
+    let sums = entry.engine.iter().filter(|e| e.asked_error.is_none());
+    let gather_ms = sums
+        .flat_map(|engine| &engine.gpu_passes)
+        .filter(|pass| pass.name == "gather");
     entry.seconds.median + 3e-3 * gather_ms.map(|pass| pass.milliseconds).sum::<f64>()
 }
 

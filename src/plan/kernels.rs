@@ -1,0 +1,117 @@
+//! The kernels that do the same on different devices.
+
+use crate::{
+    Error, Result,
+    vulkan::{DeviceInfo, DeviceKind},
+};
+
+/// How rays go through the tree of boxes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RayKernel {
+    /// The rays of a subgroup go together, for which it takes eight lanes; these load a node's words and broadcast them.
+    Packet,
+    /// Every ray goes by itself.
+    Single,
+}
+
+impl RayKernel {
+    pub const ALL: [RayKernel; 2] = [RayKernel::Packet, RayKernel::Single];
+
+    /// The word of the shader permutation.
+    pub fn name(self) -> &'static str {
+        match self {
+            RayKernel::Packet => "packet",
+            RayKernel::Single => "single",
+        }
+    }
+
+    /// Whether the kernel gives right results on the device: eight lanes hold a node.
+    pub fn runs_on(self, device: &DeviceInfo) -> bool {
+        match self {
+            RayKernel::Packet => device.limits.subgroup_lanes >= 8,
+            RayKernel::Single => true,
+        }
+    }
+
+    /// This kernel, if it runs on the device.
+    pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
+        if self.runs_on(device) {
+            return Ok(self);
+        }
+        Err(does_not_fit("ray", self.name(), device))
+    }
+
+    /// The faster one of those that run on the device.
+    pub fn best_for(device: &DeviceInfo) -> Self {
+        if RayKernel::Packet.runs_on(device) {
+            RayKernel::Packet
+        } else {
+            RayKernel::Single
+        }
+    }
+}
+
+/// How the gather hands VPLs to its lanes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GatherKernel {
+    /// Each of 8 lanes loads a VPL and broadcasts it: CPU drivers of 256 bits.
+    Broadcast8,
+    /// The same with 4 lanes: CPU drivers of 128 bits.
+    Broadcast4,
+    /// Tiles in workgroup memory: GPUs.
+    Tile,
+}
+
+impl GatherKernel {
+    pub const ALL: [GatherKernel; 3] = [
+        GatherKernel::Broadcast8,
+        GatherKernel::Broadcast4,
+        GatherKernel::Tile,
+    ];
+
+    /// The word of the shader permutation.
+    pub fn name(self) -> &'static str {
+        match self {
+            GatherKernel::Broadcast8 => "broadcast8",
+            GatherKernel::Broadcast4 => "broadcast4",
+            GatherKernel::Tile => "tile",
+        }
+    }
+
+    /// Whether the kernel gives right results on the device: a broadcast counts on the number of lanes.
+    pub fn runs_on(self, device: &DeviceInfo) -> bool {
+        match self {
+            GatherKernel::Broadcast8 => device.limits.subgroup_lanes == 8,
+            GatherKernel::Broadcast4 => device.limits.subgroup_lanes == 4,
+            GatherKernel::Tile => true,
+        }
+    }
+
+    /// This kernel, if it runs on the device.
+    pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
+        if self.runs_on(device) {
+            return Ok(self);
+        }
+        Err(does_not_fit("gather", self.name(), device))
+    }
+
+    /// The fastest kernel for the device: lavapipe does one scalar load per lane from workgroup memory, GPUs do one for all.
+    pub fn best_for(device: &DeviceInfo) -> Self {
+        let is_cpu = device.kind == DeviceKind::Cpu;
+        Self::ALL
+            .into_iter()
+            .find(|kernel| kernel.runs_on(device) && (is_cpu || *kernel == GatherKernel::Tile))
+            .unwrap_or(GatherKernel::Tile)
+    }
+}
+
+fn does_not_fit(what: &str, kernel: &str, device: &DeviceInfo) -> Error {
+    let lanes = device.limits.subgroup_lanes;
+    Error::NoDevice {
+        problem: format!(
+            "the {what} kernel {kernel} does not fit the {lanes} lanes of a subgroup of {}",
+            device.name
+        ),
+        mend: "leave the choice to the renderer, or choose another device".into(),
+    }
+}

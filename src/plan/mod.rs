@@ -1,0 +1,256 @@
+//! What a scene needs: derived from it before any work starts, printed on request, and the only thing that picks passes
+//! and kernel permutations.
+
+mod display;
+mod kernels;
+mod limits;
+
+pub use kernels::{GatherKernel, RayKernel};
+
+use crate::{
+    Result,
+    emission::EmissionDomain,
+    scene::{BoundingSphere, Estimator, Indirect, Light, Scene, Shadow, Visibility},
+    vulkan::DeviceInfo,
+};
+
+/// Bytes of a pixel of every image.
+const PIXEL_BYTES: u64 = 16;
+/// Bounds of the edge of the shadow map that lights share whose RSM is too coarse, texels.
+const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
+/// Texels of such a map per triangle of the scene: fewer, and many triangles are not in the map.
+const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
+/// Triangles that a pixel can tell apart: whole numbers that are exact in f32.
+const MAX_TRIANGLES: u64 = 1 << 24;
+
+/// The passes and permutations that a frame takes on a device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plan {
+    pub resolution_px: [u32; 2],
+    /// Some material has a specular lobe.
+    pub is_specular: bool,
+    /// Some mesh has shading normals.
+    pub is_smooth: bool,
+    /// Some visible material has a texture.
+    pub is_textured: bool,
+    pub lights: Vec<LightPlan>,
+    pub indirect: Option<IndirectPlan>,
+    /// Joules per W/m² on the pixel, with a sensor.
+    pub joule_per_irradiance: Option<f64>,
+}
+
+/// What one light takes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LightPlan {
+    pub kind: &'static str,
+    /// Faces that the light emits into.
+    pub faces: u32,
+    pub shadow: ShadowPlan,
+}
+
+/// How the shadow test of a light finds what is in its way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ShadowPlan {
+    /// In the light's RSM, which is fine enough.
+    Rsm { size: u32 },
+    /// In a map of the light's own. The size is the edge of a face, texels.
+    Map { size: u32 },
+    /// By rays among all triangles.
+    Rays(RayKernel),
+}
+
+impl ShadowPlan {
+    /// Edge of a face of the map that the shadow test reads, texels; `None`: it reads none.
+    pub fn map_size(self) -> Option<u32> {
+        match self {
+            ShadowPlan::Rsm { size } | ShadowPlan::Map { size } => Some(size),
+            ShadowPlan::Rays(_) => None,
+        }
+    }
+
+    /// Edge of a face of the light's own map, texels; `None`: it has none.
+    pub(crate) fn own_map_size(self) -> Option<u32> {
+        match self {
+            ShadowPlan::Map { size } => Some(size),
+            ShadowPlan::Rsm { .. } | ShadowPlan::Rays(_) => None,
+        }
+    }
+}
+
+/// What the indirect light takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct IndirectPlan {
+    pub estimator: Estimator,
+    pub rsm_size: u32,
+    pub method: IndirectMethod,
+}
+
+/// How pixels come to their indirect light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum IndirectMethod {
+    /// Each sums over all VPLs of a light, and nothing is in the way of these.
+    Sum(GatherKernel),
+    /// By rays, at as many pixels as it takes.
+    Bounce(BouncePlan),
+}
+
+/// How the bounce is gathered by rays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BouncePlan {
+    /// relRMSE of the indirect light that is asked for.
+    pub target_error: f64,
+    /// Pixels between the first ones that are gathered; a power of two.
+    pub coarsest_stride: u32,
+    pub kernel: RayKernel,
+}
+
+impl IndirectPlan {
+    /// How the bounce is gathered, where it is by rays.
+    pub fn bounce(&self) -> Option<BouncePlan> {
+        match self.method {
+            IndirectMethod::Bounce(bounce) => Some(bounce),
+            IndirectMethod::Sum(_) => None,
+        }
+    }
+}
+
+impl Plan {
+    /// Plans a frame of a valid scene.
+    ///
+    /// # Errors
+    /// [`Error::Scene`] for an invalid scene, [`Error::DeviceLimit`] where the device cannot hold what the scene asks for.
+    pub fn new(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
+        scene.validate()?;
+        let used = || {
+            let materials = scene.meshes.iter().flat_map(|m| &m.triangle_materials);
+            materials.filter_map(|&index| scene.materials.get(index as usize))
+        };
+        let is_textured = scene.meshes.iter().any(|mesh| {
+            !mesh.texcoords.is_empty()
+                && mesh.triangle_materials.iter().any(|&index| {
+                    let material = scene.materials.get(index as usize);
+                    material.is_some_and(|m| m.kd_texture.is_some())
+                })
+        });
+        let bounds = scene_sphere(scene);
+        // The faces do not depend on the texels.
+        let faces = |light: &Light| EmissionDomain::new(light, 1, &bounds).faces.len();
+        let faces: Vec<usize> = scene.lights.iter().map(faces).collect();
+        let fine_enough = shadow_size(scene, faces.iter().copied().min().unwrap_or(1), device);
+        // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
+        // miss what is smaller than twenty pixels.
+        let rsm_size = scene
+            .indirect
+            .map(|indirect| planned_rsm_size(indirect, scene.lights.len()));
+        let shadow = match (scene.direct.shadow, rsm_size) {
+            (Shadow::Rays, _) => ShadowPlan::Rays(RayKernel::best_for(device)),
+            (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
+            (Shadow::Map, _) => ShadowPlan::Map { size: fine_enough },
+        };
+        let lights = scene.lights.iter().zip(faces);
+        let lights = lights
+            .map(|(light, faces)| LightPlan {
+                kind: light.kind(),
+                faces: faces as u32,
+                shadow,
+            })
+            .collect();
+        let plan = Plan {
+            resolution_px: scene.camera.resolution_px,
+            is_specular: used().any(|material| material.is_specular()),
+            is_smooth: scene.meshes.iter().any(|mesh| !mesh.normals.is_empty()),
+            is_textured,
+            lights,
+            indirect: scene.indirect.map(|indirect| IndirectPlan {
+                estimator: indirect.estimator,
+                rsm_size: planned_rsm_size(indirect, scene.lights.len()),
+                method: match indirect.asked_error() {
+                    None => IndirectMethod::Sum(GatherKernel::best_for(device)),
+                    Some(target_error) => IndirectMethod::Bounce(BouncePlan {
+                        target_error,
+                        coarsest_stride: coarsest_stride(scene.camera.resolution_px),
+                        kernel: RayKernel::best_for(device),
+                    }),
+                },
+            }),
+            joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
+        };
+        plan.check_limits(scene, device)?;
+        Ok(plan)
+    }
+
+    /// The word of the shader permutations that tells whether there is a specular term.
+    pub(crate) fn brdf_word(&self) -> &'static str {
+        if self.is_specular { "phong" } else { "lambert" }
+    }
+
+    /// Faces of the light that emits into the most.
+    pub(crate) fn max_faces(&self) -> u32 {
+        let faces = self.lights.iter().map(|light| light.faces);
+        faces.max().unwrap_or(1)
+    }
+
+    /// Edge of a face of the shadow map that lights without a fine RSM use in turn, texels; `None`: no light needs one.
+    pub(crate) fn own_map_size(&self) -> Option<u32> {
+        let sizes = self.lights.iter().map(|light| light.shadow.own_map_size());
+        sizes.max().flatten()
+    }
+
+    /// Whether direct light is tested by rays among the triangles.
+    pub(crate) fn has_shadow_rays(&self) -> bool {
+        let is_by_rays = |light: &LightPlan| matches!(light.shadow, ShadowPlan::Rays(_));
+        self.lights.iter().any(is_by_rays)
+    }
+
+    /// How the bounce is gathered, where it is by rays.
+    pub(crate) fn bounce(&self) -> Option<BouncePlan> {
+        self.indirect.and_then(|indirect| indirect.bounce())
+    }
+}
+
+/// Pixels between those that are gathered in any case: some 50 along the shorter edge, to see what the image is like.
+fn coarsest_stride(resolution_px: [u32; 2]) -> u32 {
+    let [width, height] = resolution_px;
+    let stride = (width.min(height) / 50).clamp(2, 16);
+    1 << stride.ilog2()
+}
+
+/// The sphere around the scene. Where there is nothing, or only a point, it has 1 m, for a light must emit into something.
+pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
+    let sphere = scene.bounding_sphere();
+    let centre_m = sphere.map_or(glam::DVec3::ZERO, |sphere| sphere.centre_m);
+    let radius_m = sphere.map_or(0.0, |sphere| sphere.radius_m);
+    BoundingSphere {
+        centre_m,
+        radius_m: if radius_m > 0.0 { radius_m } else { 1.0 },
+    }
+}
+
+/// Texels along one edge of a face. Rays take VPLs in Morton order, for which it is a power of two.
+fn planned_rsm_size(indirect: Indirect, light_count: usize) -> u32 {
+    match (indirect.visibility, indirect.rsm_size) {
+        (Visibility::None, size) => size.unwrap_or(1),
+        (Visibility::Rays, Some(size)) => size.next_power_of_two(),
+        // Many lights share the room that one has.
+        (Visibility::Rays, None) => match light_count {
+            0..=4 => 128,
+            5..=16 => 64,
+            _ => 32,
+        },
+    }
+}
+
+/// Edge of a face of a shadow map that is fine enough for every light, so that the lights can use one in turn.
+///
+/// Shadow edges are those of triangles, not of texels: half the pixels' density is enough to find the triangles, if they
+/// are not much smaller than the texels.
+fn shadow_size(scene: &Scene, fewest_faces: usize, device: &DeviceInfo) -> u32 {
+    let [width, height] = scene.camera.resolution_px;
+    let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    let texels = SHADOW_TEXELS_PER_TRIANGLE * triangles as f64 / fewest_faces.max(1) as f64;
+    (width.max(height) / 2)
+        .max(texels.sqrt() as u32)
+        .clamp(*SHADOW_SIZE.start(), *SHADOW_SIZE.end())
+        .next_multiple_of(64)
+        .min(device.limits.max_image_px)
+}
