@@ -104,11 +104,82 @@ struct Walk {
     scale: vec3<f32>,
     start: vec3<f32>,
     nearness: f32,
+    // 1 / nearness.
+    reach: f32,
     hit: u32,
     // Next to visit.
     node: u32,
     // A leaf that waits; 0: none.
     leaf: u32,
+}
+
+// Rays that a lane has on their way through the tree at once: one waits for its node while the other is tested.
+const WALKS: u32 = 2u;
+var<private> walks: array<Walk, WALKS>;
+
+// Puts away what a ray that is done has found, and takes the lane's next. Returns the rays left to do.
+fn take_ray(w: u32, todo: u32, node_count: u32, grid_low: vec3<f32>, grid_step: vec3<f32>) -> u32 {
+    let walk = walks[w];
+    let is_done = (walk.node >= node_count) & (walk.leaf == 0u);
+    let next = select(0u, todo & (~todo + 1u), is_done);
+    var direction = walk.direction;
+    var nearness = walk.nearness;
+    var hit = walk.hit;
+    for (var i = 0u; i < RAYS; i++) {
+        let is_last = is_done & (walk.ray == 1u << i);
+        ray_nearness[i] = select(ray_nearness[i], walk.nearness, is_last);
+        ray_hit[i] = select(ray_hit[i], walk.hit, is_last);
+        let is_this = next == 1u << i;
+        direction = select(direction, ray_direction[i], is_this);
+        nearness = select(nearness, ray_nearness[i], is_this);
+        hit = select(hit, ray_hit[i], is_this);
+    }
+    let inverse = inverse_of(direction);
+    walks[w].ray = select(walk.ray, next, is_done);
+    walks[w].direction = direction;
+    walks[w].nearness = nearness;
+    walks[w].hit = hit;
+    walks[w].reach = 1.0 / nearness;
+    walks[w].scale = grid_step * inverse;
+    walks[w].start = grid_low * inverse;
+    walks[w].node = select(walk.node, 0u, next != 0u);
+    return todo & ~next;
+}
+
+// Tests a box. A leaf has to wait in the tree where another one waits already. Returns whether there is more to test.
+fn visit(w: u32, node_count: u32) -> bool {
+    let walk = walks[w];
+    let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(walk.node, node_count - 1u)));
+    let a = vec3<f32>(words.xyz & vec3<u32>(0xffffu)) * walk.scale + walk.start;
+    let b = vec3<f32>(words.xyz >> vec3<u32>(16u)) * walk.scale + walk.start;
+    let enters = lesser(a, b);
+    let leaves = greater(a, b);
+    let enter = greater1(greater1(enters.x, enters.y), greater1(enters.z, 0.0));
+    let leave = lesser1(lesser1(leaves.x, leaves.y), lesser1(leaves.z, walk.reach));
+    let is_met = enter <= leave;
+    let is_leaf = (words.w & LEAF) != 0u;
+    let is_free = walk.leaf == 0u;
+    walks[w].leaf = select(walk.leaf, words.w, is_met & is_leaf & is_free);
+    let is_stuck = (is_met & is_leaf & !is_free) | (walk.node >= node_count);
+    let after = select(words.w, walk.node + 1u, is_met | is_leaf);
+    walks[w].node = select(after, walk.node, is_stuck);
+    return !is_stuck;
+}
+
+fn lesser(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return select(b, a, a < b);
+}
+
+fn greater(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return select(b, a, a > b);
+}
+
+fn lesser1(a: f32, b: f32) -> f32 {
+    return select(b, a, a < b);
+}
+
+fn greater1(a: f32, b: f32) -> f32 {
+    return select(b, a, a > b);
 }
 
 // Takes each ray of the lane that is not yet done through the tree. Lanes need nothing of one another.
@@ -121,76 +192,52 @@ fn walk_tree(origin: vec3<f32>, node_count: u32, is_any: bool) {
         todo |= select(0u, 1u << i, is_open);
     }
     todo = select(0u, todo, node_count > 0u);
-    var walk: Walk;
-    walk.ray = 0u;
-    walk.node = node_count;
-    walk.leaf = 0u;
+    for (var w = 0u; w < WALKS; w++) {
+        walks[w].ray = 0u;
+        walks[w].node = node_count;
+        walks[w].leaf = 0u;
+    }
     loop {
-        // The next ray, where the last is done.
-        let is_done = (walk.node >= node_count) & (walk.leaf == 0u);
-        let next = todo & (~todo + 1u);
-        let is_next = is_done & (next != 0u);
-        var direction = walk.direction;
-        var nearness = walk.nearness;
-        for (var i = 0u; i < RAYS; i++) {
-            let is_last = is_done & (walk.ray == 1u << i);
-            ray_nearness[i] = select(ray_nearness[i], walk.nearness, is_last);
-            ray_hit[i] = select(ray_hit[i], walk.hit, is_last);
-            let is_this = is_next & (next == 1u << i);
-            direction = select(direction, ray_direction[i], is_this);
-            nearness = select(nearness, ray_nearness[i], is_this);
-            walk.hit = select(walk.hit, ray_hit[i], is_this);
+        for (var w = 0u; w < WALKS; w++) {
+            todo = take_ray(w, todo, node_count, grid_low, grid_step);
         }
-        walk.ray = select(walk.ray, next, is_done);
-        walk.direction = direction;
-        walk.nearness = nearness;
-        todo = select(todo, todo & (todo - 1u), is_done);
-        walk.node = select(walk.node, 0u, is_next);
-        let inverse = inverse_of(direction);
-        walk.scale = grid_step * inverse;
-        walk.start = grid_low * inverse;
-
-        let reach = 1.0 / walk.nearness;
         var steps = 0u;
         loop {
-            let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(walk.node, node_count - 1u)));
-            let a = vec3<f32>(words.xyz & vec3<u32>(0xffffu)) * walk.scale + walk.start;
-            let b = vec3<f32>(words.xyz >> vec3<u32>(16u)) * walk.scale + walk.start;
-            let enters = min(a, b);
-            let leaves = max(a, b);
-            let enter = max(max(enters.x, enters.y), max(enters.z, 0.0));
-            let leave = min(min(leaves.x, leaves.y), min(leaves.z, reach));
-            let is_met = enter <= leave;
-            let is_leaf = (words.w & LEAF) != 0u;
-            // A second leaf has to wait in the tree.
-            let is_stuck = is_met & is_leaf & (walk.leaf != 0u);
-            walk.leaf = select(walk.leaf, words.w, is_met & is_leaf & (walk.leaf == 0u));
-            let after = select(words.w, walk.node + 1u, is_met | is_leaf);
-            walk.node = select(after, walk.node, is_stuck | (walk.node >= node_count));
+            var is_moving = false;
+            for (var w = 0u; w < WALKS; w++) {
+                is_moving |= visit(w, node_count);
+            }
             steps++;
             continuing {
-                break if (steps == STRIDE) | is_stuck | (walk.node >= node_count);
+                break if (steps == STRIDE) | !is_moving;
             }
         }
-
-        let first = walk.leaf & INDEX;
-        for (var i = 0u; i < LEAF_TRIANGLES; i++) {
-            let facet = facet_of(first + i, origin);
-            let nearness = nearness_of(facet, walk.direction);
-            let is_nearer = (nearness > walk.nearness) & (i < (walk.leaf >> 24u & 63u));
-            walk.hit = select(walk.hit, first + i, is_nearer);
-            walk.nearness = select(walk.nearness, nearness, is_nearer);
+        var is_done = todo == 0u;
+        for (var w = 0u; w < WALKS; w++) {
+            let first = walks[w].leaf & INDEX;
+            let count = walks[w].leaf >> 24u & 63u;
+            for (var i = 0u; i < LEAF_TRIANGLES; i++) {
+                let facet = facet_of(first + i, origin);
+                let nearness = nearness_of(facet, walks[w].direction);
+                let is_nearer = (nearness > walks[w].nearness) & (i < count);
+                walks[w].hit = select(walks[w].hit, first + i, is_nearer);
+                walks[w].nearness = select(walks[w].nearness, nearness, is_nearer);
+            }
+            walks[w].reach = 1.0 / walks[w].nearness;
+            walks[w].leaf = 0u;
+            walks[w].node = select(walks[w].node, node_count, is_any & (walks[w].nearness > 1.0));
+            is_done &= walks[w].node >= node_count;
         }
-        walk.leaf = 0u;
-        walk.node = select(walk.node, node_count, is_any & (walk.nearness > 1.0));
         continuing {
-            break if (todo == 0u) & (walk.node >= node_count);
+            break if is_done;
         }
     }
-    for (var i = 0u; i < RAYS; i++) {
-        let is_last = walk.ray == 1u << i;
-        ray_nearness[i] = select(ray_nearness[i], walk.nearness, is_last);
-        ray_hit[i] = select(ray_hit[i], walk.hit, is_last);
+    for (var w = 0u; w < WALKS; w++) {
+        for (var i = 0u; i < RAYS; i++) {
+            let is_last = walks[w].ray == 1u << i;
+            ray_nearness[i] = select(ray_nearness[i], walks[w].nearness, is_last);
+            ray_hit[i] = select(ray_hit[i], walks[w].hit, is_last);
+        }
     }
 }
 

@@ -17,7 +17,7 @@ use rays::Rays;
 /// Threads of lavapipe, read when the driver is loaded.
 const DRIVER_THREADS: &str = "LP_NUM_THREADS";
 /// Turns of either side, after one to warm up; the fastest counts, for others use the machine too.
-const TURNS: usize = 7;
+const TURNS: usize = 9;
 
 type Failure = Box<dyn std::error::Error>;
 
