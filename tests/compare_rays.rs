@@ -49,10 +49,7 @@ impl Random {
 fn points_of(gpu: &mut Gpu, scene: &Scene) -> (Vec<RayPoint>, Vec<RayPoint>) {
     let mut scene = scene.clone();
     scene.lights.truncate(1);
-    scene.indirect = Some(Indirect {
-        estimator: Estimator::RsmAverage,
-        rsm_size: 32,
-    });
+    scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 32));
     let (_, kept) = gpu
         .renderer
         .render_with_intermediates(&scene, &mut RenderOptions::default())

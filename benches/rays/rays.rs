@@ -29,10 +29,7 @@ impl Rays {
     pub fn of(device: &Device, scene: &Scene) -> Result<Rays, Failure> {
         let mut scene = scene.clone();
         scene.lights.truncate(1);
-        scene.indirect = Some(Indirect {
-            estimator: Estimator::RsmAverage,
-            rsm_size: RSM_SIZE,
-        });
+        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, RSM_SIZE));
         let (frame, kept) = Renderer::new(device)?
             .render_with_intermediates(&scene, &mut RenderOptions::default())?;
         let [width, height] = frame.resolution_px.map(|size| size as usize);
