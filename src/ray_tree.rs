@@ -4,8 +4,7 @@ use std::time::Duration;
 
 use glam::{DVec3, Vec3};
 use obvhs::{
-    BvhBuildParams, aabb::Aabb, bvh2::Bvh2, bvh2::builder::build_bvh2_from_tris,
-    triangle::Triangle,
+    BvhBuildParams, aabb::Aabb, bvh2::Bvh2, bvh2::builder::build_bvh2_from_tris, triangle::Triangle,
 };
 
 use crate::{LocalSpace, Scene};

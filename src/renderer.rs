@@ -115,7 +115,7 @@ impl Renderer {
             space: &space,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
-        let mut progress = ProgressReport::new(report, plan.lights.len());
+        let mut progress = ProgressReport::new(report, plan.lights.len(), plan.bounce().is_some());
         let mut cost = Cost::default();
         let drawn = frame::draw(
             &context,

@@ -51,7 +51,10 @@ fn report() -> Result<(), Failure> {
     let device = Device::open(&DeviceOptions::default())?;
     let kernel = RayKernel::best_for(device.info());
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let only: Vec<String> = env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    let only: Vec<String> = env::args()
+        .skip(1)
+        .filter(|word| !word.starts_with('-'))
+        .collect();
     for name in ["cornell", "knot"] {
         if !only.is_empty() && !only.iter().any(|word| word == name) {
             continue;
@@ -66,12 +69,24 @@ fn report() -> Result<(), Failure> {
             any = any.min(probe.any_hit(&rays.points, &rays.ends)?.milliseconds);
             any_cpu = any_cpu.min(cpu_ms() - start);
             let start = cpu_ms();
-            closest = closest.min(probe.closest_hit(&rays.points, &rays.directions)?.milliseconds);
+            closest = closest.min(
+                probe
+                    .closest_hit(&rays.points, &rays.directions)?
+                    .milliseconds,
+            );
             closest_cpu = closest_cpu.min(cpu_ms() - start);
         }
         let rate = |milliseconds: f64| rays.ends.len() as f64 / milliseconds * 1e-3;
-        println!("per CPU ms pair: any {:.1} closest {:.1}", 2.0 * rays.ends.len() as f64 / any_cpu * 1e-3, 2.0 * rays.ends.len() as f64 / closest_cpu * 1e-3);
-        println!("{name}: any {:.1} M rays/s, closest {:.1}", rate(any), rate(closest));
+        println!(
+            "per CPU ms pair: any {:.1} closest {:.1}",
+            2.0 * rays.ends.len() as f64 / any_cpu * 1e-3,
+            2.0 * rays.ends.len() as f64 / closest_cpu * 1e-3
+        );
+        println!(
+            "{name}: any {:.1} M rays/s, closest {:.1}",
+            rate(any),
+            rate(closest)
+        );
     }
     Ok(())
 }

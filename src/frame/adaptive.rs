@@ -27,6 +27,12 @@ const PILOT_DRAWS: u32 = 64;
 const NOISE_RATE: f64 = 0.72;
 /// Draws of a gather at most.
 const MAX_DRAWS: u32 = 1 << 14;
+/// Draws come in packets of rays.
+const DRAWS_STEP: u32 = 64;
+/// Noise of a gathered pixel over the error of the image: interpolation averages some of it away (measured: 1.2 to 2).
+const NOISE_OVER_TARGET: f64 = 1.3;
+/// What interpolation may be off by, over the noise of a gathered pixel; less, and pixels are gathered for their noise.
+const TOLERANCE_OVER_NOISE: f64 = 4.0;
 /// Attempts to meet the target.
 const MAX_ATTEMPTS: u32 = 4;
 
@@ -72,33 +78,25 @@ impl Adaptive<'_> {
             return Ok(None);
         }
         let radiance = (pilot.signal / pilot.bands).sqrt();
-        let mut aim = 0.8 * target;
-        let mut estimated_error = f64::INFINITY;
-        for attempt in 0..MAX_ATTEMPTS {
-            let more = (pilot.relative_noise() / aim).powf(1.0 / NOISE_RATE);
-            let draws = ((f64::from(PILOT_DRAWS) * more / 64.0).ceil() * 64.0)
-                .clamp(f64::from(PILOT_DRAWS), f64::from(MAX_DRAWS)) as u32;
-            if std::env::var("CAMLUX_DEBUG").is_ok() {
-                eprintln!("attempt {attempt}: pilot noise {:.4} radiance {radiance:.4e} aim {aim:.4} draws {draws}", pilot.relative_noise());
+        let mut noise = NOISE_OVER_TARGET * target;
+        let mut attempt = 0;
+        loop {
+            progress.begin_attempt(attempt);
+            let draws = draws_for(pilot.relative_noise() / noise);
+            let tolerance = radiance * (TOLERANCE_OVER_NOISE * noise).clamp(0.02, 0.2);
+            self.refine(bounce, draws, tolerance, progress, cost)?;
+            let error = self
+                .appraise(bounce, draws, progress, cost)?
+                .relative_error();
+            attempt += 1;
+            if error <= target || attempt == MAX_ATTEMPTS || draws == MAX_DRAWS {
+                return Ok(Some(error));
             }
-            let draws = std::env::var("CAMLUX_DRAWS").ok().map_or(draws, |d| d.parse().unwrap());
-            let tol: f64 = std::env::var("CAMLUX_TOL").ok().map_or(2.5 * aim, |d| d.parse().unwrap());
-            let tolerance = tol * radiance;
-            let gathered = self.refine(bounce, draws, tolerance, progress, cost)?;
-            let appraisal = self.appraise(bounce, draws, progress, cost)?;
-            estimated_error = appraisal.relative_error();
-            if std::env::var("CAMLUX_DEBUG").is_ok() {
-                eprintln!("  gathered {} error {:.4} noise of a gather {:.4}", gathered, estimated_error, appraisal.relative_noise());
-            }
-            if estimated_error <= 1.1 * target || std::env::var("CAMLUX_DRAWS").is_ok() {
-                break;
-            }
-            aim *= (target / estimated_error).clamp(0.3, 0.8);
+            noise *= (0.9 * target / error).max(0.25);
         }
-        Ok(Some(estimated_error))
     }
 
-    /// Gathers and interpolates all pixels. Returns how many were gathered.
+    /// Gathers and interpolates all pixels.
     fn refine(
         &self,
         bounce: &mut Bounce,
@@ -106,7 +104,7 @@ impl Adaptive<'_> {
         tolerance: f64,
         progress: &mut ProgressReport,
         cost: &mut Cost,
-    ) -> Result<u64> {
+    ) -> Result<()> {
         let Context { device, plan, .. } = *self.context;
         let images = BounceImages::new(device, plan)?;
         let steps = Step::all(self.plan.coarsest_stride);
@@ -116,7 +114,6 @@ impl Adaptive<'_> {
         });
         let counts: Vec<u32> = counts.collect();
         let mut refinement = Refinement::new(device, counts.iter().copied().max().unwrap_or(1))?;
-        let mut gathered = 0;
         for (index, (&step, &count)) in steps.iter().zip(&counts).enumerate() {
             refinement.set_candidate_count(count)?;
             let mut recorder = Recorder::new(device, 8)?;
@@ -136,42 +133,23 @@ impl Adaptive<'_> {
             )?;
             refine::list(&mut recorder, self.context, self.gbuffer, &refinement)?;
             cost.submit(recorder)?;
-            let lengths = refinement.lengths()?;
-            let seed = index as u32;
-            for (is_glossy, first, count) in [
-                (false, 0, lengths.matte),
-                (true, lengths.matte, lengths.glossy),
-            ] {
-                let mut done = 0;
-                while done < count {
-                    let chunk = (first + done, MAX_RESULTS.min(count - done));
-                    bounce.gather(
-                        &refinement.receivers,
-                        is_glossy,
-                        chunk,
-                        0,
-                        draws,
-                        seed,
-                        &mut || progress.report("bounce", 0.0),
-                    )?;
+            let fraction = index as f64 / steps.len() as f64;
+            let mut report = || progress.report_attempt("bounce", fraction);
+            for run in refinement.runs()? {
+                for run in run.split(MAX_RESULTS) {
+                    bounce.gather(&refinement, run, 0, draws, index as u32, &mut report)?;
                     let mut recorder = Recorder::new(device, 1)?;
                     settle::settle(
                         &mut recorder,
                         self.context,
                         self.gbuffer,
                         &images,
-                        &refinement.receivers,
+                        (&refinement, run),
                         &bounce.results,
-                        chunk,
                     )?;
                     cost.submit(recorder)?;
-                    done += chunk.1;
                 }
             }
-            if std::env::var("CAMLUX_DEBUG").is_ok() {
-                eprintln!("  {step:?}: {} of {count}", lengths.matte + lengths.glossy);
-            }
-            gathered += u64::from(lengths.matte) + u64::from(lengths.glossy);
         }
         let mut recorder = Recorder::new(device, 1)?;
         resolve::resolve(
@@ -181,8 +159,7 @@ impl Adaptive<'_> {
             &images,
             self.indirect_radiance,
         )?;
-        cost.submit(recorder)?;
-        Ok(gathered)
+        cost.submit(recorder)
     }
 
     /// Gathers some pixels twice and compares the image with that.
@@ -199,23 +176,15 @@ impl Adaptive<'_> {
         let mut recorder = Recorder::new(device, 4)?;
         refine::list(&mut recorder, self.context, self.gbuffer, &sample)?;
         cost.submit(recorder)?;
-        let lengths = sample.lengths()?;
-        let count = lengths.matte + lengths.glossy;
+        let runs = sample.runs()?;
+        let count = runs.iter().map(|run| run.count).sum();
+        let mut report = || progress.report_attempt("appraise", 1.0);
         for gather in 0..2 {
-            let seed = 0x5eed_0000 + gather + 2 * draws;
-            for (is_glossy, first, length) in [
-                (false, 0, lengths.matte),
-                (true, lengths.matte, lengths.glossy),
-            ] {
-                bounce.gather(
-                    &sample.receivers,
-                    is_glossy,
-                    (first, length),
-                    gather * count + first,
-                    draws,
-                    seed,
-                    &mut || progress.report("appraise", 0.0),
-                )?;
+            // Other draws than those of the image and of other appraisals.
+            let seed = 0x5eed_0000 + 2 * draws + gather;
+            for run in runs {
+                let first_result = gather * count + run.first;
+                bounce.gather(&sample, run, first_result, draws, seed, &mut report)?;
             }
         }
         let bytes = u64::from(count) * size_of::<[f32; 4]>() as u64;
@@ -226,10 +195,9 @@ impl Adaptive<'_> {
             self.context,
             self.gbuffer,
             self.indirect_radiance,
-            &sample.receivers,
+            &sample,
             &bounce.results,
-            &appraisals,
-            count,
+            (&appraisals, count),
         )?;
         cost.submit(recorder)?;
         let mut sum = Appraisal {
@@ -245,6 +213,13 @@ impl Adaptive<'_> {
     }
 }
 
+/// Draws that bring the noise of the pilot's down by a factor.
+fn draws_for(factor: f64) -> u32 {
+    let draws = f64::from(PILOT_DRAWS) * factor.powf(1.0 / NOISE_RATE);
+    let steps = (draws / f64::from(DRAWS_STEP)).ceil();
+    (steps.clamp(1.0, f64::from(MAX_DRAWS / DRAWS_STEP)) as u32) * DRAWS_STEP
+}
+
 /// About `count` pixels, one at a place of its own in each cell of a grid over the image; as column + 65536 · row.
 fn scattered([width, height]: [u32; 2], count: u32) -> Vec<u32> {
     let pixels = f64::from(width) * f64::from(height);
@@ -254,7 +229,9 @@ fn scattered([width, height]: [u32; 2], count: u32) -> Vec<u32> {
     for cell in 0..columns * rows {
         let random = |salt: u32| {
             // PCG hash (Jarzynski & Olano 2020).
-            let state = (2 * cell + salt).wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+            let state = (2 * cell + salt)
+                .wrapping_mul(747_796_405)
+                .wrapping_add(2_891_336_453);
             let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
             f64::from((word >> 22) ^ word) / 4_294_967_296.0
         };

@@ -18,17 +18,32 @@ pub(crate) struct ProgressReport<'a> {
     report: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
     light: usize,
     light_count: usize,
+    /// Share of the work that is done light by light.
+    lights_share: f64,
+    attempt: i32,
 }
+
+/// Of that share, where the bounce is gathered for all lights together.
+const LIGHTS_SHARE_BEFORE_BOUNCE: f64 = 0.05;
+/// Attempts that need another one.
+const FAILED_ATTEMPTS: f64 = 0.2;
 
 impl<'a> ProgressReport<'a> {
     pub fn new(
         report: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
         light_count: usize,
+        has_bounce: bool,
     ) -> Self {
         ProgressReport {
             report,
             light: 0,
             light_count,
+            lights_share: if has_bounce {
+                LIGHTS_SHARE_BEFORE_BOUNCE
+            } else {
+                1.0
+            },
+            attempt: 0,
         }
     }
 
@@ -42,10 +57,32 @@ impl<'a> ProgressReport<'a> {
     /// # Errors
     /// [`Error::Cancelled`] where the caller wants no more.
     pub fn report(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
+        let of_lights = (self.light as f64 + fraction) / self.light_count.max(1) as f64;
+        self.tell(pass, self.lights_share * of_lights)
+    }
+
+    /// From here on the bounce is gathered, for the `attempt`-th time, counted from 0.
+    pub fn begin_attempt(&mut self, attempt: u32) {
+        self.attempt = attempt as i32;
+    }
+
+    /// `fraction` is the share of the attempt that is done.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] where the caller wants no more.
+    pub fn report_attempt(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
+        let left = FAILED_ATTEMPTS.powi(self.attempt);
+        let of_attempts = 1.0 - left + left * (1.0 - FAILED_ATTEMPTS) * fraction;
+        self.tell(
+            pass,
+            self.lights_share + (1.0 - self.lights_share) * of_attempts,
+        )
+    }
+
+    fn tell(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
         let Some(report) = &mut self.report else {
             return Ok(());
         };
-        let fraction = (self.light as f64 + fraction) / self.light_count.max(1) as f64;
         let progress = Progress {
             fraction: fraction as f32,
             pass,

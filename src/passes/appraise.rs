@@ -1,21 +1,20 @@
 //! Appraise pass: how far the image is from independent gathers of some of its pixels.
 
-use super::{Context, gbuffer::GBuffer};
+use super::{Context, gbuffer::GBuffer, refine::Refinement};
 use crate::{
     Result,
     vulkan::{Buffer, Image, Recorder, Resource, shaders::AppraiseParameters},
 };
 
-/// Compares `count` receivers, whose two results lie one list behind the other.
+/// Compares the receivers of a list, `count` in all, whose two results lie one list behind the other.
 pub(crate) fn appraise<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
     gbuffer: &'r GBuffer,
     indirect_radiance: &'r Image,
-    receivers: &'r Buffer,
+    sample: &'r Refinement,
     results: &'r Buffer,
-    appraisals: &'r Buffer,
-    count: u32,
+    (appraisals, count): (&'r Buffer, u32),
 ) -> Result<()> {
     let pipeline = context
         .pipelines
@@ -23,7 +22,7 @@ pub(crate) fn appraise<'r>(
     let mut resources = gbuffer.resources();
     resources.extend([
         ("indirect_radiance", Resource::Image(indirect_radiance)),
-        ("receivers", Resource::Buffer(receivers)),
+        ("receivers", Resource::Buffer(&sample.receivers)),
         ("bounced", Resource::Buffer(results)),
         ("appraisals", Resource::Buffer(appraisals)),
     ]);

@@ -3,7 +3,12 @@
 use std::time::{Duration, Instant};
 
 use super::{
-    Context, gbuffer::GBuffer, hits::HitSurfaces, light::DeviceLight, rays::RayTreeImages,
+    Context,
+    gbuffer::GBuffer,
+    hits::HitSurfaces,
+    light::DeviceLight,
+    rays::RayTreeImages,
+    refine::{Refinement, Run},
     vpl::VplLists,
 };
 use crate::{
@@ -69,7 +74,9 @@ impl ListedLight {
         ListedLight {
             parameters: light.parameters,
             vpl_count: lengths.matte,
-            power_w: texels.map(|texel| power(light.domain.incident_power_w(texel))).sum(),
+            power_w: texels
+                .map(|texel| power(light.domain.incident_power_w(texel)))
+                .sum(),
         }
     }
 }
@@ -105,18 +112,21 @@ impl<'b> Bounce<'b> {
         })
     }
 
-    /// Gathers at the receivers `first` to `first + count` of a list, which have a specular lobe or not, with `draws` draws of
-    /// each way. The results go to `first_result` and on.
+    /// Gathers at the receivers of a run, with `draws` draws of each way. The results go to `first_result` and on.
     pub fn gather(
         &mut self,
-        receivers: &Buffer,
-        is_glossy: bool,
-        (first, count): (u32, u32),
+        refinement: &Refinement,
+        run: Run,
         first_result: u32,
         draws: u32,
         seed: u32,
         proceed: &mut dyn FnMut() -> Result<()>,
     ) -> Result<()> {
+        let Run {
+            is_glossy,
+            first,
+            count,
+        } = run;
         if count == 0 {
             return Ok(());
         }
@@ -134,7 +144,13 @@ impl<'b> Bounce<'b> {
                 self.kernel.name(),
             ],
         )?;
-        let lanes = self.context.device.info().limits.subgroup_lanes.clamp(1, 64);
+        let lanes = self
+            .context
+            .device
+            .info()
+            .limits
+            .subgroup_lanes
+            .clamp(1, 64);
         let receivers_per_group = 64 / lanes;
         let draws_per_dispatch = lanes * pipeline.module.constant("RAYS")?;
         // To a light for each direction, and to a VPL.
@@ -148,7 +164,7 @@ impl<'b> Bounce<'b> {
             ("light_draws", Resource::Buffer(&self.light_draws)),
             ("vpls", Resource::Image(&self.vpls.matte)),
             ("lattice", Resource::Buffer(&self.lattice.points)),
-            ("receivers", Resource::Buffer(receivers)),
+            ("receivers", Resource::Buffer(&refinement.receivers)),
             ("bounced", Resource::Buffer(&self.results)),
         ]);
 

@@ -5,7 +5,6 @@ use crate::{
     vulkan::{Buffer, Device, Resource, shaders::Material},
 };
 
-
 /// The buffers of `shaders/hits.wgsl`.
 pub(crate) struct HitSurfaces {
     /// Sixteen words a triangle, in the order of the scene: three normals (0: flat), three texture coordinates, the material.

@@ -65,6 +65,16 @@ mod tests {
             ("sensor", vec!["indirect"]),
         ];
         for kernel in RayKernel::ALL {
+            for (brdf, receiver) in [
+                ("lambert", "matte"),
+                ("phong", "matte"),
+                ("phong", "glossy"),
+            ] {
+                for shading in ["flat", "smooth"] {
+                    let words = |texture| vec![brdf, receiver, shading, texture, kernel.name()];
+                    asked.extend(["", "textured"].map(|texture| ("bounce", words(texture))));
+                }
+            }
             asked.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel.name()])));
         }
         for brdf in brdfs {
@@ -81,7 +91,14 @@ mod tests {
                 asked.push(("direct", vec![kind, brdf]));
             }
             asked.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
-            asked.push(("vpl", vec!["count", brdf]));
+            for list in ["apart", "bounce"] {
+                asked.push(("vpl", vec!["count", brdf, list]));
+            }
+            asked.push(("vpl", vec!["write", brdf, "bounce"]));
+            asked.extend(["count", "write"].map(|kernel| ("refine", vec![kernel, brdf])));
+            asked.extend(
+                ["predict", "settle", "resolve", "appraise"].map(|pass| (pass, vec![brdf])),
+            );
             for estimator in Estimator::ALL.map(estimator_word) {
                 asked.push(("vpl", vec!["write", brdf, estimator]));
                 for kernel in GatherKernel::ALL {

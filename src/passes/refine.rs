@@ -38,9 +38,35 @@ impl Refinement {
         self.compactor.set_item_count(count)
     }
 
-    /// How many receivers of either kind there are, after the submission.
-    pub fn lengths(&self) -> Result<ListLengths> {
-        self.compactor.lengths()
+    /// The matte receivers and the glossy ones, after the submission.
+    pub fn runs(&self) -> Result<[Run; 2]> {
+        let ListLengths { matte, glossy } = self.compactor.lengths()?;
+        let run = |is_glossy, first, count| Run {
+            is_glossy,
+            first,
+            count,
+        };
+        Ok([run(false, 0, matte), run(true, matte, glossy)])
+    }
+}
+
+/// Receivers next to each other in the list that all have a specular lobe, or all have none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Run {
+    pub is_glossy: bool,
+    pub first: u32,
+    pub count: u32,
+}
+
+impl Run {
+    /// The same receivers in runs of at most `max_count`.
+    pub fn split(self, max_count: u32) -> impl Iterator<Item = Run> {
+        let starts = (0..self.count).step_by(max_count as usize);
+        starts.map(move |start| Run {
+            first: self.first + start,
+            count: max_count.min(self.count - start),
+            ..self
+        })
     }
 }
 

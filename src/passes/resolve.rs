@@ -6,7 +6,6 @@ use crate::{
     vulkan::{Image, Recorder, Resource},
 };
 
-
 /// L_{P→C} of the bounce, for every pixel with a surface.
 pub(crate) fn resolve<'r>(
     recorder: &mut Recorder<'r>,

@@ -124,6 +124,12 @@ pub(crate) fn extract<'r>(
         Some(_) => ("bounce", "bounce"),
         None => ("apart", estimator_word(indirect.estimator)),
     };
-    vpls.compactor
-        .record(recorder, context, "vpl", &[brdf, list], &[brdf, record], &resources)
+    vpls.compactor.record(
+        recorder,
+        context,
+        "vpl",
+        &[brdf, list],
+        &[brdf, record],
+        &resources,
+    )
 }

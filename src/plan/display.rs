@@ -49,8 +49,14 @@ impl fmt::Display for Plan {
                 IndirectMethod::Bounce(bounce) => {
                     let kernel = bounce.kernel.name();
                     let (asked, stride) = (bounce.target_error, bounce.coarsest_stride);
-                    writeln!(f, "  predict    every {stride}th pixel, and those between where they vary")?;
-                    writeln!(f, "  bounce     {name}, target error {asked}, by rays, kernel {kernel}")?;
+                    writeln!(
+                        f,
+                        "  predict    every {stride}th pixel, and those between where they vary"
+                    )?;
+                    writeln!(
+                        f,
+                        "  bounce     {name}, visibility by rays, target error {asked}, kernel {kernel}"
+                    )?;
                     writeln!(f, "  appraise   the error made, on a sample of pixels")?;
                 }
             }
