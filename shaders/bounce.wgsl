@@ -210,6 +210,45 @@ fn add_unblocked() {
 #endrepeat
 }
 
+// Longer than the scene, local units.
+const REACH: f32 = 8.0;
+
+// Turns rays that start in `origin` into parallel ones that start where those end, and tells of each whether something is in its
+// way. They have no origin in common, so that each goes alone.
+fn trace_parallel(origin: vec3<f32>, direction: vec3<f32>) {
+    let header = box_texel(0u);
+    var wanted: array<f32, RAYS>;
+    var found: array<f32, RAYS>;
+    var starts: array<vec3<f32>, RAYS>;
+#repeat SLOT 8
+    starts[SLOT] = origin + ray_direction[SLOT];
+    wanted[SLOT] = ray_nearness[SLOT];
+    found[SLOT] = NOT_WANTED;
+    ray_nearness[SLOT] = NOT_WANTED;
+#endrepeat
+    ray_direction[0] = direction;
+    for (var i = 0u; i < RAYS; i++) {
+        var start = starts[0];
+        var nearness = wanted[0];
+#repeat SLOT 8
+        start = select(start, starts[SLOT], i == SLOTu);
+        nearness = select(nearness, wanted[SLOT], i == SLOTu);
+#endrepeat
+        for (var triangle = 0u; triangle < 8u * u32(header.x); triangle++) {
+            nearness = max(nearness, nearness_of(facet_of(triangle, start), direction));
+        }
+        ray_nearness[0] = nearness;
+        walk_tree(start, u32(header.y), true);
+        nearness = ray_nearness[0];
+#repeat SLOT 8
+        found[SLOT] = select(found[SLOT], nearness, i == SLOTu);
+#endrepeat
+    }
+#repeat SLOT 8
+    ray_nearness[SLOT] = found[SLOT];
+#endrepeat
+}
+
 // Follows the directions in ray_direction from P and adds what they find.
 fn follow_directions() {
     trace(receiver_start, false);
@@ -244,7 +283,11 @@ fn follow_directions() {
             put_ray(i, before_surface(hit.position, hit.geometric_normal, END_SHIFT) - lights[light].position,
                 select(NOT_WANTED, 1.0, is_lit));
         }
-        trace(lights[light].position, true);
+        if (lights[light].is_parallel == 1u) {
+            trace_parallel(lights[light].position, -REACH * lights[light].axis);
+        } else {
+            trace(lights[light].position, true);
+        }
         add_unblocked();
     }
 }

@@ -1,0 +1,178 @@
+//! `instant-radiosity` by rays against the path-sampled reference: the error asked for, the error estimated, and the true one.
+#![cfg(feature = "reference")]
+
+mod gpu;
+mod ray_caster;
+mod rooms;
+
+use std::ops::ControlFlow;
+
+use camlux::{
+    RayKernel, RenderOptions, Scene,
+    metrics::{Comparison, Pixels},
+    output::{Frame, Layer},
+    reference::Reference,
+    scene::{Estimator, Indirect, Light, SpotCone, Visibility},
+};
+use glam::DVec3;
+use gpu::{DEMO_SCENES, Gpu, demo_scene};
+use rooms::{quad, scene_of};
+
+fn by_rays(mut scene: Scene, target_error: f64) -> Scene {
+    scene.indirect = Some(Indirect {
+        estimator: Estimator::InstantRadiosity,
+        rsm_size: None,
+        visibility: Visibility::Rays,
+        target_error: Some(target_error),
+    });
+    scene
+}
+
+/// A reference of eight rounds.
+fn reference_of(scene: &Scene, samples_per_round: u32) -> Frame {
+    let mut reference = Reference::new(scene, samples_per_round).expect("the scene is valid");
+    for _ in 0..8 {
+        let go_on = &mut |_| ControlFlow::Continue(());
+        reference.add_round(go_on).expect("nothing cancels it");
+    }
+    reference.frame()
+}
+
+/// relRMSE and bias of the indirect light, but for pixels whose centre lies on an edge.
+fn error_and_bias(image: &Frame, truth: &Frame) -> (f64, f64) {
+    let edges = truth.ids(Layer::Edge).expect("a reference marks edges");
+    let seen = truth.ids(Layer::MeshId).expect("it is there");
+    let valid: Vec<bool> = edges.iter().zip(seen).map(|(&edge, &mesh)| edge == 0 && mesh != 0).collect();
+    let comparison = Comparison::of(&Pixels {
+        image: image.values(Layer::Indirect).expect("it is there"),
+        reference: truth.values(Layer::Indirect).expect("it is there"),
+        image_standard_error: None,
+        reference_standard_error: truth.values(Layer::StandardError),
+        valid: &valid,
+        channels: 3,
+    })
+    .expect("images of one size");
+    assert_eq!(comparison.non_finite_image, 0);
+    let noise = comparison.noise.expect("there is light");
+    let error = noise.rmse.value_or_bound().expect("the truth is not noise");
+    (error, comparison.errors.expect("there is light").bias)
+}
+
+/// Renders, prints and checks: the true error at most 1.3 times the one asked for, no bias over 1 %, and an estimate that is not far off.
+#[track_caller]
+fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) {
+    let frame = gpu.render(&by_rays(scene.clone(), asked));
+    let (error, bias) = error_and_bias(&frame, truth);
+    let estimated = frame.stats.estimated_error.expect("it is estimated");
+    println!(
+        "{name}: asked {asked}, estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}, {} k rays",
+        frame.stats.ray_count / 1000
+    );
+    assert!(error <= 1.3 * asked, "{name}: {error} for {asked}");
+    assert!(bias.abs() <= 0.01, "{name}: bias {bias}");
+    assert!(estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005, "{name}: {estimated} for {error}");
+}
+
+#[test]
+fn the_error_asked_for_is_met_in_the_demo_scenes() {
+    let mut gpu = Gpu::open();
+    for name in DEMO_SCENES {
+        let scene = demo_scene(name, [96, 96]);
+        let truth = reference_of(&scene, 256);
+        check(&mut gpu, name, &scene, &truth, 0.05);
+    }
+}
+
+/// A room of six walls with a screen in it, 2 m on a side.
+fn room() -> Scene {
+    let corner = DVec3::splat(-1.0);
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
+    let meshes = vec![
+        quad("floor", corner, z, x, 0),
+        quad("ceiling", corner + y, x, z, 1),
+        quad("left", corner, y, z, 1),
+        quad("right", corner + x, z, y, 0),
+        quad("back", corner, x, y, 0),
+        quad("screen", DVec3::new(-0.3, -1.0, -0.4), 0.9 * DVec3::X, 1.1 * DVec3::Y, 1),
+    ];
+    let light = Light::Point {
+        position_m: DVec3::new(0.4, 0.6, 0.3),
+        power_w: [30.0, 20.0, 10.0],
+    };
+    let mut scene = scene_of(meshes, light, DVec3::new(0.1, 0.0, 2.9), DVec3::ZERO);
+    scene.camera.resolution_px = [64, 64];
+    scene
+}
+
+/// Every kind of light alone, and all of them together: they share the draws by what they send.
+#[test]
+fn lights_of_every_kind_and_together() {
+    let lights = [
+        room().lights[0],
+        Light::Spot {
+            position_m: DVec3::new(-0.5, 0.7, 0.5),
+            direction: DVec3::new(0.5, -1.0, -0.6),
+            cone: SpotCone {
+                inner_half_angle_deg: 15.0,
+                outer_half_angle_deg: 30.0,
+            },
+            power_w: [5.0, 10.0, 20.0],
+        },
+        Light::Directional {
+            direction: DVec3::new(-0.5, -0.4, -1.0),
+            irradiance_w_m2: [6.0, 4.0, 2.0],
+        },
+    ];
+    let mut gpu = Gpu::open();
+    let mut scene = room();
+    for (name, lights) in [
+        ("point", vec![lights[0]]),
+        ("spot", vec![lights[1]]),
+        ("directional", vec![lights[2]]),
+        ("all", lights.to_vec()),
+    ] {
+        scene.lights = lights;
+        let truth = reference_of(&scene, 512);
+        check(&mut gpu, name, &scene, &truth, 0.03);
+    }
+}
+
+/// Both kernels follow the same rays: what differs is rounding, and which pixels that brings over a threshold.
+#[test]
+fn kernels_agree() {
+    let mut gpu = Gpu::open();
+    for name in ["cornell", "glossy"] {
+        let scene = by_rays(demo_scene(name, [48, 48]), 0.1);
+        let images = RayKernel::ALL.map(|kernel| {
+            let mut options = RenderOptions {
+                ray_kernel: Some(kernel),
+                ..RenderOptions::default()
+            };
+            let frame = gpu.renderer.render(&scene, &mut options).expect("it renders");
+            frame.values(Layer::Indirect).expect("it is there").to_vec()
+        });
+        let [one, other] = &images;
+        let difference: f64 = one.iter().zip(other).map(|(a, b)| f64::from(a - b).powi(2)).sum();
+        let square: f64 = one.iter().map(|a| f64::from(*a).powi(2)).sum();
+        let apart = (difference / square).sqrt();
+        println!("{name}: {apart:.1e} apart");
+        assert!(apart < 5e-3);
+    }
+}
+
+/// Behind a wall without thickness, lit on its other side, it stays dark: not a photon gets through or around.
+#[test]
+fn a_wall_of_no_thickness_does_not_leak() {
+    let mut scene = room();
+    let corner = DVec3::splat(-1.0);
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
+    scene.meshes.push(quad("front", corner + z, y, x, 0));
+    // The wall through the middle; the camera and the dark half on one side of it, the lamp on the other.
+    scene.meshes.push(quad("wall", DVec3::new(0.0, -1.0, -1.0), y, z, 1));
+    scene.meshes.retain(|mesh| mesh.name != "screen");
+    scene.camera.position_m = DVec3::new(-0.9, 0.1, 0.9);
+    scene.camera.look_at_m = DVec3::new(-0.2, -0.1, -1.0);
+    let frame = Gpu::open().render(&by_rays(scene, 0.05));
+    let indirect = frame.values(Layer::Indirect).expect("it is there");
+    assert_eq!(indirect.iter().copied().fold(0.0, f32::max), 0.0);
+}
