@@ -31,6 +31,7 @@ pub struct Transport {
 /// P, seen from C.
 #[derive(Debug, Clone, Copy)]
 pub struct Receiver {
+    /// [Moved](Surface::towards) by what rounding may be.
     pub surface: Surface,
     /// Unit vector.
     pub to_camera: DVec3,
@@ -38,9 +39,10 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    pub fn new(surface: Surface, to_camera: DVec3) -> Receiver {
+    /// `distance`: to C.
+    pub fn new(surface: Surface, to_camera: DVec3, distance: f64) -> Receiver {
         Receiver {
-            surface,
+            surface: surface.towards(to_camera, distance),
             to_camera,
             lobes: surface.brdf.lobes(surface.normal, to_camera),
         }

@@ -76,7 +76,7 @@ impl Pixel {
                 indirect: [Moments::default(); 3],
             };
         };
-        let receiver = Receiver::new(surface, -direction);
+        let receiver = Receiver::new(surface, -direction, hit.distance);
         let [mesh, material] = transport.mesh_and_material(hit.triangle);
         let range_m = hit.distance * transport.metres_per_unit;
         Pixel {
