@@ -18,8 +18,8 @@ pub struct LayeredImage {
 /// The channels of a file that share a prefix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageLayer {
-    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.mesh` and `id.material`
-    /// are layers of one channel, as [`Layer::name`] has them.
+    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.mesh`, `id.material`
+    /// and `edge` are layers of one channel, as [`Layer::name`] has them.
     pub name: String,
     /// The full names, as in the file: R, G, B, A, then X, Y, Z, then others by the alphabet.
     pub channel_names: Vec<String>,
