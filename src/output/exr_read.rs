@@ -97,6 +97,13 @@ impl LayeredImage {
         vec![true; self.resolution_px.map(|px| px as usize).iter().product()]
     }
 
+    /// Which pixels show one of two surfaces by chance, row by row from the top: those with an `edge` over 0. `None` without
+    /// that layer.
+    pub fn edge_pixels(&self) -> Option<Vec<bool>> {
+        let edge = self.values(Layer::Edge)?;
+        Some(edge.iter().map(|&value| value > 0.0).collect())
+    }
+
     /// An attribute of the header that is a text or a number, by its full name, such as `camlux.scene_hash`.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.get(name).map(String::as_str)
