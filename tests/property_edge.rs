@@ -8,12 +8,12 @@ use std::f64::consts::PI;
 
 use camlux::{
     Scene,
-    output::Layer,
+    output::{Frame, Layer},
     reference::Reference,
     scene::{Intrinsics, Lens, Light, Mesh},
 };
 use glam::DVec3;
-use gpu::demo_scene;
+use gpu::{DEMO_SCENES, Gpu, demo_scene};
 use rooms::scene_of;
 
 const SIZE: usize = 64;
@@ -224,4 +224,40 @@ fn edges_of_the_cornell_box() {
     );
     assert!(on_diagonals >= 70);
     assert!(count < ids.len() / 200, "{count}");
+}
+
+/// Where the engine shows another mesh or material than the reference, the pixel lies on an edge.
+#[test]
+fn surfaces_differ_on_edges_only() {
+    let mut gpu = Gpu::open();
+    let mut differ = 0;
+    for name in DEMO_SCENES {
+        let scene = Scene {
+            indirect: None,
+            ..demo_scene(name, [400, 400])
+        };
+        let image = gpu.render(&scene);
+        let truth = Reference::new(&scene, 1)
+            .expect("the scene is valid")
+            .frame();
+        let edges = truth.ids(Layer::Edge).expect("every reference has it");
+        let mut unmarked = Vec::new();
+        for (pixel, &edge) in edges.iter().enumerate() {
+            let is_other = |layer: Layer| {
+                let at = |frame: &Frame| frame.ids(layer).expect("it is there")[pixel];
+                at(&image) != at(&truth)
+            };
+            if is_other(Layer::MeshId) || is_other(Layer::MaterialId) {
+                differ += 1;
+                if edge == 0 {
+                    unmarked.push([pixel % 400, pixel / 400]);
+                }
+            }
+        }
+        let marked = edges.iter().filter(|edge| **edge > 0).count();
+        println!("{name}: {marked} edge pixels; {differ} other surfaces so far");
+        assert!(unmarked.is_empty(), "{name}: {unmarked:?}");
+        assert!(marked < edges.len() / 100, "{name}");
+    }
+    assert!(differ > 0);
 }
