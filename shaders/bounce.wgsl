@@ -280,8 +280,9 @@ fn follow_directions() {
                 -dot(hit.geometric_normal, direction), illumination.facing_area / max(geometric_cosine_light, 1e-6), share);
             let is_lit = is_hit && cosine_light > 0.0 && geometric_cosine_light > 0.0 && any(found.irradiance > vec3<f32>(0.0));
             put_brought(i, found);
-            put_ray(i, before_surface(hit.position, hit.geometric_normal, END_SHIFT) - lights[light].position,
-                select(NOT_WANTED, 1.0, is_lit));
+            // On the side that P sees, where Q lies in a second surface, too.
+            let end = before_surface(hit.position, hit.geometric_normal, END_SHIFT) - END_SHIFT * direction;
+            put_ray(i, end - lights[light].position, select(NOT_WANTED, 1.0, is_lit));
         }
         if (lights[light].is_parallel == 1u) {
             trace_parallel(lights[light].position, -REACH * lights[light].axis);
@@ -317,8 +318,7 @@ fn follow_to_vpls(first: u32, end: u32, shift: f32) {
         let found = bring(direction, distance_squared, radiance, -dot(normal_shininess.xyz, direction), position_area.w, share);
         put_brought(i, found);
         let is_wanted = draw < end && count > 0u && any(found.irradiance > vec3<f32>(0.0));
-        put_ray(i, before_surface(position_area.xyz, normal_shininess.xyz, END_SHIFT) - receiver_start,
-            select(NOT_WANTED, 1.0, is_wanted));
+        put_ray(i, position_area.xyz - receiver_start, select(NOT_WANTED, 1.0, is_wanted));
     }
     trace(receiver_start, true);
     add_unblocked();

@@ -25,14 +25,6 @@ const LEAF_TRIANGLES: u32 = 2u;
 // Boxes that a lane tests before it looks at leaves.
 const STRIDE: u32 = 8u;
 
-// By how much a ray starts before P's surface, for each component of the normal. P = v0 + b1·e1 + b2·e2 is off its plane by up to
-// 10u: 4u for each of b1·e1 + b2·e2 ≤ 2, and 2u for v0 ≤ 1. Corners of a neighbour in the same plane are u off it, in either
-// direction, the shift is rounded by u, and the height of the ray's origin over a plane is off by 5u of an offset ≤ 2.
-const ORIGIN_SHIFT: f32 = 24.0 * 5.9604645e-8;
-// By how much a ray ends before Q's surface: its end's height over the plane is the difference of two that are off by 10u
-// each, and their quotient is rounded by 3u of an offset ≤ 2.
-const END_SHIFT: f32 = 40.0 * 5.9604645e-8;
-
 // Each ray's direction, whose length is the unit of its distances.
 var<private> ray_direction: array<vec3<f32>, RAYS>;
 // 1 / distance of the nearest hit so far. To be set before: 1 where the ray ends at its direction's head, 0 where it does
@@ -41,10 +33,6 @@ var<private> ray_nearness: array<f32, RAYS>;
 // The triangle that was hit, for scene_triangle; or NOTHING_HIT.
 var<private> ray_hit: array<u32, RAYS>;
 const NOT_WANTED: f32 = 1e30;
-
-fn before_surface(position: vec3<f32>, geometric_normal: vec3<f32>, shift: f32) -> vec3<f32> {
-    return position + shift * dot(abs(geometric_normal), vec3<f32>(1.0)) * geometric_normal;
-}
 
 fn box_texel(index: u32) -> vec4<f32> {
     return textureLoad(ray_boxes, vec2<u32>(index & ROW_MASK, index >> ROW_SHIFT));

@@ -87,7 +87,9 @@ fn place(item: u32, list: u32, index: u32) {
     textureStore(vpls, slot, 3, vec4<f32>(ks_shininess.rgb * ((shininess + 2.0) / (2.0 * PI)) * irradiance, 0.0));
     textureStore(vpls, slot, 4, vec4<f32>(mirror, 0.0));
 #endif
-    textureStore(vpls, slot, 0, vec4<f32>(position, area));
+    // Off its surface, for the rays that end there; and on the side that the light sees, where Q lies in a second one, too.
+    let end = before_surface(position, geometric_normal, END_SHIFT) + END_SHIFT * to_light;
+    textureStore(vpls, slot, 0, vec4<f32>(end, area));
     textureStore(vpls, slot, 1, vec4<f32>(geometric_normal, shininess));
     textureStore(vpls, slot, 2, vec4<f32>(kd_irradiance.rgb / PI * irradiance, 0.0));
 }

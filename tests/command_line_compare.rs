@@ -53,7 +53,7 @@ fn write(
 ) {
     let mut channels = Vec::new();
     for (name, pixels) in layers {
-        let names = if name.contains('.') {
+        let names = if name.contains('.') || *name == "edge" {
             vec![(*name).to_owned()]
         } else {
             ["R", "G", "B"]
@@ -196,6 +196,88 @@ fn the_noise_of_both_images_counts() {
         0.01 * 2.0_f64.sqrt(),
     );
     assert_eq!(indirect["z_scores"]["variance"], 0.0);
+}
+
+/// The pair, whose reference says that its third pixel and the background lie on edges.
+fn write_pair_with_edges(folder: &Path) {
+    write_pair(folder);
+    write(
+        &folder.join("e.exr"),
+        (5, 1),
+        &[
+            ("direct", &[4.0, 3.0, 3.0, 1.0, 0.0]),
+            ("edge", &[0.0, 0.0, 1.0, 0.0, 1.0]),
+            ("indirect", &[1.0, 2.0, 2.0, 4.0, 0.0]),
+            ("stderr", &[0.01, 0.02, 0.02, 0.04, 0.0]),
+            ("valid.A", &[1.0, 1.0, 1.0, 1.0, 0.0]),
+        ],
+        &[],
+    );
+}
+
+/// No image is judged by pixels on edges, but nothing is hidden.
+#[test]
+fn pixels_on_edges_are_left_out_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair_with_edges(folder.path());
+    let report = json(folder.path(), &["a.exr", "e.exr"]);
+    assert_eq!(report["valid_pixels"], 4);
+    assert_eq!(report["edge_pixels"], 1, "the background does not count");
+    assert_eq!(report["edge_share"], 0.25);
+    let indirect = &report["layers"][0];
+    assert_eq!(indirect["value_count"], 9);
+    // d = 0.5, 0, 1 over t = 1, 2, 4.
+    let without = (1.25_f64 / 21.0).sqrt();
+    assert_near(&indirect["errors"]["relative_rmse"], without);
+    assert_near(&indirect["errors"]["bias"], 1.5 / 7.0);
+    assert_near(&indirect["noise"]["relative_rmse_of_noise"], 0.01);
+    let with_edges = &indirect["with_edges"];
+    assert_eq!(with_edges["value_count"], 12);
+    assert_near(&with_edges["errors"]["relative_rmse"], 0.3);
+
+    let table = assert_succeeds(&compare(folder.path(), &["a.exr", "e.exr"]), "");
+    for part in [
+        "5 x 1, of which 3",
+        "1 more (25.0 %) show one of two surfaces by chance and are left out",
+    ] {
+        assert!(table.contains(part), "{part:?} is missing in: {table}");
+    }
+    let row = |label: &str| table.lines().find(|line| line.starts_with(label)).unwrap();
+    assert!(row("relative RMSE").contains("24.4 %"), "{table}");
+    assert!(row("  with the edge").contains("30.0 %"), "{table}");
+
+    let arguments = ["a.exr", "e.exr", "--error-map", "map.png"];
+    assert_succeeds(&compare(folder.path(), &arguments), "");
+    let map = image::open(folder.path().join("map.png"))
+        .unwrap()
+        .to_rgb8();
+    assert_eq!(map.get_pixel(16 + 2 * 96 + 48, 16 + 48).0, [128; 3]);
+    assert_ne!(map.get_pixel(16 + 48, 16 + 48).0, [128; 3]);
+
+    // A reference that does not say which they are.
+    let report = json(folder.path(), &["a.exr", "t.exr"]);
+    assert!(report["edge_pixels"].is_null() && report["edge_share"].is_null());
+    assert!(report["layers"][0]["with_edges"].is_null());
+    let table = assert_succeeds(&compare(folder.path(), &["a.exr", "t.exr"]), "");
+    assert!(!table.contains("edge"), "{table}");
+}
+
+/// An image that is no number where it is not judged is still said to be so.
+#[test]
+fn no_number_on_an_edge_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair_with_edges(folder.path());
+    let pixels = [4.0, 3.0, f32::NAN, 1.0, 0.0];
+    write(
+        &folder.path().join("n.exr"),
+        (5, 1),
+        &[("direct", &pixels)],
+        &[],
+    );
+    let output = compare(folder.path(), &["n.exr", "e.exr"]);
+    let says = "warning: 3 values of layer direct of n.exr are not finite";
+    let table = assert_succeeds(&output, says);
+    assert!(table.contains("0, 0"), "{table}");
 }
 
 #[test]

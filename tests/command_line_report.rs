@@ -64,6 +64,8 @@ fn assert_is_measured(entry: &Value) {
     assert!(entry["seconds"]["runs"].as_array().unwrap().len() >= 2);
     assert!(number(&entry["indirect"]["relative_rmse"]) > 0.0);
     assert!(number(&entry["total"]["relative_rmse"]) > 0.0);
+    let with_edges = number(&entry["indirect"]["relative_rmse_with_edges"]);
+    assert!(with_edges > 0.0 && with_edges != number(&entry["indirect"]["relative_rmse"]));
     assert_eq!(entry["indirect"]["non_finite"], 0);
 }
 
@@ -101,6 +103,12 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert_eq!(scene["truth"]["was_there"], false);
     let noise = scene["truth"]["noise_floor"].as_f64().unwrap();
     assert!(noise > 0.0 && noise <= 0.03, "{noise}");
+    // At 24 x 20 as at any size: the box's edges run through pixel centres.
+    let edge_pixels = scene["truth"]["edge_pixels"].as_u64().unwrap();
+    let share = scene["truth"]["edge_share"].as_f64().unwrap();
+    assert!(edge_pixels > 0 && edge_pixels < 30, "{edge_pixels}");
+    assert!((share - edge_pixels as f64 / 480.0).abs() < 0.02, "{share}");
+    assert!(page.contains(&format!("{edge_pixels} pixels (")));
     for name in ["rsm-average", WITHOUT_VISIBILITY] {
         let entries = series(&scene, name);
         assert_eq!(entries.len(), 4, "sizes 8 to 64");
@@ -127,8 +135,9 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
         assert_eq!(engine["estimator"], "instant-radiosity");
         assert_eq!(engine["visibility"], "rays");
         assert_eq!(engine["asked_error"], asked);
-        assert!(engine["ray_count"].is_u64());
-        assert!(engine.as_object().unwrap().contains_key("estimated_error"));
+        assert!(engine["ray_count"].as_u64().unwrap() > 0);
+        let estimated = engine["estimated_error"].as_f64().unwrap();
+        assert!(estimated > 0.0 && estimated <= asked, "{estimated}");
         // The engine's choice is no setting, and there is no sum to have a twin.
         assert_eq!(engine["rsm_size"], Value::Null);
         assert_eq!(engine["kernel_error"], Value::Null);

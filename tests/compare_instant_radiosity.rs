@@ -78,6 +78,7 @@ fn error_falls_with_the_square_of_the_resolution() {
             image_standard_error: None,
             reference_standard_error: Some(truth_error),
             valid: &vec![true; truth.len() / 3],
+            edges: None,
             channels: 3,
         });
         let comparison = comparison.expect("images of one size");

@@ -8,11 +8,11 @@ use std::{f64::consts::PI, ops::ControlFlow};
 
 use camlux::{
     Scene,
-    output::Layer,
+    output::{Frame, Layer},
     reference::Reference,
     scene::{Lens, Light, Material, Mesh},
 };
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use quadrature::{unit_interval, unit_square};
 use rooms::{quad, scene_of};
 
@@ -29,6 +29,17 @@ fn sample(scene: &Scene, look_at_m: DVec3) -> Sampled {
 }
 
 fn sample_with(scene: &Scene, look_at_m: DVec3, samples_per_round: u32) -> Sampled {
+    Sampled::of(&frame_of(scene, look_at_m, samples_per_round))
+}
+
+/// Its mesh, too; `None` for the background.
+fn sample_seen(scene: &Scene, look_at_m: DVec3) -> Option<(u32, Sampled)> {
+    let frame = frame_of(scene, look_at_m, 512);
+    let mesh = frame.ids(Layer::MeshId).expect("it is there")[0].checked_sub(1)?;
+    Some((mesh, Sampled::of(&frame)))
+}
+
+fn frame_of(scene: &Scene, look_at_m: DVec3, samples_per_round: u32) -> Frame {
     let mut scene = scene.clone();
     scene.camera.resolution_px = [1, 1];
     scene.camera.look_at_m = look_at_m;
@@ -38,12 +49,17 @@ fn sample_with(scene: &Scene, look_at_m: DVec3, samples_per_round: u32) -> Sampl
         let round = reference.add_round(&mut |_| ControlFlow::Continue(()));
         round.expect("nothing cancels it");
     }
-    let frame = reference.frame();
-    let value = |layer: Layer| f64::from(frame.values(layer).expect("it is there")[0]);
-    Sampled {
-        direct: value(Layer::Direct),
-        indirect: value(Layer::Indirect),
-        standard_error: value(Layer::StandardError),
+    reference.frame()
+}
+
+impl Sampled {
+    fn of(frame: &Frame) -> Sampled {
+        let value = |layer: Layer| f64::from(frame.values(layer).expect("it is there")[0]);
+        Sampled {
+            direct: value(Layer::Direct),
+            indirect: value(Layer::Indirect),
+            standard_error: value(Layer::StandardError),
+        }
     }
 }
 
@@ -234,6 +250,115 @@ fn perpendicular_corner() {
         let expected = from_wall(p, DVec3::Y, light, wall, [0.8, 0.6]);
         assert_agrees(&format!("corner at {x}"), &sample(&scene, p), expected);
     }
+}
+
+/// A floor and a wall that meet, or cross, in the z axis, turned and moved so that no coordinate is exact.
+#[derive(Clone, Copy)]
+struct Corner {
+    turn: DQuat,
+    shift_m: DVec3,
+}
+
+/// Turns that repeat from run to run.
+fn corners() -> impl Iterator<Item = Corner> {
+    (0..12).map(|i| {
+        let i = f64::from(i);
+        let axis = DVec3::new((1.7 * i).sin(), (2.3 * i).cos(), (0.9 * i + 0.4).sin());
+        Corner {
+            turn: DQuat::from_axis_angle(axis.normalize(), 0.3 + 0.77 * i),
+            shift_m: 0.37 * DVec3::new((3.1 * i).cos(), (0.7 * i).sin(), (1.3 * i).cos()),
+        }
+    })
+}
+
+impl Corner {
+    fn place(&self, point_m: DVec3) -> DVec3 {
+        self.turn * point_m + self.shift_m
+    }
+
+    /// Floor and wall reach `behind` the axis. The camera is 2 m from (0, 0, z), at this angle to the floor.
+    fn scene(&self, behind: f64, light: DVec3, [angle_deg, z]: [f64; 2]) -> Scene {
+        let wall = |name: &str, across: DVec3, material: u32| {
+            let corner = DVec3::NEG_Z - behind * across;
+            let mut mesh = quad(name, corner, (1.0 + behind) * across, 2.0 * DVec3::Z, 0);
+            for position_m in &mut mesh.positions_m {
+                *position_m = self.place(*position_m);
+            }
+            mesh.triangle_materials = vec![material; 2];
+            mesh
+        };
+        let (sine, cosine) = angle_deg.to_radians().sin_cos();
+        let camera_m = DVec3::new(2.0 * cosine, 2.0 * sine, z + 0.1);
+        let meshes = vec![wall("floor", DVec3::X, 0), wall("wall", DVec3::Y, 1)];
+        let mut scene = scene_of(
+            meshes,
+            lamp(self.place(light)),
+            self.place(camera_m),
+            DVec3::ZERO,
+        );
+        scene.camera.up = self.turn * DVec3::new(0.3, 0.2, 1.0);
+        scene.materials[0].kd = [0.8; 3];
+        scene.materials[1].kd = [0.6; 3];
+        scene
+    }
+}
+
+/// P within rounding of a second wall: the limit that is seen, also at a degree to one of them. There, the other wall fills half
+/// of what P sees.
+#[test]
+fn in_the_corner() {
+    let light = DVec3::new(0.7, 0.6, 0.2);
+    let mut seen = [0; 2];
+    let mut most: f64 = 0.0;
+    for (corner, behind) in corners().flat_map(|corner| [(corner, 0.0), (corner, 0.3)]) {
+        for view in [
+            [1.0, 0.13],
+            [1.0, -0.41],
+            [30.0, 0.07],
+            [45.0, 0.0],
+            [89.0, -0.29],
+        ] {
+            let p = DVec3::new(0.0, 0.0, view[1]);
+            let look_at_m = corner.place(p);
+            let scene = corner.scene(behind, light, view);
+            let Some((mesh, sampled)) = sample_seen(&scene, look_at_m) else {
+                // Between two walls that end at the axis.
+                assert!(behind == 0.0);
+                continue;
+            };
+            seen[mesh as usize] += 1;
+            let to_light = light - p;
+            let irradiance = |cosine: f64| cosine / to_light.length().powi(3);
+            let [on_floor, on_wall] = [irradiance(to_light.y), irradiance(to_light.x)];
+            let (own, other, kd) = match mesh {
+                0 => (on_floor, on_wall, 0.8),
+                _ => (on_wall, on_floor, 0.6),
+            };
+            let what = format!("{view:?}, {behind} behind, mesh {mesh}");
+            assert!(
+                (sampled.direct / (kd / PI * own) - 1.0).abs() < 1e-6,
+                "{what}"
+            );
+            // Within 3 standard errors is too much to ask of a hundred points.
+            let off = sampled.indirect / (0.5 * 0.8 * 0.6 / PI * other) - 1.0;
+            assert!(off.abs() < 3e-3, "{what}: {off}");
+            most = most.max(off.abs());
+
+            // Light behind the wall, or below the floor, does not get through.
+            for light in [DVec3::new(-0.2, 0.6, 0.2), DVec3::new(0.7, -0.2, 0.2)] {
+                let scene = corner.scene(0.3, light, view);
+                let (_, sampled) =
+                    sample_seen(&scene, look_at_m).expect("walls that cross are tight");
+                assert_eq!(
+                    [sampled.direct, sampled.indirect],
+                    [0.0; 2],
+                    "{what}, {light}"
+                );
+            }
+        }
+    }
+    println!("{seen:?} points on the floor and on the wall, off by {most:.1e} at most");
+    assert!(seen.into_iter().all(|count| count > 20));
 }
 
 /// A black screen ends in the plane of symmetry between P and a lit patch: half of the light is gone.

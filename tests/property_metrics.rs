@@ -10,6 +10,7 @@ fn plain<'a>(image: &'a [f32], reference: &'a [f32], valid: &'a [bool]) -> Pixel
         image_standard_error: None,
         reference_standard_error: None,
         valid,
+        edges: None,
         channels: 1,
     }
 }
@@ -47,6 +48,54 @@ fn errors_of_four_pixels() {
     assert_near(errors.percentile_99, 1.0 / 2.0225);
     assert_eq!(comparison.noise, None);
     assert_eq!(comparison.z_scores, None);
+}
+
+/// Nothing is judged on edges, whatever the values there are.
+#[test]
+fn edges_count_for_nothing_but_their_number() {
+    let image = [1.5, 2.0, f32::NAN, 1.0, 5.0, 7.0];
+    let reference = [1.0, 2.0, 9.0, 2.0, 4.0, f32::INFINITY];
+    let sigma = [0.1, 0.2, 3.0, 0.2, 0.4, f32::NAN];
+    let valid = [true, true, true, true, true, false];
+    let edges = [false, false, true, false, false, true];
+    let masked = Pixels {
+        reference_standard_error: Some(&sigma),
+        edges: Some(&edges),
+        ..plain(&image, &reference, &valid)
+    };
+    let without = [0.1, 0.2, 0.2, 0.4];
+    let expected = compare(&Pixels {
+        reference_standard_error: Some(&without),
+        ..plain(&IMAGE, &REFERENCE, &ALL)
+    });
+    assert_eq!(expected.edge_pixels, 0);
+    let found = compare(&masked);
+    assert_eq!(found.edge_pixels, 1, "the other shows no surface");
+    let comparison = Comparison {
+        edge_pixels: 0,
+        ..found
+    };
+    assert_eq!(comparison, expected);
+
+    // With them.
+    let comparison = compare(&Pixels {
+        edges: None,
+        ..masked
+    });
+    assert_eq!(
+        [comparison.non_finite_image, comparison.edge_pixels],
+        [1, 0]
+    );
+
+    let short = Pixels {
+        edges: Some(&edges[..5]),
+        ..masked
+    };
+    let refused = Comparison::of(&short).expect_err("there are six pixels");
+    assert!(
+        refused.to_string().contains("5 pixels where 6"),
+        "{refused}"
+    );
 }
 
 #[test]
@@ -124,6 +173,7 @@ fn both_images_have_noise_and_bands_share_it() {
         image_standard_error: Some(&tau),
         reference_standard_error: Some(&sigma),
         valid: &[true, true],
+        edges: None,
         channels: 2,
     };
     let comparison = compare(&pixels);
@@ -367,6 +417,7 @@ impl Experiment {
             image_standard_error: (self.image_noise > 0.0).then_some(&tau),
             reference_standard_error: Some(&sigma),
             valid: &[true; PIXELS],
+            edges: None,
             channels: BANDS,
         })
     }

@@ -123,6 +123,7 @@ fn going_on_is_never_having_stopped() {
         let different = count_different(&values(&resumed, layer), &values(&whole, layer), 5e-6);
         assert_eq!(different, 0, "{layer:?}");
     }
+    assert_eq!(resumed.ids(Layer::Edge), whole.ids(Layer::Edge));
 
     // Another resolution, another light: another scene.
     let mut other = scene.clone();

@@ -1,6 +1,6 @@
 //! How far an image is from a reference, and how much of that is the reference's own noise.
 //!
-//! Metrics are taken over the valid pixels, all bands together. x is a value of the image, t of the reference; both may
+//! Metrics are taken over the valid pixels but those on edges, all bands together. x is a value of the image, t of the reference; both may
 //! carry noise with a known standard error, τ and σ, and d = x − t. [`RelativeErrors`] are those of d as it is, noise
 //! included. [`NoiseCorrection`] takes out what the noise alone gives: a claim below the noise is no claim, and the type
 //! [`CorrectedRmse`] has no way to make one.
@@ -15,7 +15,7 @@ use crate::error::{Error, Result};
 use crate::model::CompensatedSum;
 
 /// Two images to be compared, in memory. All slices hold width · height · `channels` values, channels interleaved, but
-/// `valid`, which has one entry a pixel. The reference is f32, as files are, or f64, as the model is.
+/// `valid` and `edges`, which have one entry a pixel. The reference is f32, as files are, or f64, as the model is.
 #[derive(Debug, Clone, Copy)]
 pub struct Pixels<'a, T = f32> {
     pub image: &'a [f32],
@@ -26,6 +26,9 @@ pub struct Pixels<'a, T = f32> {
     pub reference_standard_error: Option<&'a [f32]>,
     /// Which pixels count.
     pub valid: &'a [bool],
+    /// Which pixels show one of two surfaces by chance, as many as `valid` has: nothing can be judged there, and they count
+    /// for no figure but [`Comparison::edge_pixels`]. `None`: it is not known.
+    pub edges: Option<&'a [bool]>,
     /// Values a pixel.
     pub channels: usize,
 }
@@ -35,6 +38,8 @@ pub struct Pixels<'a, T = f32> {
 pub struct Comparison {
     /// Values that were compared: those of the valid pixels but the ones below.
     pub value_count: usize,
+    /// Valid pixels on edges, which are left out.
+    pub edge_pixels: usize,
     /// Values of valid pixels that are left out because the image, or its standard error, is not a finite number (or the
     /// latter negative). A correct image has none.
     pub non_finite_image: usize,
@@ -88,6 +93,7 @@ impl Comparison {
             pixels.image_standard_error.is_some() || pixels.reference_standard_error.is_some();
         Ok(Comparison {
             value_count: samples.len(),
+            edge_pixels: selection.edge_pixels,
             non_finite_image: selection.non_finite_image,
             non_finite_reference: selection.non_finite_reference,
             image_mean: mean(sums.x),
@@ -129,6 +135,7 @@ impl Sample {
 /// The values that count, pixel by pixel.
 struct Selection {
     samples: Vec<Sample>,
+    edge_pixels: usize,
     non_finite_image: usize,
     non_finite_reference: usize,
 }
@@ -137,6 +144,7 @@ impl Selection {
     fn of<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Self {
         let mut selection = Selection {
             samples: Vec::new(),
+            edge_pixels: 0,
             non_finite_image: 0,
             non_finite_reference: 0,
         };
@@ -145,6 +153,10 @@ impl Selection {
         };
         let valid_pixels = pixels.valid.iter().enumerate().filter(|(_, valid)| **valid);
         for (pixel, _) in valid_pixels {
+            if pixels.edges.is_some_and(|edges| edges[pixel]) {
+                selection.edge_pixels += 1;
+                continue;
+            }
             for index in pixel * pixels.channels..(pixel + 1) * pixels.channels {
                 let sample = Sample {
                     pixel,
@@ -187,6 +199,16 @@ fn check<T>(pixels: &Pixels<T>) -> Result<()> {
             mend: "compare images of one size with the same channels".into(),
         })
     };
+    if let Some(edges) = pixels
+        .edges
+        .filter(|edges| edges.len() != pixels.valid.len())
+    {
+        return refuse(format!(
+            "the edges have {} pixels where {} are due",
+            edges.len(),
+            pixels.valid.len()
+        ));
+    }
     let due = pixels.valid.len().checked_mul(pixels.channels);
     let lists = [
         ("image", Some(pixels.image.len())),

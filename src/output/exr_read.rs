@@ -18,8 +18,8 @@ pub struct LayeredImage {
 /// The channels of a file that share a prefix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageLayer {
-    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.mesh` and `id.material`
-    /// are layers of one channel, as [`Layer::name`] has them.
+    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.mesh`, `id.material`
+    /// and `edge` are layers of one channel, as [`Layer::name`] has them.
     pub name: String,
     /// The full names, as in the file: R, G, B, A, then X, Y, Z, then others by the alphabet.
     pub channel_names: Vec<String>,
@@ -95,6 +95,13 @@ impl LayeredImage {
             return where_true(depth, &f32::is_finite);
         }
         vec![true; self.resolution_px.map(|px| px as usize).iter().product()]
+    }
+
+    /// Which pixels show one of two surfaces by chance, row by row from the top: those with an `edge` over 0. `None` without
+    /// that layer.
+    pub fn edge_pixels(&self) -> Option<Vec<bool>> {
+        let edge = self.values(Layer::Edge)?;
+        Some(edge.iter().map(|&value| value > 0.0).collect())
     }
 
     /// An attribute of the header that is a text or a number, by its full name, such as `camlux.scene_hash`.

@@ -32,11 +32,14 @@ pub enum Layer {
     MeshId,
     /// 0: background, else 1 + index into [`Scene::materials`].
     MaterialId,
+    /// 1: the pixel's centre lies within 1/128 pixel of an edge, so that rounding decides which of two surfaces it shows; else
+    /// 0. Only a reference image has it, and [`Comparison`](crate::metrics::Comparison) can leave these pixels out.
+    Edge,
 }
 
 impl Layer {
     /// Every layer, in the order of the documentation.
-    pub const ALL: [Layer; 11] = [
+    pub const ALL: [Layer; 12] = [
         Layer::Radiance,
         Layer::Direct,
         Layer::Indirect,
@@ -48,6 +51,7 @@ impl Layer {
         Layer::Range,
         Layer::MeshId,
         Layer::MaterialId,
+        Layer::Edge,
     ];
 
     /// The name in OpenEXR files and on the command line.
@@ -64,6 +68,7 @@ impl Layer {
             Layer::Range => "range",
             Layer::MeshId => "id.mesh",
             Layer::MaterialId => "id.material",
+            Layer::Edge => "edge",
         }
     }
 
@@ -86,6 +91,7 @@ impl Layer {
             Layer::Range => &["range.Z"],
             Layer::MeshId => &["id.mesh"],
             Layer::MaterialId => &["id.material"],
+            Layer::Edge => &["edge"],
         }
     }
 
@@ -95,22 +101,22 @@ impl Layer {
             Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::StandardError => "W/sr/m^2",
             Layer::Energy => "J",
             Layer::Position | Layer::Depth | Layer::Range => "m",
-            Layer::Normal | Layer::MeshId | Layer::MaterialId => "1",
+            Layer::Normal | Layer::MeshId | Layer::MaterialId | Layer::Edge => "1",
         }
     }
 
     /// Whether the values are whole numbers ([`LayerData::Id`]).
     pub fn is_id(self) -> bool {
-        matches!(self, Layer::MeshId | Layer::MaterialId)
+        matches!(self, Layer::MeshId | Layer::MaterialId | Layer::Edge)
     }
 
     /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light. No
-    /// render has `stderr`.
+    /// render has `stderr` or `edge`.
     pub fn is_made_for(self, scene: &Scene) -> bool {
         match self {
             Layer::Energy => scene.sensor.is_some(),
             Layer::Indirect => scene.indirect.is_some(),
-            Layer::StandardError => false,
+            Layer::StandardError | Layer::Edge => false,
             _ => true,
         }
     }

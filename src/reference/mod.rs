@@ -5,6 +5,7 @@
 //! exactly, so that a scene of 1 mm and one of 10 km are computed alike.
 
 mod brdf;
+mod edge;
 mod goal;
 mod light;
 mod path;
@@ -235,7 +236,7 @@ impl Reference {
         Ok(())
     }
 
-    /// The image so far: the layers of a rendered frame and, from two rounds on, the standard error of the indirect light.
+    /// The image so far: the layers of a rendered frame, the pixels on edges and, from two rounds on, the standard error of the indirect light.
     pub fn frame(&self) -> Frame {
         let float = |value: &dyn Fn(&Pixel) -> [f64; 3]| {
             let values = self.pixels.iter().flat_map(value);
@@ -278,6 +279,7 @@ impl Reference {
             (Layer::Range, scalar(&|pixel| pixel.range_m)),
             (Layer::MeshId, id(&|pixel| pixel.mesh_id)),
             (Layer::MaterialId, id(&|pixel| pixel.material_id)),
+            (Layer::Edge, id(&|pixel| pixel.is_edge.into())),
         ];
         if self.rounds >= 2 {
             let standard_error = |pixel: &Pixel| {

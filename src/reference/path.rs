@@ -31,6 +31,7 @@ pub struct Transport {
 /// P, seen from C.
 #[derive(Debug, Clone, Copy)]
 pub struct Receiver {
+    /// [Moved](Surface::towards) by what rounding may be.
     pub surface: Surface,
     /// Unit vector.
     pub to_camera: DVec3,
@@ -38,9 +39,10 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    pub fn new(surface: Surface, to_camera: DVec3) -> Receiver {
+    /// `distance`: to C.
+    pub fn new(surface: Surface, to_camera: DVec3, distance: f64) -> Receiver {
         Receiver {
-            surface,
+            surface: surface.towards(to_camera, distance),
             to_camera,
             lobes: surface.brdf.lobes(surface.normal, to_camera),
         }
@@ -91,8 +93,8 @@ impl Transport {
     }
 
     /// What a half line meets first.
-    pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<(Hit, Surface)> {
-        self.follow(&Ray {
+    pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
+        self.triangles.nearest(&Ray {
             origin,
             direction,
             end: f64::INFINITY,
@@ -101,14 +103,19 @@ impl Transport {
         })
     }
 
+    /// The surface at a hit of a ray in this direction.
+    pub fn surface_at(&self, hit: &Hit, direction: DVec3) -> Surface {
+        self.surfaces.at(&self.scene, hit, direction)
+    }
+
     /// Indices into the scene's meshes and materials.
     pub fn mesh_and_material(&self, triangle: u32) -> [u32; 2] {
         self.surfaces.mesh_and_material(&self.scene, triangle)
     }
 
-    fn follow(&self, ray: &Ray) -> Option<(Hit, Surface)> {
+    fn follow(&self, ray: &Ray) -> Option<Surface> {
         let hit = self.triangles.nearest(ray)?;
-        Some((hit, self.surfaces.at(&self.scene, &hit, ray.direction)))
+        Some(self.surface_at(&hit, ray.direction))
     }
 
     /// L_{P→C} of all lights, W/sr/m².
@@ -139,7 +146,7 @@ impl Transport {
                 from_triangle: p.triangle,
                 to_triangle: NO_TRIANGLE,
             };
-            if let Some((_, q)) = self.follow(&ray) {
+            if let Some(q) = self.follow(&ray) {
                 for emitter in &self.emitters {
                     if let Some((contribution, illumination)) = self.bounce(receiver, &q, emitter)
                         && self.is_lit(&q, &illumination)
@@ -151,7 +158,7 @@ impl Transport {
         }
         for (index, emitter) in self.emitters.iter().enumerate() {
             let ray = emitter.sample((draws.emission)(index));
-            let Some((_, q)) = self.follow(&ray) else {
+            let Some(q) = self.follow(&ray) else {
                 continue;
             };
             if let Some((contribution, _)) = self.bounce(receiver, &q, emitter)

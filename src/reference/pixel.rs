@@ -3,6 +3,7 @@
 use glam::DVec3;
 use sobol_burley::sample_4d;
 
+use super::edge::is_edge;
 use super::path::{Draws, Receiver, Transport};
 use crate::scene::{Bands, Camera, Lens};
 
@@ -17,6 +18,8 @@ pub struct Pixel {
     /// Along the view axis, and along the ray; infinite for the background.
     pub depth_m: f64,
     pub range_m: f64,
+    /// Whether [another surface](is_edge) is so near that it might as well be seen.
+    pub is_edge: bool,
     /// L_{P→C}, W/sr/m².
     pub direct: Bands,
     /// Statistics over rounds, W/sr/m².
@@ -65,18 +68,22 @@ impl Pixel {
         let scene = transport.scene();
         let (direction, per_depth) = view_ray(&scene.camera, x_px, y_px);
         let origin = transport.to_local(scene.camera.position_m);
-        let Some((hit, surface)) = transport.trace(origin, direction) else {
+        let hit = transport.trace(origin, direction);
+        let is_edge = is_edge(transport, [x_px, y_px], hit.as_ref());
+        let Some(hit) = hit else {
             return Pixel {
                 point: None,
                 mesh_id: 0,
                 material_id: 0,
                 depth_m: f64::INFINITY,
                 range_m: f64::INFINITY,
+                is_edge,
                 direct: [0.0; 3],
                 indirect: [Moments::default(); 3],
             };
         };
-        let receiver = Receiver::new(surface, -direction);
+        let surface = transport.surface_at(&hit, direction);
+        let receiver = Receiver::new(surface, -direction, hit.distance);
         let [mesh, material] = transport.mesh_and_material(hit.triangle);
         let range_m = hit.distance * transport.metres_per_unit;
         Pixel {
@@ -86,6 +93,7 @@ impl Pixel {
             material_id: 1 + material,
             depth_m: range_m / per_depth,
             range_m,
+            is_edge,
             indirect: [Moments::default(); 3],
         }
     }
@@ -128,7 +136,7 @@ impl Pixel {
 }
 
 /// Unit direction through a point of the image plane, and its length per unit of depth.
-fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
+pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
     let forward = (camera.look_at_m - camera.position_m).normalize();
     let right = forward.cross(camera.up).normalize();
     let down = forward.cross(right);

@@ -9,6 +9,11 @@ use crate::scene::{Bands, Mesh, Scene, Texture};
 /// is 1.4e-15; and that of the triangle's plane is as large.
 const POSITION_ROUNDING: f64 = 8e-15;
 
+/// The sine of the least angle, 1°, between a view and a surface within rounding of P that the view is sure to get off.
+const LEAST_SINE: f64 = 0.017;
+/// Beyond this, P is not moved any farther: 10⁻⁸ of the scene's size.
+const MOST_STEPS: f64 = 1e6;
+
 /// The triangles of a scene in local space, and where they came from.
 #[derive(Debug)]
 pub struct Surfaces {
@@ -32,6 +37,22 @@ impl Surface {
     /// Where a ray to that side starts: lifted off the surface by what rounding may have sunk it.
     pub fn start(&self) -> DVec3 {
         self.position + POSITION_ROUNDING * self.geometric_normal
+    }
+
+    /// The surface a little nearer to who sees it from this distance: the way there is free, whereas P itself may lie behind
+    /// another surface by its rounding, as in the corner of two walls. What is computed there is the limit that is seen.
+    ///
+    /// Across the ray, P is off by δ, the rounding of corners as seen from the ray's start. Along the ray that is δ/sin α for a
+    /// surface at the angle α to it: once for that on which P lies, once for another one, and once more to be off that one by
+    /// more than the rounding of what is on it.
+    pub fn towards(self, to_viewer: DVec3, distance: f64) -> Surface {
+        let off_own = 1.0 / self.geometric_normal.dot(to_viewer);
+        let steps = (off_own + 2.0 / LEAST_SINE).min(MOST_STEPS);
+        let step = POSITION_ROUNDING * (1.0 + distance) * steps;
+        Surface {
+            position: self.position + step.min(0.5 * distance) * to_viewer,
+            ..self
+        }
     }
 }
 

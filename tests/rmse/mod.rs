@@ -11,6 +11,7 @@ pub fn relative_rmse(image: &[f32], truth: &[Bands]) -> f64 {
         image_standard_error: None,
         reference_standard_error: None,
         valid: &vec![true; truth.len()],
+        edges: None,
         channels: 3,
     });
     let comparison = comparison.expect("images of one size");

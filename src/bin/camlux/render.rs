@@ -45,7 +45,7 @@ pub struct Args {
 }
 
 fn parse_layer(name: &str) -> Result<Layer, String> {
-    let is_rendered = |layer: &Layer| *layer != Layer::StandardError;
+    let is_rendered = |layer: &Layer| !matches!(layer, Layer::StandardError | Layer::Edge);
     Layer::from_name(name).filter(is_rendered).ok_or_else(|| {
         let rendered = Layer::ALL.into_iter().filter(is_rendered);
         let names: Vec<&str> = rendered.map(Layer::name).collect();

@@ -14,6 +14,7 @@ pub fn text(report: &Report) -> String {
             let mut object = comparison(&layer.comparison);
             object["name"] = json!(layer.name);
             object["unit"] = json!(layer.unit);
+            object["with_edges"] = json!(layer.with_edges.as_ref().map(comparison));
             object
         })
         .collect();
@@ -23,6 +24,8 @@ pub fn text(report: &Report) -> String {
         "reference": report.args.reference.to_string_lossy(),
         "resolution_px": report.resolution_px,
         "valid_pixels": report.valid_pixels,
+        "edge_pixels": report.edge_pixels,
+        "edge_share": report.edge_share(),
         "layers": layers,
     });
     format!("{object:#}\n")

@@ -18,7 +18,8 @@ pub struct Args {
     /// OpenEXR image to judge
     #[arg(value_name = "IMAGE.exr")]
     image: PathBuf,
-    /// OpenEXR image to judge it by; its layer stderr, if it has one, is taken as the standard error of its indirect light
+    /// OpenEXR image to judge it by; its layer stderr, if it has one, is taken as the standard error of its indirect light,
+    /// and the pixels marked in its layer edge are left out
     #[arg(value_name = "REFERENCE.exr")]
     reference: PathBuf,
     /// Compare this layer; may be given more than once. Without it: indirect, direct and radiance, as far as both have them
@@ -36,7 +37,10 @@ pub struct Args {
 struct Report<'run> {
     args: &'run Args,
     resolution_px: [u32; 2],
+    /// Those that show a surface.
     valid_pixels: usize,
+    /// Those among them that lie on an edge; `None` where the reference does not say.
+    edge_pixels: Option<usize>,
     layers: Vec<LayerReport>,
 }
 
@@ -44,6 +48,15 @@ struct LayerReport {
     name: String,
     unit: &'static str,
     comparison: Comparison,
+    /// With the pixels on edges, which `comparison` leaves out; `None` where the reference does not say which they are.
+    with_edges: Option<Comparison>,
+}
+
+impl Report<'_> {
+    /// Edge pixels over those that show a surface.
+    fn edge_share(&self) -> Option<f64> {
+        Some(self.edge_pixels? as f64 / self.valid_pixels.max(1) as f64)
+    }
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
@@ -74,14 +87,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         ));
     }
     let valid = reference.surface_pixels();
+    let edges = reference.edge_pixels();
     let pairs = layers::select(args, &image, &reference)?;
     let mut reports = Vec::new();
     for pair in &pairs {
-        let comparison = Comparison::of(&pixels(pair, &valid))?;
-        if comparison.non_finite_image > 0 {
+        let comparison = Comparison::of(&pixels(pair, &valid, edges.as_deref()))?;
+        let with_edges = match edges {
+            Some(_) => Some(Comparison::of(&pixels(pair, &valid, None))?),
+            None => None,
+        };
+        let non_finite = with_edges.as_ref().unwrap_or(&comparison).non_finite_image;
+        if non_finite > 0 {
             tell(&format!(
-                "camlux: warning: {} values of layer {} of {} are not finite numbers; they are left out",
-                comparison.non_finite_image,
+                "camlux: warning: {non_finite} values of layer {} of {} are not finite numbers; they are left out",
                 pair.name,
                 args.image.display()
             ));
@@ -90,12 +108,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             name: pair.name.clone(),
             unit: pair.unit,
             comparison,
+            with_edges,
         });
     }
     let report = Report {
         args,
         resolution_px: image.resolution_px(),
         valid_pixels: valid.iter().filter(|&&is_valid| is_valid).count(),
+        edge_pixels: edges.as_ref().map(|edges| {
+            let pairs = valid.iter().zip(edges);
+            pairs.filter(|&(&valid, &edge)| valid && edge).count()
+        }),
         layers: reports,
     };
     if let (Some(file), Some(pair), Some(layer)) = (map_file, pairs.first(), report.layers.first())
@@ -104,7 +127,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             file,
             pair,
             layer,
-            &pixels(pair, &valid),
+            &pixels(pair, &valid, edges.as_deref()),
             report.resolution_px,
         )?;
     }
@@ -115,13 +138,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     })
 }
 
-fn pixels<'a>(pair: &'a LayerPair, valid: &'a [bool]) -> Pixels<'a> {
+fn pixels<'a>(pair: &'a LayerPair, valid: &'a [bool], edges: Option<&'a [bool]>) -> Pixels<'a> {
     Pixels {
         image: &pair.image,
         reference: &pair.reference,
         image_standard_error: pair.image_standard_error,
         reference_standard_error: pair.reference_standard_error,
         valid,
+        edges,
         channels: pair.channels,
     }
 }

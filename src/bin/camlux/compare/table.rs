@@ -6,36 +6,43 @@ use camlux::metrics::{Comparison, CorrectedRmse};
 
 use super::{LayerReport, Report};
 
-/// What a row says of a layer; `None` where it has nothing to say.
-type Cell = fn(&Comparison) -> Option<String>;
+/// What a row says of a layer, without and with the pixels on edges; `None` where it has nothing to say.
+type Cell = fn(&Comparison, Option<&Comparison>) -> Option<String>;
 
-const ROWS: [(&str, Cell); 11] = [
-    ("mean of the image", |c| Some(number(c.image_mean))),
-    ("mean of the reference", |c| Some(number(c.reference_mean))),
-    ("relative RMSE, as it is", |c| Some(percent(c.errors?.rmse))),
-    ("  of the noise alone", |c| Some(percent(c.noise?.floor))),
-    ("  without the noise", |c| Some(corrected(c.noise?.rmse))),
-    ("bias", |c| {
+const ROWS: [(&str, Cell); 12] = [
+    ("mean of the image", |c, _| Some(number(c.image_mean))),
+    ("mean of the reference", |c, _| {
+        Some(number(c.reference_mean))
+    }),
+    ("relative RMSE, as it is", |c, _| {
+        Some(percent(c.errors?.rmse))
+    }),
+    ("  of the noise alone", |c, _| Some(percent(c.noise?.floor))),
+    ("  without the noise", |c, _| Some(corrected(c.noise?.rmse))),
+    ("  with the edge pixels, as it is", |_, with_edges| {
+        Some(percent(with_edges?.errors?.rmse))
+    }),
+    ("bias", |c, _| {
         let bias = c.errors?.bias;
         Some(match c.noise {
             Some(noise) => with_uncertainty(bias, noise.bias_standard_error),
             None => percent(bias),
         })
     }),
-    ("mean relative error, as it is", |c| {
+    ("mean relative error, as it is", |c, _| {
         Some(percent(c.errors?.mean_absolute))
     }),
-    ("  of the noise alone", |c| {
+    ("  of the noise alone", |c, _| {
         Some(percent(c.noise?.mean_absolute_floor))
     }),
-    ("99 % of the values are within", |c| {
+    ("99 % of the values are within", |c, _| {
         Some(percent(c.errors?.percentile_99))
     }),
-    ("z-scores: mean, variance (noise: 0, 1)", |c| {
+    ("z-scores: mean, variance (noise: 0, 1)", |c, _| {
         let scores = c.z_scores?;
         Some(format!("{:.2}, {:.2}", scores.mean, scores.variance))
     }),
-    ("not finite: image, reference", |c| {
+    ("not finite: image, reference", |c, _| {
         Some(format!(
             "{}, {}",
             c.non_finite_image, c.non_finite_reference
@@ -55,8 +62,14 @@ pub fn text(report: &Report) -> String {
     line(format!("reference  {}", report.args.reference.display()));
     line(format!(
         "pixels     {width} x {height}, of which {} show a surface and count",
-        report.valid_pixels
+        report.valid_pixels - report.edge_pixels.unwrap_or(0)
     ));
+    if let (Some(count), Some(share)) = (report.edge_pixels, report.edge_share()) {
+        line(format!(
+            "edges      {count} more ({}) show one of two surfaces by chance and are left out",
+            percent(share)
+        ));
+    }
     line(String::new());
     for row in rows(report) {
         line(row);
@@ -71,7 +84,6 @@ pub fn text(report: &Report) -> String {
 
 /// The lines of the table, columns aligned.
 fn rows(report: &Report) -> Vec<String> {
-    let comparisons = || report.layers.iter().map(|layer| &layer.comparison);
     let heads: Vec<String> = report
         .layers
         .iter()
@@ -82,7 +94,11 @@ fn rows(report: &Report) -> Vec<String> {
         .collect();
     let mut table = vec![(String::new(), heads)];
     for (label, cell) in ROWS {
-        let cells: Vec<Option<String>> = comparisons().map(cell).collect();
+        let cells: Vec<Option<String>> = report
+            .layers
+            .iter()
+            .map(|layer| cell(&layer.comparison, layer.with_edges.as_ref()))
+            .collect();
         if cells.iter().any(Option::is_some) {
             let cells = cells
                 .into_iter()

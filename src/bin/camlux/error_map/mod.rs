@@ -11,7 +11,7 @@ pub use picture::{Title, write_png};
 pub struct ErrorMap {
     size_px: [usize; 2],
     /// The mean over the bands of x − t, over the mean of t over all valid pixels and bands; not a number where the image or
-    /// the reference is none, `None` where no surface is seen.
+    /// the reference is none, `None` where no surface is seen, and on edges.
     errors: Vec<Option<f64>>,
 }
 
@@ -19,7 +19,11 @@ impl ErrorMap {
     /// For slices that fit together. `None` where the mean of the reference is not over 0.
     pub fn new(resolution_px: [u32; 2], pixels: &Pixels) -> Option<ErrorMap> {
         let channels = pixels.channels;
-        let valid = || pixels.valid.iter().enumerate().filter(|(_, valid)| **valid);
+        let is_edge = |pixel: usize| pixels.edges.is_some_and(|edges| edges[pixel]);
+        let valid = || {
+            let pixels = pixels.valid.iter().enumerate();
+            pixels.filter(|&(pixel, valid)| *valid && !is_edge(pixel))
+        };
         let values = valid()
             .flat_map(|(pixel, _)| &pixels.reference[pixel * channels..(pixel + 1) * channels])
             .filter(|value| value.is_finite());
@@ -131,6 +135,7 @@ mod tests {
             image_standard_error: None,
             reference_standard_error: None,
             valid: &valid,
+            edges: None,
             channels: 1,
         };
         ErrorMap::new([image.len() as u32, 1], &pixels)

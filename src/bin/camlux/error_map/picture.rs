@@ -102,7 +102,7 @@ fn picture(map: &ErrorMap, title: &Title) -> RgbImage {
     let is_number = |error: &f64| !error.is_nan();
     let mut key = "blue: too dark, red: too bright".to_owned();
     if map.errors.iter().any(Option::is_none) {
-        key.push_str(", grey: no surface");
+        key.push_str(", grey: left out");
     }
     if !map.errors.iter().flatten().all(is_number) {
         key.push_str(", black: not a number");

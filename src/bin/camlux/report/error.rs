@@ -5,8 +5,8 @@ use camlux::metrics::{Comparison, CorrectedRmse, Pixels};
 use super::results::ModelError;
 use crate::Failure;
 
-/// Distance of an image with three bands from the truth, whose standard error is `noise`, over the valid pixels. `None`
-/// where the truth is black, or nothing but noise.
+/// Distance of an image with three bands from the truth, whose standard error is `noise`, over the valid pixels but those on
+/// edges. `None` where the truth is black, or nothing but noise.
 ///
 /// # Errors
 /// Where the image has another size.
@@ -15,14 +15,21 @@ pub fn model_error(
     truth: &[f32],
     noise: &[f32],
     valid: &[bool],
+    edges: &[bool],
 ) -> Result<Option<ModelError>, Failure> {
-    let comparison = Comparison::of(&Pixels {
+    let pixels = Pixels {
         image,
         reference: truth,
         image_standard_error: None,
         reference_standard_error: Some(noise),
         valid,
+        edges: Some(edges),
         channels: 3,
+    };
+    let comparison = Comparison::of(&pixels)?;
+    let with_edges = Comparison::of(&Pixels {
+        edges: None,
+        ..pixels
     })?;
     let (Some(errors), Some(corrected)) = (comparison.errors, comparison.noise) else {
         return Ok(None);
@@ -40,11 +47,14 @@ pub fn model_error(
         is_upper_bound: uncertainty.is_none(),
         relative_rmse_uncertainty: uncertainty,
         relative_rmse_uncorrected: Some(errors.rmse),
+        relative_rmse_with_edges: with_edges
+            .noise
+            .and_then(|noise| noise.rmse.value_or_bound()),
         bias: Some(errors.bias),
         bias_uncertainty: Some(corrected.bias_standard_error),
         mean_relative_error: Some(errors.mean_absolute),
         p99: Some(errors.percentile_99),
-        non_finite: comparison.non_finite_image as u64,
+        non_finite: with_edges.non_finite_image as u64,
     }))
 }
 
@@ -59,6 +69,7 @@ pub fn relative_rmse(image: &[f32], exact: &[f64]) -> Result<Option<f64>, Failur
         image_standard_error: None,
         reference_standard_error: None,
         valid: &vec![true; image.len() / 3],
+        edges: None,
         channels: 3,
     })?;
     Ok(comparison.errors.map(|errors| errors.rmse))

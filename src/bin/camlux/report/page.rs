@@ -38,7 +38,8 @@ pub fn page(report: &Report) -> Result<String, Failure> {
 
 const HOW_TO_READ: &str = "<p><b>How to read this.</b> A point is a setting. Its time is that of one frame from the call to the \
 finished OpenEXR file, with scene, device and pipelines ready: the median of the runs, whiskers from the fastest to the \
-slowest. Its error is that of the indirect light over all pixels with a surface, relRMSE = √(Σ(x−t)²/Σt²), against the \
+slowest. Its error is that of the indirect light over all pixels with a surface but those on edges, which show one of two surfaces by \
+chance: relRMSE = √(Σ(x−t)²/Σt²), against the \
 path-sampled single bounce; the noise of that truth is subtracted. Where the noise hides the error, the point is hollow and \
 stands at what the error is at most. A point below the dashed line of the truth's noise leans on that subtraction. \
 The camlux reference is measured by its own spread. <b>instant-radiosity</b> casts rays until its indirect light should have \
@@ -141,12 +142,15 @@ fn describe(scene: &SceneReport) -> String {
         ""
     };
     format!(
-        "{}: {width} × {height} pixels, {} triangles, lights: {}. Truth: {} samples a pixel, {origin}{} of work in this one; {floor}.",
+        "{}: {width} × {height} pixels, {} triangles, lights: {}. Truth: {} samples a pixel, {origin}{} of work in this one; {floor}. \
+         {} pixels ({}) lie on edges and are left out.",
         scene.file,
         scene.triangles,
         scene.lights.join(", "),
         truth.samples_per_pixel,
         duration(truth.seconds),
+        truth.edge_pixels,
+        percent(truth.edge_share),
     )
 }
 

@@ -36,16 +36,19 @@ pub struct Gallery {
     truth: Vec<f32>,
     /// Pixels that show a surface.
     valid: Vec<bool>,
+    /// Pixels on edges, which have no error.
+    edges: Vec<bool>,
     /// Radiance of full brightness, W/sr/m².
     white: f32,
 }
 
 impl Gallery {
-    pub fn new(resolution_px: [u32; 2], truth: &[f32], valid: &[bool]) -> Gallery {
+    pub fn new(resolution_px: [u32; 2], truth: &[f32], valid: &[bool], edges: &[bool]) -> Gallery {
         Gallery {
             resolution_px,
             truth: truth.to_vec(),
             valid: valid.to_vec(),
+            edges: edges.to_vec(),
             white: output::white_radiance(truth),
         }
     }
@@ -69,6 +72,7 @@ impl Gallery {
                 image_standard_error: None,
                 reference_standard_error: None,
                 valid: &self.valid,
+                edges: Some(&self.edges),
                 channels: 3,
             },
         );

@@ -45,6 +45,9 @@ pub struct Truth {
     pub file: String,
     pub scene_hash: String,
     pub samples_per_pixel: u32,
+    /// Pixels that show one of two surfaces by chance, and in no figure count; and their share of those with a surface.
+    pub edge_pixels: usize,
+    pub edge_share: f64,
     /// Whether an earlier report's image was used.
     pub was_there: bool,
     /// relRMSE of the truth's own indirect light, from its own spread; `None` where its light is black.
@@ -162,7 +165,7 @@ pub fn median(values: &[f64]) -> Option<f64> {
     })
 }
 
-/// Distance from the truth, over the pixels where it shows a surface, all bands together.
+/// Distance from the truth, over the pixels where it shows a surface, but for those on edges, all bands together.
 #[derive(Serialize, Clone, Copy)]
 pub struct ModelError {
     /// sqrt(Σ(x−t)²/Σt²), the truth's noise subtracted. Where the noise hides it, a bound: it is at most that.
@@ -172,6 +175,8 @@ pub struct ModelError {
     pub relative_rmse_uncertainty: Option<f64>,
     /// With the noise.
     pub relative_rmse_uncorrected: Option<f64>,
+    /// `relative_rmse` with the pixels on edges.
+    pub relative_rmse_with_edges: Option<f64>,
     /// Σx/Σt − 1
     pub bias: Option<f64>,
     pub bias_uncertainty: Option<f64>,
@@ -179,7 +184,7 @@ pub struct ModelError {
     pub mean_relative_error: Option<f64>,
     /// 99th percentile of |x−t|/(t + 0.01·mean t)
     pub p99: Option<f64>,
-    /// Values that are no numbers or infinite, and in no sum.
+    /// Values that are no numbers or infinite, and in no sum; also on edges.
     pub non_finite: u64,
 }
 
@@ -191,6 +196,7 @@ impl ModelError {
             is_upper_bound: false,
             relative_rmse_uncertainty: None,
             relative_rmse_uncorrected: None,
+            relative_rmse_with_edges: None,
             bias: None,
             bias_uncertainty: None,
             mean_relative_error: None,

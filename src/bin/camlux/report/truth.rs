@@ -23,6 +23,8 @@ pub struct TruthImage {
     frame: Frame,
     /// Pixels that show a surface.
     valid: Vec<bool>,
+    /// Pixels on edges, where no image is measured.
+    edges: Vec<bool>,
     pub gallery: Gallery,
 }
 
@@ -59,32 +61,49 @@ pub fn obtain(
     let reference = reference::refine(scene, goal, resumed, |reference| {
         reference::save(reference, path)
     })?;
-    let frame = reference.frame();
+    let image = TruthImage::new(reference.frame())?;
     let truth = Truth {
         file: path.to_string_lossy().into_owned(),
-        scene_hash: frame.description.scene_hash.clone(),
+        scene_hash: image.frame.description.scene_hash.clone(),
         samples_per_pixel: reference.samples_per_pixel(),
+        edge_pixels: image.edge_pixels(),
+        edge_share: image.edge_pixels() as f64 / image.surface_pixels().max(1) as f64,
         was_there,
         noise_floor: reference.relative_standard_error(),
         seconds: start.elapsed().as_secs_f64(),
     };
-    Ok((TruthImage::new(frame)?, truth))
+    Ok((image, truth))
 }
 
 impl TruthImage {
     fn new(frame: Frame) -> Result<TruthImage, Failure> {
-        let ids = frame.ids(Layer::MeshId).unwrap_or_default();
-        let valid: Vec<bool> = ids.iter().map(|&id| id > 0).collect();
+        let are_set = |layer: Layer| -> Vec<bool> {
+            let ids = frame.ids(layer).unwrap_or_default();
+            ids.iter().map(|&id| id > 0).collect()
+        };
+        let (valid, edges) = (are_set(Layer::MeshId), are_set(Layer::Edge));
         let gallery = Gallery::new(
             frame.resolution_px,
             values(&frame, Layer::Indirect)?,
             &valid,
+            &edges,
         );
         Ok(TruthImage {
             frame,
             valid,
+            edges,
             gallery,
         })
+    }
+
+    fn surface_pixels(&self) -> usize {
+        self.valid.iter().filter(|&&valid| valid).count()
+    }
+
+    /// Those among the pixels with a surface.
+    fn edge_pixels(&self) -> usize {
+        let pairs = self.valid.iter().zip(&self.edges);
+        pairs.filter(|&(&valid, &edge)| valid && edge).count()
     }
 
     /// Measures an image of the truth's size against it.
@@ -95,7 +114,7 @@ impl TruthImage {
         let error = |image, layer| {
             let truth = values(&self.frame, layer)?;
             let noise = values(&self.frame, Layer::StandardError)?;
-            error::model_error(image, truth, noise, &self.valid)
+            error::model_error(image, truth, noise, &self.valid, &self.edges)
         };
         Ok(Measured {
             indirect: error(indirect, Layer::Indirect)?,

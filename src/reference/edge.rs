@@ -1,0 +1,56 @@
+//! Pixels that show one of two surfaces by chance: their centre lies on an edge, and rounding decides.
+
+use glam::DVec3;
+
+use super::{path::Transport, pixel::view_ray, rays::Hit, surface::Surface};
+
+/// How near an edge is that a renderer may see on the other side of a pixel's centre: twice the grid of 1/256 pixel to which
+/// rasterisers round corners.
+const NEAR_PX: f64 = 1.0 / 128.0;
+/// Two directions from here on are another surface's: 10°.
+const LEAST_COSINE: f64 = 0.984_807_753_012_208;
+/// How far apart corners of one plane may be, over the scene's size: meshes come in f32.
+const PLANE_ROUNDING: f64 = 1e-6;
+
+/// Whether the places next to a point of the image plane do not all show what that point shows.
+pub fn is_edge(transport: &Transport, [x_px, y_px]: [f64; 2], centre: Option<&Hit>) -> bool {
+    let camera = &transport.scene().camera;
+    let origin = transport.to_local(camera.position_m);
+    let surface_at = |hit: &Hit, [x_px, y_px]: [f64; 2]| {
+        transport.surface_at(hit, view_ray(camera, x_px, y_px).0)
+    };
+    let mut at_centre = None;
+    let steps = [
+        [-NEAR_PX, 0.0],
+        [NEAR_PX, 0.0],
+        [0.0, -NEAR_PX],
+        [0.0, NEAR_PX],
+    ];
+    steps.into_iter().any(|[dx, dy]| {
+        let near_px = [x_px + dx, y_px + dy];
+        let direction = view_ray(camera, near_px[0], near_px[1]).0;
+        let near = transport.trace(origin, direction);
+        let (Some(centre), Some(near)) = (centre, near) else {
+            return centre.is_some() != near.is_some();
+        };
+        if centre.triangle == near.triangle {
+            return false;
+        }
+        let [mesh_and_material, of_near] =
+            [centre.triangle, near.triangle].map(|triangle| transport.mesh_and_material(triangle));
+        let at_centre = at_centre.get_or_insert_with(|| surface_at(centre, [x_px, y_px]));
+        mesh_and_material != of_near || !is_continued(at_centre, &surface_at(&near, near_px))
+    })
+}
+
+/// Whether two triangles of a mesh are one surface between these points. Where it bends, it leaves the plane of a point by as
+/// much as its normal turns on the way; a silhouette or a step leaves it by more.
+fn is_continued(a: &Surface, b: &Surface) -> bool {
+    let apart = b.position - a.position;
+    let turn = a.geometric_normal.cross(b.geometric_normal).length();
+    let off_plane = |normal: DVec3| normal.dot(apart).abs();
+    let most = 2.0 * turn * apart.length() + PLANE_ROUNDING;
+    a.normal.dot(b.normal) >= LEAST_COSINE
+        && off_plane(a.geometric_normal) <= most
+        && off_plane(b.geometric_normal) <= most
+}
