@@ -136,13 +136,10 @@ impl RayProbe {
         debug_assert!(points_list.len() <= (2 * ROW_POINTS * 16384) as usize);
         let points_list = TexelList::new(&self.device, "points", points_list)?;
         let ends = TexelList::new(&self.device, "ends of rays", ends)?;
-        let found = Buffer::new(
-            &self.device,
-            "found",
-            4 * words as u64,
-            BufferUse::Readback,
-        )?;
-        let pipeline = self.pipelines.compute("ray_probe", &[hit, self.kernel.name()])?;
+        let found = Buffer::new(&self.device, "found", 4 * words as u64, BufferUse::Readback)?;
+        let pipeline = self
+            .pipelines
+            .compute("ray_probe", &[hit, self.kernel.name()])?;
         let packet_count = rays as u32 / pipeline.module.constant("PACKET_RAYS")?;
         let parameters = RayProbeParameters {
             rays_per_point: (rays / points.len().max(1)) as u32,

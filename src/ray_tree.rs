@@ -4,8 +4,7 @@ use std::time::Duration;
 
 use glam::{DVec3, Vec3};
 use obvhs::{
-    BvhBuildParams, aabb::Aabb, bvh2::Bvh2, bvh2::builder::build_bvh2_from_tris,
-    triangle::Triangle,
+    BvhBuildParams, aabb::Aabb, bvh2::Bvh2, bvh2::builder::build_bvh2_from_tris, triangle::Triangle,
 };
 
 use crate::{LocalSpace, Scene};
@@ -18,9 +17,7 @@ const TRIANGLE_TEXELS: usize = 4;
 const MAX_FACETS: usize = 64;
 /// A triangle whose box has more than this share of the scene's surface stands alone.
 const FACET_SHARE: f32 = 0.004;
-/// Triangles of a leaf at most.
-const LEAF_TRIANGLES: u32 = 2;
-/// What the word of a leaf has beside its triangles: `LEAF | count << 24 | first`.
+/// What the word of a leaf has beside its triangle.
 const LEAF: u32 = 1 << 30;
 /// Steps of the grid that boxes are rounded to, along an axis. Below 2¹⁵, so that no pair of them is the bits of a NaN.
 const GRID_STEPS: f32 = 32_000.0;
@@ -36,14 +33,11 @@ pub(crate) type Texel = [f32; 4];
 pub(crate) struct RayTree {
     /// First the groups of triangles that stand alone and the number of nodes; the grid's low corner; its step. Then the
     /// nodes, depth first: pairs of 16 bits for x, y and z, low corner | high corner << 16, and what follows the subtree,
-    /// or a leaf's triangles.
+    /// or a leaf's one triangle.
     pub boxes: Vec<Texel>,
     /// Those that stand alone, filled up with triangles without area; then those of the leaves.
     pub triangles: Vec<Texel>,
 }
-
-/// Texels before the first node.
-const HEADER_TEXELS: usize = 3;
 
 impl RayTree {
     /// The tree over a valid scene's surfaces.
@@ -84,7 +78,7 @@ impl RayTree {
             })
             .collect();
         let parameters = BvhBuildParams {
-            max_prims_per_leaf: LEAF_TRIANGLES,
+            max_prims_per_leaf: 1,
             ..BvhBuildParams::medium_build()
         };
         let tree = build_bvh2_from_tris(&inputs, parameters, &mut Duration::default());
@@ -149,7 +143,7 @@ fn flatten(tree: &Bvh2, first_triangle: u32, low: Vec3, step: Vec3) -> Vec<Texel
                     steps.push(Step::Enter(first as usize));
                     nodes.push([x, y, z, 0.0]);
                 } else {
-                    let word = LEAF | node.prim_count << 24 | (first_triangle + first);
+                    let word = LEAF | (first_triangle + first);
                     nodes.push([x, y, z, f32::from_bits(word)]);
                 }
             }
@@ -178,5 +172,3 @@ fn triangle_texels(corners: [Vec3; 3], place: u32) -> [Texel; TRIANGLE_TEXELS] {
     let [a, b, c] = [0, 1, 2].map(|i| corners[i].extend(normal[i]).to_array());
     [a, b, c, [place as f32, 0.0, 0.0, 0.0]]
 }
-
-const _: () = assert!(HEADER_TEXELS == 3 && LEAF_TRIANGLES < 64);

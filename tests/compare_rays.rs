@@ -58,7 +58,11 @@ fn points_of(gpu: &mut Gpu, scene: &Scene) -> (Vec<RayPoint>, Vec<RayPoint>) {
         .render_with_intermediates(&scene, &mut RenderOptions::default())
         .expect("the scene renders");
     let seen = kept.gbuffer.iter().flatten();
-    let lit = kept.lights[0].rsm.iter().flatten().map(|texel| &texel.point);
+    let lit = kept.lights[0]
+        .rsm
+        .iter()
+        .flatten()
+        .map(|texel| &texel.point);
     let point = |point: &camlux::intermediates::SurfacePoint| RayPoint {
         position_m: point.position_m,
         geometric_normal: point.geometric_normal,
@@ -208,7 +212,10 @@ fn closest_hits(
 
 impl Truth<'_> {
     fn normal(&self, triangle: usize) -> DVec3 {
-        let mesh = self.first_triangle.partition_point(|&first| first <= triangle) - 1;
+        let mesh = self
+            .first_triangle
+            .partition_point(|&first| first <= triangle)
+            - 1;
         let first = self.first_triangle[mesh];
         let mesh = &self.scene.meshes[mesh];
         let [a, b, c] = mesh.triangles[triangle - first].map(|i| mesh.positions_m[i as usize]);
@@ -235,13 +242,25 @@ fn assert_is_exact(gpu: &mut Gpu, what: &str, scene: &Scene, point_count: usize)
         let probe = RayProbe::new(&gpu.device, scene, kernel).expect("a probe");
         let any = probe.any_hit(&points, &ends).expect("rays");
         let wrong = any_hits(&truth, &points, &ends, &any.found);
-        println!("{what}, {kernel:?}, any: {wrong:?}, {} ms", any.milliseconds);
-        assert!(wrong.rays > 100 && wrong.elsewhere == 0, "{what}: {wrong:?}");
+        println!(
+            "{what}, {kernel:?}, any: {wrong:?}, {} ms",
+            any.milliseconds
+        );
+        assert!(
+            wrong.rays > 100 && wrong.elsewhere == 0,
+            "{what}: {wrong:?}"
+        );
         assert!(wrong.at_edges * 500 <= wrong.rays, "{what}: {wrong:?}");
         let closest = probe.closest_hit(&points, &directions).expect("rays");
         let wrong = closest_hits(&truth, &points, &directions, &closest.found);
-        println!("{what}, {kernel:?}, closest: {wrong:?}, {} ms", closest.milliseconds);
-        assert!(wrong.rays > 100 && wrong.elsewhere == 0, "{what}: {wrong:?}");
+        println!(
+            "{what}, {kernel:?}, closest: {wrong:?}, {} ms",
+            closest.milliseconds
+        );
+        assert!(
+            wrong.rays > 100 && wrong.elsewhere == 0,
+            "{what}: {wrong:?}"
+        );
         assert!(wrong.at_edges * 500 <= wrong.rays, "{what}: {wrong:?}");
     }
 }

@@ -110,7 +110,10 @@ impl Random {
         let (radius, angle) = if a.abs() > b.abs() {
             (a, std::f64::consts::FRAC_PI_4 * b / a)
         } else {
-            (b, std::f64::consts::FRAC_PI_2 - std::f64::consts::FRAC_PI_4 * a / b)
+            (
+                b,
+                std::f64::consts::FRAC_PI_2 - std::f64::consts::FRAC_PI_4 * a / b,
+            )
         };
         let (right, up) = normal.any_orthonormal_pair();
         let (x, y) = (radius * angle.cos(), radius * angle.sin());
