@@ -140,6 +140,20 @@ const _: () = {
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct RayProbeParameters {
+    pub rays_per_point: u32,
+    pub packet_count: u32,
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for RayProbeParameters {}
+const _: () = {
+    assert!(size_of::<RayProbeParameters>() == 8);
+    assert!(std::mem::offset_of!(RayProbeParameters, rays_per_point) == 0);
+    assert!(std::mem::offset_of!(RayProbeParameters, packet_count) == 4);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SensorParameters {
     pub joule_per_irradiance: f32,
 }
@@ -1357,5 +1371,65 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[],
         spirv: include_bytes!("sensor_indirect.spv"),
+    },
+    Module {
+        name: "ray_probe_any_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "points", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "ends", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "found", kind: BindingKind::StorageWrite },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        spirv: include_bytes!("ray_probe_any_packet.spv"),
+    },
+    Module {
+        name: "ray_probe_any_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "points", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "ends", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "found", kind: BindingKind::StorageWrite },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        spirv: include_bytes!("ray_probe_any_single.spv"),
+    },
+    Module {
+        name: "ray_probe_closest_packet",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "points", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "ends", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "found", kind: BindingKind::StorageWrite },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        spirv: include_bytes!("ray_probe_closest_packet.spv"),
+    },
+    Module {
+        name: "ray_probe_closest_single",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "points", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "ends", kind: BindingKind::SampledImage },
+            Binding { binding: 2, name: "found", kind: BindingKind::StorageWrite },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        spirv: include_bytes!("ray_probe_closest_single.spv"),
     },
 ];
