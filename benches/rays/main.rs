@@ -139,8 +139,13 @@ impl Duel {
             let (embree_found, embrees) = self.embree.trace(kind)?;
             time = time.min(own);
             embree_time = embree_time.min(embrees);
+            // Any hit may be of another triangle.
+            let is_same = |(a, b): &(&Option<usize>, &Option<usize>)| match kind {
+                "any" => a.is_some() == b.is_some(),
+                _ => a == b,
+            };
             let pairs = found.iter().zip(&embree_found);
-            different = pairs.filter(|(a, b)| a.is_some() != b.is_some()).count();
+            different = pairs.filter(|pair| !is_same(pair)).count();
         }
         let count = self.rays.ends.len() as f64;
         if different as f64 > MAX_DIFFERENT * count {
