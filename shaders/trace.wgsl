@@ -18,10 +18,8 @@ const ROW_MASK: u32 = 1023u;
 const NOTHING_HIT: u32 = 0xffffffffu;
 // Texels of ray_boxes before the first node.
 const HEADER_TEXELS: u32 = 3u;
-// The word of a leaf: LEAF | count << 24 | first triangle.
+// The word of a leaf: LEAF | triangle.
 const LEAF: u32 = 0x40000000u;
-const INDEX: u32 = 0xffffffu;
-const LEAF_TRIANGLES: u32 = 2u;
 // Boxes that a lane tests before it looks at leaves.
 const STRIDE: u32 = 8u;
 
@@ -202,15 +200,11 @@ fn walk_tree(origin: vec3<f32>, node_count: u32, is_any: bool) {
         }
         var is_done = todo == 0u;
         for (var w = 0u; w < WALKS; w++) {
-            let first = walks[w].leaf & INDEX;
-            let count = walks[w].leaf >> 24u & 63u;
-            for (var i = 0u; i < LEAF_TRIANGLES; i++) {
-                let facet = facet_of(first + i, origin);
-                let nearness = nearness_of(facet, walks[w].direction);
-                let is_nearer = (nearness > walks[w].nearness) & (i < count);
-                walks[w].hit = select(walks[w].hit, first + i, is_nearer);
-                walks[w].nearness = select(walks[w].nearness, nearness, is_nearer);
-            }
+            let triangle = walks[w].leaf & ~LEAF;
+            let nearness = nearness_of(facet_of(triangle, origin), walks[w].direction);
+            let is_nearer = (nearness > walks[w].nearness) & (walks[w].leaf != 0u);
+            walks[w].hit = select(walks[w].hit, triangle, is_nearer);
+            walks[w].nearness = select(walks[w].nearness, nearness, is_nearer);
             walks[w].reach = 1.0 / walks[w].nearness;
             walks[w].leaf = 0u;
             walks[w].node = select(walks[w].node, node_count, is_any & (walks[w].nearness > 1.0));

@@ -1575,7 +1575,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_packet.spv"),
     },
     Module {
@@ -1597,7 +1597,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_single.spv"),
     },
     Module {
@@ -1620,7 +1620,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -1643,7 +1643,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_textured_single.spv"),
     },
     Module {
@@ -1665,7 +1665,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_packet.spv"),
     },
     Module {
@@ -1687,7 +1687,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_single.spv"),
     },
     Module {
@@ -1710,7 +1710,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -1733,7 +1733,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -1755,7 +1755,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_matte_flat_packet.spv"),
     },
     Module {
@@ -1777,7 +1777,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_matte_flat_single.spv"),
     },
     Module {
@@ -1800,7 +1800,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -1823,7 +1823,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_matte_flat_textured_single.spv"),
     },
     Module {
@@ -1845,7 +1845,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_packet.spv"),
     },
     Module {
@@ -1867,7 +1867,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_single.spv"),
     },
     Module {
@@ -1890,7 +1890,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -1913,7 +1913,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -1936,7 +1936,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_packet.spv"),
     },
     Module {
@@ -1959,7 +1959,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_single.spv"),
     },
     Module {
@@ -1983,7 +1983,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_textured_packet.spv"),
     },
     Module {
@@ -2007,7 +2007,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_textured_single.spv"),
     },
     Module {
@@ -2030,7 +2030,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_packet.spv"),
     },
     Module {
@@ -2053,7 +2053,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "materials", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_single.spv"),
     },
     Module {
@@ -2077,7 +2077,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_textured_packet.spv"),
     },
     Module {
@@ -2101,7 +2101,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "texels", kind: BindingKind::StorageRead },
             Binding { binding: 14, name: "bounced", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_textured_single.spv"),
     },
     Module {
@@ -2295,7 +2295,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet.spv"),
     },
     Module {
@@ -2310,7 +2310,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_single.spv"),
     },
     Module {
@@ -2325,7 +2325,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet.spv"),
     },
     Module {
@@ -2340,7 +2340,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("INDEX", 16777215), ("LEAF_TRIANGLES", 2), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_single.spv"),
     },
 ];

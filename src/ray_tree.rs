@@ -17,9 +17,7 @@ const TRIANGLE_TEXELS: usize = 4;
 const MAX_FACETS: usize = 64;
 /// A triangle whose box has more than this share of the scene's surface stands alone.
 const FACET_SHARE: f32 = 0.004;
-/// Triangles of a leaf at most.
-const LEAF_TRIANGLES: u32 = 2;
-/// What the word of a leaf has beside its triangles: `LEAF | count << 24 | first`.
+/// What the word of a leaf has beside its triangle.
 const LEAF: u32 = 1 << 30;
 /// Steps of the grid that boxes are rounded to, along an axis. Below 2¹⁵, so that no pair of them is the bits of a NaN.
 const GRID_STEPS: f32 = 32_000.0;
@@ -35,14 +33,11 @@ pub(crate) type Texel = [f32; 4];
 pub(crate) struct RayTree {
     /// First the groups of triangles that stand alone and the number of nodes; the grid's low corner; its step. Then the
     /// nodes, depth first: pairs of 16 bits for x, y and z, low corner | high corner << 16, and what follows the subtree,
-    /// or a leaf's triangles.
+    /// or a leaf's one triangle.
     pub boxes: Vec<Texel>,
     /// Those that stand alone, filled up with triangles without area; then those of the leaves.
     pub triangles: Vec<Texel>,
 }
-
-/// Texels before the first node.
-const HEADER_TEXELS: usize = 3;
 
 impl RayTree {
     /// The tree over a valid scene's surfaces.
@@ -83,7 +78,7 @@ impl RayTree {
             })
             .collect();
         let parameters = BvhBuildParams {
-            max_prims_per_leaf: LEAF_TRIANGLES,
+            max_prims_per_leaf: 1,
             ..BvhBuildParams::medium_build()
         };
         let tree = build_bvh2_from_tris(&inputs, parameters, &mut Duration::default());
@@ -148,7 +143,7 @@ fn flatten(tree: &Bvh2, first_triangle: u32, low: Vec3, step: Vec3) -> Vec<Texel
                     steps.push(Step::Enter(first as usize));
                     nodes.push([x, y, z, 0.0]);
                 } else {
-                    let word = LEAF | node.prim_count << 24 | (first_triangle + first);
+                    let word = LEAF | (first_triangle + first);
                     nodes.push([x, y, z, f32::from_bits(word)]);
                 }
             }
@@ -178,4 +173,96 @@ fn triangle_texels(corners: [Vec3; 3], place: u32) -> [Texel; TRIANGLE_TEXELS] {
     [a, b, c, [place as f32, 0.0, 0.0, 0.0]]
 }
 
-const _: () = assert!(HEADER_TEXELS == 3 && LEAF_TRIANGLES < 64);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HEADER: usize = 3;
+
+    /// Small triangles in a row, and a large one.
+    fn corners() -> Vec<[Vec3; 3]> {
+        let small = |i: usize| {
+            let at = Vec3::new(i as f32 / 100.0 - 0.5, 0.1, 0.0);
+            [at, at + 0.005 * Vec3::X, at + 0.005 * Vec3::Y]
+        };
+        let large = [
+            -Vec3::ONE,
+            Vec3::new(1.0, -1.0, 1.0),
+            Vec3::new(0.0, 1.0, 1.0),
+        ];
+        (0..100).map(small).chain([large]).collect()
+    }
+
+    fn grid_box(tree: &RayTree, node: usize) -> [Vec3; 2] {
+        let [low, step] = [1, 2].map(|texel| Vec3::from_slice(&tree.boxes[texel][..3]));
+        let words = [0, 1, 2].map(|axis| tree.boxes[HEADER + node][axis].to_bits());
+        [0, 16].map(|shift| {
+            let on_grid = words.map(|word| (word >> shift & 0xffff) as f32);
+            low + step * Vec3::from_array(on_grid)
+        })
+    }
+
+    #[test]
+    fn boxes_hold_the_triangles_below_them() {
+        let tree = RayTree::over(&corners());
+        let node_count = tree.boxes.len() - HEADER;
+        assert_eq!(tree.boxes[0][..2], [1.0, node_count as f32]);
+        // A tree of one triangle a leaf.
+        assert_eq!(node_count, 2 * 100 - 1);
+        let word = |node: usize| tree.boxes[HEADER + node][3].to_bits();
+        let mut leaves = 0;
+        for node in 0..node_count {
+            let end = if word(node) & LEAF != 0 {
+                node + 1
+            } else {
+                word(node) as usize
+            };
+            assert!(end > node && end <= node_count);
+            let [low, high] = grid_box(&tree, node);
+            for leaf in (node..end).filter(|&below| word(below) & LEAF != 0) {
+                leaves += usize::from(leaf == node);
+                let first = TRIANGLE_TEXELS * (word(leaf) & !LEAF) as usize;
+                for corner in &tree.triangles[first..first + 3] {
+                    let corner = Vec3::from_slice(&corner[..3]);
+                    assert!((corner - low).min_element() > 0.9 * BOX_SLACK);
+                    assert!((high - corner).min_element() > 0.9 * BOX_SLACK);
+                }
+            }
+        }
+        assert_eq!(leaves, 100);
+    }
+
+    #[test]
+    fn large_triangles_stand_alone_in_full_groups() {
+        let tree = RayTree::over(&corners());
+        assert_eq!(tree.triangles[3][0], 100.0);
+        assert_eq!(
+            tree.triangles[TRIANGLE_TEXELS..GROUP * TRIANGLE_TEXELS],
+            [[0.0; 4]; 28]
+        );
+        let few = RayTree::over(&corners()[..9]);
+        assert_eq!(few.boxes[0][..2], [2.0, 0.0]);
+        assert_eq!(few.triangles.len(), 2 * GROUP * TRIANGLE_TEXELS);
+        let none = RayTree::over(&[]);
+        assert_eq!(none.triangles, [[0.0; 4]; GROUP * TRIANGLE_TEXELS]);
+    }
+
+    /// No box's words are the bits of a NaN, which a driver might change.
+    #[test]
+    fn words_are_numbers() {
+        let tree = RayTree::over(&corners());
+        assert!(
+            tree.boxes
+                .as_flattened()
+                .iter()
+                .all(|word| word.is_finite())
+        );
+    }
+
+    /// The tree is as bad as can be, but there is one.
+    #[test]
+    fn equal_triangles_have_a_tree() {
+        let tree = RayTree::over(&vec![[Vec3::ZERO, 0.01 * Vec3::X, 0.01 * Vec3::Y]; 1000]);
+        assert_eq!(tree.boxes.len(), HEADER + 2 * (1000 - 64) - 1);
+    }
+}

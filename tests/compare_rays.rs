@@ -2,11 +2,13 @@
 
 mod gpu;
 mod ray_caster;
+mod rooms;
+mod shadows;
 
 use camlux::{
     LocalSpace, RayKernel, RenderOptions, Scene,
     ray_probe::{RayHit, RayPoint, RayProbe},
-    scene::{Estimator, Indirect},
+    scene::{Estimator, Indirect, Mesh},
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
@@ -268,5 +270,40 @@ fn demo_scenes_have_exact_rays() {
     for name in DEMO_SCENES {
         let scene = demo_scene(name, [128, 128]);
         assert_is_exact(&mut gpu, name, &scene, 1500);
+    }
+}
+
+#[test]
+fn scenes_of_any_size_and_place_have_exact_rays() {
+    let mut gpu = Gpu::open();
+    for (scale, shift_m) in [(1e-3, DVec3::ZERO), (1e4, DVec3::splat(1e6))] {
+        let scene = rooms::moved(&demo_scene("knot", [96, 96]), scale, shift_m);
+        assert_is_exact(&mut gpu, &format!("{scale} times"), &scene, 300);
+    }
+}
+
+/// Rays that graze a floor at the foot of a wall.
+#[test]
+fn contact_lines_have_exact_rays() {
+    let mut gpu = Gpu::open();
+    for (what, scene) in shadows::contact_lines() {
+        assert_is_exact(&mut gpu, what, &scene, 300);
+    }
+    let scene = shadows::wall_and_low_light();
+    assert_is_exact(&mut gpu, "a light 3 mm above the floor", &scene, 300);
+}
+
+/// Triangles without area are never hit, whether they stand alone or lie in the tree, and harm no others.
+#[test]
+fn triangles_without_area_are_not_hit() {
+    let mut gpu = Gpu::open();
+    for copies in [1, 200] {
+        let mut scene = demo_scene("cornell", [96, 96]);
+        let corners = [[0.0, 1.0, 0.0], [0.3, 1.2, 0.1], [0.6, 1.4, 0.2]];
+        let triangles: Vec<[u32; 3]> = [[0, 1, 2], [1, 1, 2], [0, 0, 0]].repeat(copies);
+        scene
+            .meshes
+            .push(Mesh::from_slices("lines", &corners, &triangles, 0));
+        assert_is_exact(&mut gpu, "lines", &scene, 300);
     }
 }

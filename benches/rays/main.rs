@@ -1,25 +1,61 @@
 //! Rays per second beside Embree on the same rays: `cargo bench --bench rays`.
 //!
 //! From points that the camera sees: any hit on the way to 256 texels of the light's RSM, and the closest hit along 256
-//! cosine-distributed directions. Both sides take turns, with two threads each, and what they find is compared.
+//! cosine-distributed directions. Both sides take turns, with as many threads each, and have to find the same. Times are
+//! GPU timestamps and CPU time, of which the latter does not count what else the machine does.
 
+mod embree;
 mod rays;
 
 use std::{
-    env,
+    env, fs,
     path::Path,
     process::{Command, ExitCode},
 };
 
 use camlux::{Device, DeviceOptions, RayKernel, Scene, ray_probe::RayProbe};
+use embree::Embree;
 use rays::Rays;
 
 /// Threads of lavapipe, read when the driver is loaded.
 const DRIVER_THREADS: &str = "LP_NUM_THREADS";
 /// Turns of either side, after one to warm up; the fastest counts, for others use the machine too.
 const TURNS: usize = 9;
+/// Scenes, and the least any-hit rate over Embree's.
+const BARS: [(&str, f64); 2] = [("cornell", 1.0), ("knot", 0.7)];
+/// Rays that both sides may tell apart: those within rounding of an edge.
+const MAX_DIFFERENT: f64 = 1e-4;
 
 type Failure = Box<dyn std::error::Error>;
+
+/// What tracing all rays took.
+#[derive(Clone, Copy)]
+pub struct Time {
+    wall_ms: f64,
+    /// Of all threads together.
+    cpu_ms: f64,
+}
+
+impl Time {
+    const LONGEST: Time = Time {
+        wall_ms: f64::INFINITY,
+        cpu_ms: f64::INFINITY,
+    };
+
+    fn min(self, other: Time) -> Time {
+        Time {
+            wall_ms: self.wall_ms.min(other.wall_ms),
+            cpu_ms: self.cpu_ms.min(other.cpu_ms),
+        }
+    }
+
+    fn over(self, other: Time) -> Time {
+        Time {
+            wall_ms: self.wall_ms / other.wall_ms,
+            cpu_ms: self.cpu_ms / other.cpu_ms,
+        }
+    }
+}
 
 fn main() -> ExitCode {
     // The environment of a running process cannot be changed safely.
@@ -48,60 +84,127 @@ fn run_again() -> Result<ExitCode, Failure> {
 }
 
 fn report() -> Result<(), Failure> {
+    let threads: usize = env::var(DRIVER_THREADS)?.parse()?;
     let device = Device::open(&DeviceOptions::default())?;
     let kernel = RayKernel::best_for(device.info());
+    println!("device   {}", device.info().name);
+    println!("driver   {}", device.info().driver);
+    println!("threads  {threads}; Embree: as many processes");
+    println!(
+        "M rays/s by the clock, and per second of CPU time times threads; fastest of {TURNS} turns"
+    );
+    println!(
+        "{:<10} {:<8} {:>9} {:>13} {:>13} {:>13}  {:>10}  bar",
+        "scene",
+        "hit",
+        "triangles",
+        kernel.name(),
+        "Embree",
+        "ratio",
+        "different"
+    );
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
-    let only: Vec<String> = env::args()
-        .skip(1)
-        .filter(|word| !word.starts_with('-'))
-        .collect();
-    for name in ["cornell", "knot"] {
-        if !only.is_empty() && !only.iter().any(|word| word == name) {
-            continue;
-        }
+    for (name, bar) in BARS {
         let scene = Scene::load(&folder.join(format!("{name}.toml")))?;
         let rays = Rays::of(&device, &scene)?;
-        let probe = RayProbe::new(&device, &scene, kernel)?;
-        let (mut any, mut closest) = (f64::INFINITY, f64::INFINITY);
-        let (mut any_cpu, mut closest_cpu) = (f64::INFINITY, f64::INFINITY);
-        for _ in 0..TURNS {
-            let start = cpu_ms();
-            any = any.min(probe.any_hit(&rays.points, &rays.ends)?.milliseconds);
-            any_cpu = any_cpu.min(cpu_ms() - start);
-            let start = cpu_ms();
-            closest = closest.min(
-                probe
-                    .closest_hit(&rays.points, &rays.directions)?
-                    .milliseconds,
-            );
-            closest_cpu = closest_cpu.min(cpu_ms() - start);
+        let mut duel = Duel {
+            probe: RayProbe::new(&device, &scene, kernel)?,
+            embree: Embree::start(&scene, &rays, threads)?,
+            rays,
+            threads,
+        };
+        for kind in ["any", "closest"] {
+            let bar = (kind == "any").then_some(bar);
+            let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+            print!("{name:<10} {kind:<8} {triangles:>9}");
+            duel.fight(kind, bar)?;
         }
-        let rate = |milliseconds: f64| rays.ends.len() as f64 / milliseconds * 1e-3;
-        println!(
-            "per CPU ms pair: any {:.1} closest {:.1}",
-            2.0 * rays.ends.len() as f64 / any_cpu * 1e-3,
-            2.0 * rays.ends.len() as f64 / closest_cpu * 1e-3
-        );
-        println!(
-            "{name}: any {:.1} M rays/s, closest {:.1}",
-            rate(any),
-            rate(closest)
-        );
     }
     Ok(())
 }
 
-fn cpu_ms() -> f64 {
-    let main = std::process::id().to_string();
-    let mut ns = 0.0;
-    for entry in std::fs::read_dir("/proc/self/task").unwrap() {
-        let path = entry.unwrap().path();
-        if path.file_name().unwrap().to_str().unwrap() == main {
+struct Duel {
+    probe: RayProbe,
+    embree: Embree,
+    rays: Rays,
+    threads: usize,
+}
+
+impl Duel {
+    fn fight(&mut self, kind: &str, bar: Option<f64>) -> Result<(), Failure> {
+        let (mut time, mut embree_time) = (Time::LONGEST, Time::LONGEST);
+        let mut different = 0;
+        for _ in 0..=TURNS {
+            let (found, own) = self.trace(kind)?;
+            let (embree_found, embrees) = self.embree.trace(kind)?;
+            time = time.min(own);
+            embree_time = embree_time.min(embrees);
+            // Any hit may be of another triangle.
+            let is_same = |(a, b): &(&Option<usize>, &Option<usize>)| match kind {
+                "any" => a.is_some() == b.is_some(),
+                _ => a == b,
+            };
+            let pairs = found.iter().zip(&embree_found);
+            different = pairs.filter(|pair| !is_same(pair)).count();
+        }
+        let count = self.rays.ends.len() as f64;
+        if different as f64 > MAX_DIFFERENT * count {
+            return Err(format!("{different} of {count} rays find something else").into());
+        }
+        let rates = |time: Time| {
+            let cpu_ms = time.cpu_ms / self.threads as f64;
+            format!(
+                "{:.1} / {:.1}",
+                count / time.wall_ms * 1e-3,
+                count / cpu_ms * 1e-3
+            )
+        };
+        let ratio = embree_time.over(time);
+        let verdict = bar.map_or(String::new(), |bar| {
+            let is_met = ratio.cpu_ms >= bar;
+            format!("≥ {bar:.1} {}", if is_met { "met" } else { "missed" })
+        });
+        println!(
+            " {:>13} {:>13} {:>13}  {different:>10}  {verdict}",
+            rates(time),
+            rates(embree_time),
+            format!("{:.2} / {:.2}", ratio.wall_ms, ratio.cpu_ms),
+        );
+        Ok(())
+    }
+
+    /// What each ray hits, by our kernel.
+    fn trace(&self, kind: &str) -> Result<(Vec<Option<usize>>, Time), Failure> {
+        let start = driver_cpu_ms()?;
+        let (found, wall_ms) = if kind == "any" {
+            let probed = self.probe.any_hit(&self.rays.points, &self.rays.ends)?;
+            let found = probed.found.iter().map(|&hit| hit.then_some(0)).collect();
+            (found, probed.milliseconds)
+        } else {
+            let probed = self
+                .probe
+                .closest_hit(&self.rays.points, &self.rays.directions)?;
+            let found = probed.found.iter().map(|hit| Some(hit.as_ref()?.triangle));
+            (found.collect(), probed.milliseconds)
+        };
+        let cpu_ms = driver_cpu_ms()? - start;
+        Ok((found, Time { wall_ms, cpu_ms }))
+    }
+}
+
+/// CPU time of all threads of this process but the first, which are the driver's: the kernel, and copies of its images.
+fn driver_cpu_ms() -> Result<f64, Failure> {
+    let first = std::process::id().to_string();
+    let mut nanoseconds = 0.0;
+    for entry in fs::read_dir("/proc/self/task")? {
+        let entry = entry?;
+        if entry.file_name() == first.as_str() {
             continue;
         }
-        if let Ok(text) = std::fs::read_to_string(path.join("schedstat")) {
-            ns += text.split(' ').next().unwrap().parse::<f64>().unwrap();
-        }
+        // A thread may have ended by now.
+        let text = fs::read_to_string(entry.path().join("schedstat")).unwrap_or_default();
+        let on_cpu = text.split(' ').next().unwrap_or_default();
+        nanoseconds += on_cpu.parse().unwrap_or(0.0);
     }
-    ns * 1e-6
+    Ok(nanoseconds * 1e-6)
 }

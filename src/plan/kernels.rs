@@ -25,10 +25,10 @@ impl RayKernel {
         }
     }
 
-    /// Whether the kernel gives right results on the device: eight lanes hold a node.
+    /// Whether the kernel gives right results on the device: a packet is that of eight lanes.
     pub fn runs_on(self, device: &DeviceInfo) -> bool {
         match self {
-            RayKernel::Packet => device.limits.subgroup_lanes >= 8,
+            RayKernel::Packet => device.limits.subgroup_lanes == 8,
             RayKernel::Single => true,
         }
     }

@@ -1,0 +1,74 @@
+"""Traces rays with Embree, by as many processes as asked for, each with its share of the rays.
+
+    embree FOLDER PROCESSES
+
+The folder holds little-endian float32: `triangles` (nine a triangle), `any` and `closest` (six a ray: origin, direction).
+Each line on standard input, `any` or `closest`, is answered by one of seconds from start to end and seconds of CPU time of
+all processes. What was found is written to `any.found` and `closest.found`, int32: the triangle, −1 for none. Any hit is
+sought up to distance 1.
+"""
+
+import multiprocessing
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+
+
+def floats(path: Path) -> np.ndarray:
+    return np.fromfile(path, dtype="<f4")
+
+
+def work(folder: Path, share: int, shares: int, pipe) -> None:
+    scene = EmbreeScene(robust=False)
+    # Held, for the scene does not hold it.
+    mesh = TriangleMesh(scene, floats(folder / "triangles").reshape(-1, 3, 3))
+    assert mesh is not None
+    rays = {}
+    for kind in ("any", "closest"):
+        all_rays = floats(folder / kind).reshape(-1, 6)
+        mine = np.array_split(all_rays, shares)[share]
+        rays[kind] = [np.ascontiguousarray(mine[:, :3]), np.ascontiguousarray(mine[:, 3:])]
+    pipe.send(None)
+    while (kind := pipe.recv()) is not None:
+        origins, directions = rays[kind]
+        if kind == "any":
+            ends = np.ones(len(origins), dtype=np.float32)
+            start = time.process_time()
+            found = scene.run(origins, directions, dists=ends, query="OCCLUDED")
+        else:
+            start = time.process_time()
+            found = scene.run(origins, directions, query="INTERSECT")
+        seconds = time.process_time() - start
+        pipe.send(seconds)
+        pipe.send(np.asarray(found, dtype="<i4"))
+
+
+def main() -> None:
+    folder, count = Path(sys.argv[1]), int(sys.argv[2])
+    pipes = []
+    for share in range(count):
+        here, there = multiprocessing.Pipe()
+        arguments = (folder, share, count, there)
+        multiprocessing.Process(target=work, args=arguments, daemon=True).start()
+        pipes.append(here)
+    for pipe in pipes:
+        pipe.recv()
+    for line in sys.stdin:
+        kind = line.strip()
+        start = time.perf_counter()
+        for pipe in pipes:
+            pipe.send(kind)
+        cpu_seconds = sum([pipe.recv() for pipe in pipes])
+        seconds = time.perf_counter() - start
+        np.concatenate([pipe.recv() for pipe in pipes]).tofile(folder / f"{kind}.found")
+        print(seconds, cpu_seconds, flush=True)
+    for pipe in pipes:
+        pipe.send(None)
+
+
+if __name__ == "__main__":
+    main()
