@@ -20,16 +20,18 @@ struct BounceParameters {
     // Draws of each way in all.
     draws: u32,
     light_count: u32,
+    range_count: u32,
+    // 1: what VPLs bring is kept.
+    is_pilot: u32,
     // Another number: other draws.
     seed: u32,
 }
 
-// What a VPL is drawn from.
-struct LightDraws {
-    // Into the list of VPLs.
+// VPLs of a tile of 8 x 8 texels of an RSM, which lie next to each other in the list, and the draws that fall to them.
+struct VplRange {
     first_vpl: u32,
     vpl_count: u32,
-    // The draws that fall to the light: first_share ≤ x < first_share + share of 0 to 1.
+    // first_share ≤ x < first_share + share of 0 to 1.
     first_share: f32,
     share: f32,
 }
@@ -42,7 +44,14 @@ struct LightDraws {
 @group(0) @binding(4) var<storage, read> lights: array<Light>;
 @group(0) @binding(5) var<storage, read> receivers: array<u32>;
 @group(0) @binding(6) var vpls: texture_2d_array<f32>;
-@group(0) @binding(7) var<storage, read> light_draws: array<LightDraws>;
+// The tiles that have VPLs.
+@group(0) @binding(7) var<storage, read> vpl_ranges: array<VplRange>;
+// For every GUIDE_CELLS-th part of 0 to 1 the range in which it begins.
+@group(0) @binding(15) var<storage, read> vpl_guide: array<u32>;
+// For every tile of every light the share of the draws that falls to each of its VPLs; 0: it has none.
+@group(0) @binding(16) var<storage, read> vpl_shares: array<f32>;
+// What each draw of a VPL has brought; only where the parameters say so.
+@group(0) @binding(17) var<storage, read_write> brought_by_vpls: array<f32>;
 // Rank-1 lattice on the unit square in Morton order.
 @group(0) @binding(8) var<storage, read> lattice: array<vec2<f32>>;
 // Two a receiver: the irradiance by the bounce; the same weighted by the Phong lobe, Σ L·lobe·cosθ.
@@ -56,6 +65,10 @@ var<private> receiver_normal: vec3<f32>;
 var<private> receiver_geometric: vec3<f32>;
 var<private> receiver_mirror: vec3<f32>;
 var<private> receiver_shininess: f32;
+const GUIDE_CELLS: u32 = 4096u;
+// Texels along the edge of a tile; compact.wgsl takes as many together.
+const TILE_TEXELS: u32 = 8u;
+
 var<private> own_lane: u32;
 var<private> diffuse: vec3<f32>;
 var<private> specular: vec3<f32>;
@@ -101,34 +114,55 @@ fn bring(direction: vec3<f32>, distance_squared: f32, radiance: vec3<f32>, cosin
     return Brought(select(vec3<f32>(0.0), radiance * (cosine / density), is_above), lobe);
 }
 
-// How a light reaches a point: s(θ)·I_0/d² or E_L; the area facing the light that a texel of its RSM has there.
+// How a light reaches a point: s(θ)·I_0/d² or E_L; the area facing the light that a texel of its RSM has there; and the share of
+// the draws of a VPL there.
 struct Illumination {
     to_light: vec3<f32>,
     irradiance: vec3<f32>,
     facing_area: f32,
+    vpl_share: f32,
+}
+
+// Zeros between the bits.
+fn spread_bits(number: u32) -> u32 {
+    var x = number & 0xffffu;
+    x = (x | (x << 8u)) & 0x00ff00ffu;
+    x = (x | (x << 4u)) & 0x0f0f0f0fu;
+    x = (x | (x << 2u)) & 0x33333333u;
+    return (x | (x << 1u)) & 0x55555555u;
 }
 
 fn illuminate(index: u32, position: vec3<f32>) -> Illumination {
     var result: Illumination;
     let from_light = position - lights[index].position;
-    if (lights[index].is_parallel == 1u) {
+    let is_parallel = lights[index].is_parallel == 1u;
+    var face = 0u;
+    var depth = dot(from_light, lights[index].faces[0].forward);
+    for (var other = 1u; other < lights[index].face_count; other++) {
+        let along = dot(from_light, lights[index].faces[other].forward);
+        face = select(face, other, along > depth);
+        depth = max(depth, along);
+    }
+    let size = lights[index].rsm_size;
+    let across = vec2<f32>(dot(from_light, lights[index].faces[face].right), -dot(from_light, lights[index].faces[face].up));
+    let place = across / (lights[index].half_extent * select(depth, 1.0, is_parallel));
+    let texel = clamp((0.5 + 0.5 * place) * f32(size), vec2<f32>(0.0), vec2<f32>(f32(size) - 0.5));
+    let tile = vec2<u32>(texel) / TILE_TEXELS;
+    let tiles = size / TILE_TEXELS;
+    let tile_index = lights[index].first_tile + face * tiles * tiles + spread_bits(tile.x) + 2u * spread_bits(tile.y);
+    result.vpl_share = f32(parameters.draws) * vpl_shares[tile_index];
+    result.facing_area = facing_texel_area(lights[index].is_parallel, lights[index].half_extent, size, from_light, depth);
+    if (is_parallel) {
         result.to_light = -lights[index].axis;
         result.irradiance = lights[index].intensity;
-        result.facing_area = facing_texel_area(1u, lights[index].half_extent, lights[index].rsm_size, from_light, 1.0);
         return result;
     }
     let distance_squared = max(dot(from_light, from_light), 1e-18);
-    let inverse_distance = inverseSqrt(distance_squared);
-    result.to_light = -from_light * inverse_distance;
+    result.to_light = -from_light * inverseSqrt(distance_squared);
     result.irradiance = select(vec3<f32>(0.0), lights[index].intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
     if (lights[index].outer_half_angle > 0.0) {
         result.irradiance *= spot_falloff(lights[index].axis, lights[index].outer_half_angle, lights[index].inverse_penumbra, -result.to_light);
     }
-    var depth = 0.0;
-    for (var face = 0u; face < lights[index].face_count; face++) {
-        depth = max(depth, dot(from_light, lights[index].faces[face].forward));
-    }
-    result.facing_area = facing_texel_area(0u, lights[index].half_extent, lights[index].rsm_size, from_light, depth);
     return result;
 }
 
@@ -257,7 +291,6 @@ fn follow_directions() {
     met_hit[SLOT] = select(ray_hit[SLOT], NOTHING_HIT, ray_nearness[SLOT] >= NOT_WANTED);
 #endrepeat
     for (var light = 0u; light < parameters.light_count; light++) {
-        let share = f32(parameters.draws) * light_draws[light].share / f32(max(light_draws[light].vpl_count, 1u));
         for (var i = 0u; i < RAYS; i++) {
             var direction = met_direction[0];
             var met = met_hit[0];
@@ -277,7 +310,7 @@ fn follow_directions() {
 #endif
             let offset = hit.position - receiver_position;
             let found = bring(direction, dot(offset, offset), brdf * illumination.irradiance * cosine_light,
-                -dot(hit.geometric_normal, direction), illumination.facing_area / max(geometric_cosine_light, 1e-6), share);
+                -dot(hit.geometric_normal, direction), illumination.facing_area / max(geometric_cosine_light, 1e-6), illumination.vpl_share);
             let is_lit = is_hit && cosine_light > 0.0 && geometric_cosine_light > 0.0 && any(found.irradiance > vec3<f32>(0.0));
             put_brought(i, found);
             // On the side that P sees, where Q lies in a second surface, too.
@@ -293,18 +326,18 @@ fn follow_directions() {
     }
 }
 
-fn follow_to_vpls(first: u32, end: u32, shift: f32) {
+fn follow_to_vpls(first: u32, end: u32, shift: f32, first_record: u32) {
     for (var i = 0u; i < RAYS; i++) {
         let draw = draw_of(first, i);
         let x = (f32(draw) + shift) / f32(parameters.draws);
-        var light = 0u;
-        for (var other = 1u; other < parameters.light_count; other++) {
-            light = select(light, other, x >= light_draws[other].first_share && light_draws[other].share > 0.0);
+        var index = vpl_guide[min(u32(x * f32(GUIDE_CELLS)), GUIDE_CELLS - 1u)];
+        while (index + 1u < parameters.range_count && x >= vpl_ranges[index + 1u].first_share) {
+            index++;
         }
-        let count = light_draws[light].vpl_count;
-        let step = (x - light_draws[light].first_share) / light_draws[light].share * f32(count);
-        let place = vpl_place(light_draws[light].first_vpl + min(u32(max(step, 0.0)), max(count, 1u) - 1u));
-        let share = f32(parameters.draws) * light_draws[light].share / f32(max(count, 1u));
+        let range = vpl_ranges[index];
+        let step = u32(max((x - range.first_share) / range.share * f32(range.vpl_count), 0.0));
+        let place = vpl_place(range.first_vpl + min(step, range.vpl_count - 1u));
+        let share = f32(parameters.draws) * range.share / f32(range.vpl_count);
         let position_area = textureLoad(vpls, place, 0, 0);
         let normal_shininess = textureLoad(vpls, place, 1, 0);
         let offset = position_area.xyz - receiver_position;
@@ -317,11 +350,19 @@ fn follow_to_vpls(first: u32, end: u32, shift: f32) {
 #endif
         let found = bring(direction, distance_squared, radiance, -dot(normal_shininess.xyz, direction), position_area.w, share);
         put_brought(i, found);
-        let is_wanted = draw < end && count > 0u && any(found.irradiance > vec3<f32>(0.0));
+        let is_wanted = draw < end && any(found.irradiance > vec3<f32>(0.0));
         put_ray(i, position_area.xyz - receiver_start, select(NOT_WANTED, 1.0, is_wanted));
     }
     trace(receiver_start, true);
     add_unblocked();
+    if (parameters.is_pilot == 1u) {
+#repeat SLOT 8
+        if (draw_of(first, SLOTu) < end) {
+            let sum_SLOT = dot(brought[SLOT], vec3<f32>(1.0));
+            brought_by_vpls[first_record + draw_of(first, SLOTu)] = select(sum_SLOT, 0.0, ray_nearness[SLOT] > 1.0);
+        }
+#endrepeat
+    }
 }
 
 // The draw of a lane's ray: neighbours go together.
@@ -361,7 +402,10 @@ fn compute_main(
 
     let seed0 = hash(packed ^ hash(parameters.seed));
     let seed1 = hash(seed0);
-    let seed2 = hash(seed1);
+    // The host must know which VPLs the pilot drew.
+    let pilot_shift = fract(f32(parameters.first_result + slot) * 0.618034);
+    let shift_of_vpls = select(unit(hash(seed1)), pilot_shift, parameters.is_pilot == 1u);
+    let first_record = (parameters.first_result + min(slot, parameters.receiver_count - 1u)) * parameters.draws;
     let shift = vec2<f32>(unit(seed0), unit(seed1));
     let end = parameters.first_draw + parameters.draw_count;
     let around_normal = frame_around(receiver_normal);
@@ -392,7 +436,7 @@ fn compute_main(
         }
         follow_directions();
 #endif
-        follow_to_vpls(first, end, unit(seed2));
+        follow_to_vpls(first, end, shift_of_vpls, first_record);
     }
 
     let diffuse_sum = subgroupAdd(diffuse);

@@ -32,8 +32,9 @@ struct Light {
     emission_measure: f32,
     // 1 for a directional light, else 0.
     is_parallel: u32,
-    // Where its VPLs begin in a list that all lights share.
+    // Where its VPLs, and the tiles of its RSM, begin in lists that all lights share.
     first_vpl: u32,
+    first_tile: u32,
 }
 
 // Area that an RSM's texel has where its ray meets a surface that faces the light, local units². Not cut at the rim of the

@@ -106,31 +106,25 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     // is their mean; at the surface's border the next ones help.
     var mean = vec2<f32>(0.0);
     var squares = vec3<f32>(0.0);
-    for (var i = 0u; i < NEIGHBOURS; i++) {
-        weights[i] = 0.0;
-        if (i >= 4u && near == 4u) {
-            continue;
-        }
+    var end = 4u;
+    for (var i = 0u; i < end; i++) {
         let offset = neighbour_offset(i, is_axial);
         let place = vec2<i32>(pixel) + offset * i32(parameters.reach);
-        if (any(place < vec2<i32>(0)) || any(place >= vec2<i32>(size))) {
-            continue;
-        }
-        if (is_same_surface(surface.xyz, normal, vec2<u32>(place))) {
+        let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
+        let neighbour = select(pixel, vec2<u32>(place), is_inside);
+        var is_same = is_inside && is_same_surface(surface.xyz, normal, neighbour);
 #if PHONG
-            let other_gloss = textureLoad(ks_shininess, vec2<u32>(place), 0);
-            if (gloss.w != other_gloss.w || any(gloss.rgb > vec3<f32>(0.0)) != any(other_gloss.rgb > vec3<f32>(0.0))) {
-                continue;
-            }
+        let other_gloss = textureLoad(ks_shininess, neighbour, 0);
+        is_same = is_same && gloss.w == other_gloss.w && any(gloss.rgb > vec3<f32>(0.0)) == any(other_gloss.rgb > vec3<f32>(0.0));
 #endif
-            let at = vec2<f32>(offset);
-            let weight = 1.0 / dot(at, at);
-            weights[i] = weight;
-            total += weight;
-            near += u32(i < 4u);
-            mean += weight * at;
-            squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
-        }
+        let at = vec2<f32>(offset);
+        let weight = select(0.0, 1.0 / dot(at, at), is_same);
+        weights[i] = weight;
+        total += weight;
+        near += u32(is_same && i < 4u);
+        mean += weight * at;
+        squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
+        end = select(end, NEIGHBOURS, i == 3u && near < 4u);
     }
     let scale = 1.0 / max(total, 1e-6);
     mean *= scale;
@@ -145,7 +139,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     var diffuse = vec3<f32>(0.0);
     var expected_error = 0.0;
     var is_judged = false;
-    for (var i = 0u; i < NEIGHBOURS; i++) {
+    for (var i = 0u; i < end; i++) {
         if (weights[i] > 0.0) {
             let offset = neighbour_offset(i, is_axial);
             let neighbour = vec2<u32>(vec2<i32>(pixel) + offset * i32(parameters.reach));

@@ -80,7 +80,7 @@ fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) {
 #[test]
 fn the_error_asked_for_is_met_in_the_demo_scenes() {
     let mut gpu = Gpu::open();
-    for name in DEMO_SCENES {
+    for name in DEMO_SCENES.into_iter().chain(["slit"]) {
         let scene = demo_scene(name, [96, 96]);
         let truth = reference_of(&scene, 256);
         check(&mut gpu, name, &scene, &truth, 0.05);
@@ -147,7 +147,8 @@ fn lights_of_every_kind_and_together() {
     }
 }
 
-/// Both kernels follow the same rays: what differs is rounding, and which pixels that brings over a threshold.
+/// Both kernels find the same. A ray at an edge that rounding turns the other way may change what the pilot learns, and with it
+/// every later draw: then the images differ by their noise.
 #[test]
 fn kernels_agree() {
     let mut gpu = Gpu::open();
@@ -173,7 +174,7 @@ fn kernels_agree() {
         let square: f64 = one.iter().map(|a| f64::from(*a).powi(2)).sum();
         let apart = (difference / square).sqrt();
         println!("{name}: {apart:.1e} apart");
-        assert!(apart < 5e-3);
+        assert!(apart < 0.1);
     }
 }
 

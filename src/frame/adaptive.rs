@@ -43,7 +43,7 @@ struct Appraisal {
     error: f64,
     signal: f64,
     noise: f64,
-    bands: f64,
+    pixels: u32,
 }
 
 impl Appraisal {
@@ -73,11 +73,14 @@ impl Adaptive<'_> {
         cost: &mut Cost,
     ) -> Result<Option<f64>> {
         let target = self.plan.target_error;
+        bounce.begin_pilot(2 * 2 * APPRAISED_PIXELS, PILOT_DRAWS)?;
+        let first_look = self.appraise(bounce, PILOT_DRAWS, progress, cost)?;
+        bounce.learn(2 * first_look.pixels, PILOT_DRAWS)?;
         let pilot = self.appraise(bounce, PILOT_DRAWS, progress, cost)?;
         if pilot.signal <= 0.0 {
             return Ok(None);
         }
-        let radiance = (pilot.signal / pilot.bands).sqrt();
+        let radiance = (pilot.signal / (3.0 * f64::from(pilot.pixels))).sqrt();
         let mut noise = NOISE_OVER_TARGET * target;
         let mut attempt = 0;
         loop {
@@ -201,7 +204,7 @@ impl Adaptive<'_> {
         )?;
         cost.submit(recorder)?;
         let mut sum = Appraisal {
-            bands: 3.0 * f64::from(count),
+            pixels: count,
             ..Appraisal::default()
         };
         for &[error, signal, noise, _] in appraisals.mapped::<[f32; 4]>(count as usize)? {

@@ -12,7 +12,7 @@ use crate::{
     intermediates::{Intermediates, LightIntermediates},
     passes::{
         Context,
-        bounce::{Bounce, ListedLight},
+        bounce::Bounce,
         direct::{self, Occluders},
         gather::{self, Gather},
         gbuffer::{self, GBuffer},
@@ -26,6 +26,7 @@ use crate::{
         surface::{Surfaces, upload_view},
         view,
         vpl::{self, VplLists},
+        vpl_draws::ListedLight,
     },
     vulkan::{Image, ImageShape, Recorder},
 };
@@ -105,10 +106,11 @@ pub(crate) fn draw(
     let mut listed_lights = Vec::new();
     for (index, (light, light_plan)) in scene.lights.iter().zip(&plan.lights).enumerate() {
         progress.begin_light(index, "direct")?;
-        let first_vpl = indirect
-            .as_ref()
-            .map_or(0, |indirect| index as u32 * indirect.vpls_per_light);
-        let light = DeviceLight::new(context, light, light_plan, first_vpl)?;
+        let place = match &indirect {
+            Some(indirect) => indirect.room_per_light.map(|room| index as u32 * room),
+            None => [0; 2],
+        };
+        let light = DeviceLight::new(context, light, light_plan, place)?;
         if let Some(indirect) = &mut indirect {
             indirect.vpls.set_texel_count(light.texel_count)?;
         }
@@ -171,14 +173,14 @@ pub(crate) fn draw(
                     let gathered = gather::accumulate(&gather, &indirect.vpls, lengths, report)?;
                     cost.add_gather(gathered);
                 }
-                _ => listed_lights.push(ListedLight::new(&light, lengths)),
+                _ => listed_lights.push(ListedLight::new(&light, &indirect.vpls)?),
             }
         }
     }
 
     if let (Some(indirect), Some(bounce_plan), Some((tree, hit_surfaces))) =
         (&indirect, plan.bounce(), &ray_tree)
-        && listed_lights.iter().any(|light| light.vpl_count > 0)
+        && listed_lights.iter().any(ListedLight::has_vpls)
     {
         let mut bounce = Bounce::new(
             context,
@@ -227,8 +229,8 @@ struct Indirect<'c> {
     plan: &'c IndirectPlan,
     rsm: Rsm,
     vpls: VplLists,
-    /// With rays: where the list of a light's VPLs has its place in the common one.
-    vpls_per_light: u32,
+    /// With rays: VPLs and tiles of a light's RSM at most, in lists that all lights share.
+    room_per_light: [u32; 2],
     /// Every pixel; `None` with rays.
     receivers: Option<Receivers>,
     radiance: Image,
@@ -253,7 +255,7 @@ impl<'c> Indirect<'c> {
         Ok(Indirect {
             plan,
             rsm: Rsm::new(device, frame, plan.rsm_size, faces)?,
-            vpls_per_light: texels.next_multiple_of(1024),
+            room_per_light: [texels.next_multiple_of(1024), texels / 64],
             vpls,
             receivers: (!is_by_rays)
                 .then(|| Receivers::new(device, frame))

@@ -6,17 +6,16 @@ use super::{
     Context,
     gbuffer::GBuffer,
     hits::HitSurfaces,
-    light::DeviceLight,
     rays::RayTreeImages,
     refine::{Refinement, Run},
     vpl::VplLists,
+    vpl_draws::{ListedLight, VplDraws},
 };
 use crate::{
     RayKernel, Result, lattice,
-    scene::Bands,
     vulkan::{
         Buffer, BufferUse, Device, PassTimes, Recorder, Resource,
-        shaders::{self, BounceParameters, LightDraws, ListLengths},
+        shaders::{self, BounceParameters, Module},
     },
 };
 
@@ -35,7 +34,10 @@ pub(crate) struct Bounce<'b> {
     pub surfaces: &'b HitSurfaces,
     pub vpls: &'b VplLists,
     lights: Buffer,
-    light_draws: Buffer,
+    draws_of_vpls: VplDraws,
+    /// What each draw of a VPL brings: of a pilot only.
+    brought: Option<Buffer>,
+    nothing: Buffer,
     light_count: u32,
     kernel: RayKernel,
     /// Two vectors a receiver: irradiance by the bounce, and the same weighted by the Phong lobe.
@@ -59,28 +61,6 @@ pub(crate) struct BounceStats {
     pub rays: u64,
 }
 
-/// A light whose VPLs are listed.
-pub(crate) struct ListedLight {
-    pub parameters: shaders::Light,
-    pub vpl_count: u32,
-    /// What it sends into the scene's surroundings, W: decides on its share of the draws.
-    pub power_w: f64,
-}
-
-impl ListedLight {
-    pub fn new(light: &DeviceLight, lengths: ListLengths) -> ListedLight {
-        let power = |bands: Bands| bands.iter().sum::<f64>();
-        let texels = light.domain.texels.iter();
-        ListedLight {
-            parameters: light.parameters,
-            vpl_count: lengths.matte,
-            power_w: texels
-                .map(|texel| power(light.domain.incident_power_w(texel)))
-                .sum(),
-        }
-    }
-}
-
 impl<'b> Bounce<'b> {
     pub fn new(
         context: &'b Context<'b>,
@@ -101,7 +81,9 @@ impl<'b> Bounce<'b> {
             surfaces,
             vpls,
             lights: Buffer::upload(device, "lights", &parameters)?,
-            light_draws: Buffer::upload(device, "draws of lights", &shares(lights))?,
+            draws_of_vpls: VplDraws::even(device, lights, guide_cells()?)?,
+            brought: None,
+            nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             light_count: lights.len() as u32,
             kernel,
             results: Buffer::new(device, "bounced light", bytes, BufferUse::Device)?,
@@ -110,6 +92,26 @@ impl<'b> Bounce<'b> {
             rays_per_second: None,
             stats: BounceStats::default(),
         })
+    }
+
+    /// Until [`Bounce::learn`], what VPLs bring is kept, for up to so many results.
+    pub fn begin_pilot(&mut self, results: u32, draws: u32) -> Result<()> {
+        let bytes = u64::from(results) * u64::from(draws) * size_of::<f32>() as u64;
+        let device = self.context.device;
+        self.brought = Some(Buffer::new(device, "pilot", bytes, BufferUse::Readback)?);
+        Ok(())
+    }
+
+    /// From here on VPLs are drawn by what they have brought to the pilot's results.
+    pub fn learn(&mut self, results: u32, draws: u32) -> Result<()> {
+        if let Some(brought) = self.brought.take() {
+            let brought = brought.mapped((results * draws) as usize)?;
+            let device = self.context.device;
+            self.draws_of_vpls =
+                self.draws_of_vpls
+                    .learned(device, brought, draws, guide_cells()?)?;
+        }
+        Ok(())
     }
 
     /// Gathers at the receivers of a run, with `draws` draws of each way. The results go to `first_result` and on.
@@ -159,9 +161,13 @@ impl<'b> Bounce<'b> {
         let mut resources = self.gbuffer.resources();
         resources.extend(self.tree.resources());
         resources.extend(self.surfaces.resources());
+        resources.extend(self.draws_of_vpls.resources());
         resources.extend([
             ("lights", Resource::Buffer(&self.lights)),
-            ("light_draws", Resource::Buffer(&self.light_draws)),
+            (
+                "brought_by_vpls",
+                Resource::Buffer(self.brought.as_ref().unwrap_or(&self.nothing)),
+            ),
             ("vpls", Resource::Image(&self.vpls.matte)),
             ("lattice", Resource::Buffer(&self.lattice.points)),
             ("receivers", Resource::Buffer(&refinement.receivers)),
@@ -190,6 +196,8 @@ impl<'b> Bounce<'b> {
                         draw_count: draws_per_dispatch.min(draws - first_draw),
                         draws,
                         light_count: self.light_count,
+                        range_count: self.draws_of_vpls.range_count(),
+                        is_pilot: self.brought.is_some().into(),
                         seed,
                         ..BounceParameters::default()
                     };
@@ -213,6 +221,11 @@ impl<'b> Bounce<'b> {
     }
 }
 
+fn guide_cells() -> Result<u32> {
+    let any = ["lambert", "matte", "flat", "single"];
+    Module::find("bounce", &any)?.constant("GUIDE_CELLS")
+}
+
 impl Lattice {
     fn new(device: &Device, draws: u32) -> Result<Lattice> {
         Ok(Lattice {
@@ -220,29 +233,4 @@ impl Lattice {
             points: Buffer::upload(device, "lattice", &lattice::rank1(draws))?,
         })
     }
-}
-
-/// Half of the draws go to the lights alike and half by their power, so that none is forgotten.
-fn shares(lights: &[ListedLight]) -> Vec<LightDraws> {
-    let lit = || lights.iter().filter(|light| light.vpl_count > 0);
-    let power_w: f64 = lit().map(|light| light.power_w).sum();
-    let mut first_share = 0.0;
-    lights
-        .iter()
-        .map(|light| {
-            let share = if light.vpl_count > 0 {
-                0.5 / lit().count() as f64 + 0.5 * light.power_w / power_w
-            } else {
-                0.0
-            };
-            let draws = LightDraws {
-                first_vpl: light.parameters.first_vpl,
-                vpl_count: light.vpl_count,
-                first_share: first_share as f32,
-                share: share as f32,
-            };
-            first_share += share;
-            draws
-        })
-        .collect()
 }

@@ -22,6 +22,8 @@ pub(crate) struct Compactor {
     runs: Buffer,
     lengths: Buffer,
     readback: Buffer,
+    /// Where the host wants to know the places of runs.
+    runs_readback: Option<Buffer>,
 }
 
 impl Compactor {
@@ -36,6 +38,17 @@ impl Compactor {
             runs: Buffer::new(device, "run counts", bytes, BufferUse::Device)?,
             lengths: Buffer::new(device, "list lengths", one, BufferUse::Device)?,
             readback: Buffer::new(device, "list lengths", one, BufferUse::Readback)?,
+            runs_readback: None,
+        })
+    }
+
+    /// The same, and [`Compactor::run_places`] can be asked for.
+    pub fn with_run_places(device: &Device, item_count: u32) -> Result<Compactor> {
+        let compactor = Compactor::new(device, item_count)?;
+        let bytes = compactor.runs.bytes;
+        Ok(Compactor {
+            runs_readback: Some(Buffer::new(device, "runs", bytes, BufferUse::Readback)?),
+            ..compactor
         })
     }
 
@@ -85,8 +98,19 @@ impl Compactor {
             recorder.dispatch(&write, &all, &parameters, groups)?;
             let bytes = size_of::<ListLengths>() as u64;
             recorder.copy_buffer(&self.lengths, &self.readback, bytes);
+            if let Some(readback) = &self.runs_readback {
+                recorder.copy_buffer(&self.runs, readback, self.runs.bytes);
+            }
             Ok(())
         })
+    }
+
+    /// For each run of items where the first of them is in the lists, after the submission.
+    pub fn run_places(&self) -> Result<&[ListLengths]> {
+        let readback = self.runs_readback.as_ref();
+        readback
+            .ok_or_else(|| Error::internal("nobody asked for the places of runs"))?
+            .mapped(self.run_count as usize)
     }
 
     /// The lengths of the lists, after the submission.

@@ -28,12 +28,12 @@ pub(crate) struct DeviceLight<'c> {
 }
 
 impl<'c> DeviceLight<'c> {
-    /// `first_vpl` is where its VPLs begin in a list that all lights share.
+    /// `first_vpl` and `first_tile` are where its VPLs and the tiles of its RSM begin in lists that all lights share.
     pub fn new(
         context: &Context<'c>,
         light: &Light,
         plan: &'c LightPlan,
-        first_vpl: u32,
+        [first_vpl, first_tile]: [u32; 2],
     ) -> Result<Self> {
         let Context {
             device,
@@ -73,6 +73,7 @@ impl<'c> DeviceLight<'c> {
             emission_measure: (domain.total_measure() / measure_unit) as f32,
             is_parallel: is_parallel.into(),
             first_vpl,
+            first_tile,
             ..parameters(light, &domain, space)
         };
         Ok(DeviceLight {

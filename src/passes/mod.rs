@@ -25,6 +25,7 @@ pub(crate) mod shadow;
 pub(crate) mod surface;
 pub(crate) mod view;
 pub(crate) mod vpl;
+pub(crate) mod vpl_draws;
 
 /// What a frame is made of and made with: the same for all of its passes.
 #[derive(Clone, Copy)]

@@ -67,13 +67,20 @@ impl VplLists {
         Ok(VplLists {
             matte: Image::new(device, "VPLs", shape)?,
             glossy: None,
-            compactor: Compactor::new(device, texel_count)?,
+            compactor: Compactor::with_run_places(device, texel_count)?,
         })
     }
 
     /// How many texels the light that comes next has.
     pub fn set_texel_count(&mut self, texel_count: u32) -> Result<()> {
         self.compactor.set_item_count(texel_count)
+    }
+
+    /// With rays: how many VPLs each tile of the RSM has; after the submission.
+    pub fn tile_lengths(&self) -> Result<Vec<u32>> {
+        let places = self.compactor.run_places()?.iter().map(|place| place.matte);
+        let ends = places.clone().skip(1).chain([self.lengths()?.matte]);
+        Ok(places.zip(ends).map(|(place, end)| end - place).collect())
     }
 
     /// How many VPLs there are of either kind, after the submission.

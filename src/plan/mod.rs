@@ -230,7 +230,8 @@ pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
 fn planned_rsm_size(indirect: Indirect, light_count: usize) -> u32 {
     match (indirect.visibility, indirect.rsm_size) {
         (Visibility::None, size) => size.unwrap_or(1),
-        (Visibility::Rays, Some(size)) => size.next_power_of_two(),
+        // At least a tile.
+        (Visibility::Rays, Some(size)) => size.next_power_of_two().max(8),
         // Many lights share the room that one has.
         (Visibility::Rays, None) => match light_count {
             0..=4 => 128,
