@@ -246,3 +246,33 @@ fn scattered([width, height]: [u32; 2], count: u32) -> Vec<u32> {
     }
     chosen
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scattered_pixels_lie_in_the_image_each_in_a_cell_of_its_own() {
+        for size in [[1, 1], [2, 3], [70, 1], [96, 96], [800, 600]] {
+            let chosen = scattered(size, APPRAISED_PIXELS);
+            let [width, height] = size;
+            let inside = |&pixel: &u32| pixel & 0xffff < width && pixel >> 16 < height;
+            assert!(chosen.iter().all(inside));
+            let different: std::collections::BTreeSet<u32> = chosen.iter().copied().collect();
+            assert_eq!(different.len(), chosen.len());
+            let due = (width * height).min(APPRAISED_PIXELS) as usize;
+            assert!(
+                chosen.len() >= due * 9 / 10 && chosen.len() <= due * 5 / 4,
+                "{size:?}: {}",
+                chosen.len()
+            );
+        }
+    }
+
+    #[test]
+    fn half_the_noise_takes_draws_in_whole_packets() {
+        assert_eq!(draws_for(0.1), DRAWS_STEP);
+        assert_eq!(draws_for(2.0), 192);
+        assert_eq!(draws_for(1e9), MAX_DRAWS);
+    }
+}
