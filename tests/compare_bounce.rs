@@ -147,6 +147,24 @@ fn lights_of_every_kind_and_together() {
     }
 }
 
+/// A spot 300 m from a room of 2 m: what is in its way is told apart to micrometres all the same.
+#[test]
+fn light_comes_from_afar() {
+    let mut scene = room();
+    let position_m = DVec3::new(20.0, 40.0, 295.0);
+    scene.lights = vec![Light::Spot {
+        position_m,
+        direction: -position_m,
+        cone: SpotCone {
+            inner_half_angle_deg: 0.3,
+            outer_half_angle_deg: 0.4,
+        },
+        power_w: [20.0; 3],
+    }];
+    let truth = reference_of(&scene, 512);
+    check(&mut Gpu::open(), "from afar", &scene, &truth, 0.03);
+}
+
 /// Both kernels follow the same rays: what differs is rounding, and which pixels that brings over a threshold.
 #[test]
 fn kernels_agree() {
