@@ -202,8 +202,8 @@ fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: boo
 fn visit(w: u32, node_count: u32) -> bool {
     let walk = walks[w];
     let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(walk.node, node_count - 1u)));
-    let a = vec3<f32>(words.xyz & vec3<u32>(0xffffu)) * walk.scale + walk.start;
-    let b = vec3<f32>(words.xyz >> vec3<u32>(16u)) * walk.scale + walk.start;
+    let a = vec3<f32>(vec3<i32>(words.xyz & vec3<u32>(0xffffu))) * walk.scale + walk.start;
+    let b = vec3<f32>(vec3<i32>(words.xyz >> vec3<u32>(16u))) * walk.scale + walk.start;
     let enters = lesser(a, b);
     let leaves = greater(a, b);
     let enter = greater1(greater1(enters.x, enters.y), greater1(enters.z, 0.0));
