@@ -190,31 +190,6 @@ fn to_disc(place: vec2<f32>) -> vec2<f32> {
     return radius * vec2<f32>(cos(turn), sin(turn));
 }
 
-// The rays of a lane are members of arrays that live in registers, as long as every index is a constant. A loop over them with
-// much in it is not unrolled by the driver: it takes and puts them by comparing its number with each.
-struct TracedRay {
-    direction: vec3<f32>,
-    nearness: f32,
-    hit: u32,
-}
-
-fn ray_of(ray: u32) -> TracedRay {
-    var taken = TracedRay(ray_direction[0], ray_nearness[0], ray_hit[0]);
-#repeat SLOT 8
-    taken.direction = select(taken.direction, ray_direction[SLOT], ray == SLOTu);
-    taken.nearness = select(taken.nearness, ray_nearness[SLOT], ray == SLOTu);
-    taken.hit = select(taken.hit, ray_hit[SLOT], ray == SLOTu);
-#endrepeat
-    return taken;
-}
-
-fn put_ray(ray: u32, direction: vec3<f32>, nearness: f32) {
-#repeat SLOT 8
-    ray_direction[SLOT] = select(ray_direction[SLOT], direction, ray == SLOTu);
-    ray_nearness[SLOT] = select(ray_nearness[SLOT], nearness, ray == SLOTu);
-#endrepeat
-}
-
 // What each ray brings if nothing is in its way: W/m² of irradiance; of that, the share that the Phong lobe of P takes.
 var<private> brought: array<vec3<f32>, RAYS>;
 #if GLOSSY
@@ -244,50 +219,11 @@ fn add_unblocked() {
 #endrepeat
 }
 
-// Longer than the scene, local units.
-const REACH: f32 = 8.0;
-
-// Turns rays that start in `origin` into parallel ones that start where those end, and tells of each whether something is in its
-// way. They have no origin in common, so that each goes alone.
-fn trace_parallel(origin: vec3<f32>, direction: vec3<f32>) {
-    let header = box_texel(0u);
-    var wanted: array<f32, RAYS>;
-    var found: array<f32, RAYS>;
-    var starts: array<vec3<f32>, RAYS>;
-#repeat SLOT 8
-    starts[SLOT] = origin + ray_direction[SLOT];
-    wanted[SLOT] = ray_nearness[SLOT];
-    found[SLOT] = NOT_WANTED;
-    ray_nearness[SLOT] = NOT_WANTED;
-#endrepeat
-    ray_direction[0] = direction;
-    for (var i = 0u; i < RAYS; i++) {
-        var start = starts[0];
-        var nearness = wanted[0];
-#repeat SLOT 8
-        start = select(start, starts[SLOT], i == SLOTu);
-        nearness = select(nearness, wanted[SLOT], i == SLOTu);
-#endrepeat
-        for (var triangle = 0u; triangle < 8u * u32(header.x); triangle++) {
-            nearness = max(nearness, nearness_of(facet_of(triangle, start), direction));
-        }
-        ray_nearness[0] = nearness;
-        walk_tree(start, u32(header.y), true);
-        nearness = ray_nearness[0];
-#repeat SLOT 8
-        found[SLOT] = select(found[SLOT], nearness, i == SLOTu);
-#endrepeat
-    }
-#repeat SLOT 8
-    ray_nearness[SLOT] = found[SLOT];
-#endrepeat
-}
-
-// Follows the directions in ray_direction from P and adds what they find.
+// Follows the directions in ray_vector from P and adds what they find.
 fn follow_directions() {
     trace(receiver_start, false);
 #repeat SLOT 8
-    met_direction[SLOT] = ray_direction[SLOT];
+    met_direction[SLOT] = ray_vector[SLOT];
     met_hit[SLOT] = select(ray_hit[SLOT], NOTHING_HIT, ray_nearness[SLOT] >= NOT_WANTED);
 #endrepeat
     for (var light = 0u; light < parameters.light_count; light++) {
@@ -315,13 +251,10 @@ fn follow_directions() {
             put_brought(i, found);
             // On the side that P sees, where Q lies in a second surface, too.
             let end = before_surface(hit.position, hit.geometric_normal, END_SHIFT) - END_SHIFT * direction;
-            put_ray(i, end - lights[light].position, select(NOT_WANTED, 1.0, is_lit));
+            put_ray(i, end, select(NOT_WANTED, 1.0, is_lit));
         }
-        if (lights[light].is_parallel == 1u) {
-            trace_parallel(lights[light].position, -REACH * lights[light].axis);
-        } else {
-            trace(lights[light].position, true);
-        }
+        let is_parallel = lights[light].is_parallel == 1u;
+        trace_to_light(select(vec4<f32>(lights[light].position, 1.0), vec4<f32>(-REACH * lights[light].axis, 0.0), is_parallel));
         add_unblocked();
     }
 }

@@ -3,8 +3,6 @@
 struct DirectParameters {
     // C
     camera_position: vec3<f32>,
-    // Nodes of the tree of boxes; 0 where there are no rays.
-    node_count: u32,
 }
 
 @group(0) @binding(0) var position_mesh: texture_2d<f32>;
@@ -15,59 +13,112 @@ struct DirectParameters {
 @group(0) @binding(6) var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 var<immediate> parameters: DirectParameters;
 
-// Edge of the pixels that a workgroup takes.
-const TILE_PX: u32 = 8u;
+// Pixels that a workgroup takes.
+#if PACKET SINGLE
+const TILE_COLUMNS: u32 = 32u;
+const TILE_ROWS: u32 = 16u;
+#else
+const TILE_COLUMNS: u32 = 8u;
+const TILE_ROWS: u32 = 8u;
+#endif
+
+struct Pixel {
+    position: vec3<f32>,
+    normal: vec3<f32>,
+    geometric_normal: vec3<f32>,
+    to_light: vec3<f32>,
+    // E_P if nothing is in the way: 0 where the light does not reach.
+    irradiance: vec3<f32>,
+}
+
+fn pixel_at(place: vec2<u32>) -> Pixel {
+    let is_in_image = all(place < textureDimensions(position_mesh));
+    let surface = textureLoad(position_mesh, min(place, textureDimensions(position_mesh) - 1u), 0);
+    let normal = textureLoad(normal_geometric, min(place, textureDimensions(position_mesh) - 1u), 0);
+    var pixel: Pixel;
+    pixel.position = surface.xyz;
+    pixel.normal = normal.xyz;
+    pixel.geometric_normal = unpack_direction(normal.w);
+    let from_light = surface.xyz - light.position;
+#if DIRECTIONAL
+    pixel.to_light = -light.axis;
+    var intensity = light.intensity;
+#else
+    // A light in the surface itself lights nothing there: the direction to it is not defined.
+    let distance_squared = max(dot(from_light, from_light), 1e-18);
+    pixel.to_light = -from_light * inverseSqrt(distance_squared);
+    var intensity = select(vec3<f32>(0.0), light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
+#endif
+#if SPOT
+    intensity *= spot_falloff(light.axis, light.outer_half_angle, light.inverse_penumbra, -pixel.to_light);
+#endif
+    let is_surface = is_in_image && surface.w != 0.0;
+    pixel.irradiance = select(vec3<f32>(0.0), intensity * max(dot(pixel.normal, pixel.to_light), 0.0), is_surface);
+    return pixel;
+}
+
+// Adds what a pixel that is not in shadow sends to C.
+fn add_light(place: vec2<u32>, pixel: Pixel) {
+    var brdf = textureLoad(kd_material, place, 0).rgb / PI;
+#if PHONG
+    let to_camera = normalize(parameters.camera_position - pixel.position);
+    let mirror = 2.0 * dot(pixel.normal, pixel.to_light) * pixel.normal - pixel.to_light;
+    let specular = textureLoad(ks_shininess, place, 0);
+    brdf += specular.rgb * ((specular.w + 2.0) / (2.0 * PI)) * phong_lobe(mirror, to_camera, specular.w);
+#endif
+    let sum = textureLoad(direct_radiance, place).rgb + brdf * pixel.irradiance;
+    textureStore(direct_radiance, place, vec4<f32>(sum, 0.0));
+}
+
+#if PACKET SINGLE
+// A packet of eight lanes takes 8 x 8 pixels, of which each ray of its lanes takes 4 x 2: neighbours part late.
+fn place_of(group: vec2<u32>, local: u32, ray: u32) -> vec2<u32> {
+    let packet = vec2<u32>(local >> 3u & 3u, local >> 5u);
+    let in_packet = vec2<u32>(4u * (ray & 1u) + (local & 3u), 2u * (ray >> 1u) + (local >> 2u & 1u));
+    return vec2<u32>(TILE_COLUMNS, TILE_ROWS) * group + 8u * packet + in_packet;
+}
 
 @compute @workgroup_size(64)
 fn compute_main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) local: u32,
 #if PACKET
-    @builtin(subgroup_invocation_id) lane: u32,
+    @builtin(subgroup_invocation_id) subgroup_lane: u32,
 #endif
 ) {
 #if PACKET
-    // Eight lanes in a row take 4 x 2 pixels, whose rays part later than those of 8 x 1.
-    let place = vec2<u32>((local >> 3u & 1u) * 4u + (local & 3u), (local >> 4u) * 2u + (local >> 2u & 1u));
-#else
-    let lane = 0u;
-    let place = vec2<u32>(local & 7u, local >> 3u);
+    lane = subgroup_lane;
 #endif
-    // No lane leaves early: they go through the tree of boxes together.
-    let size = textureDimensions(position_mesh);
-    let is_in_image = all(TILE_PX * group.xy + place < size);
-    let pixel = min(TILE_PX * group.xy + place, size - 1u);
-    let surface = textureLoad(position_mesh, pixel, 0);
-    let is_surface = is_in_image && surface.w != 0.0;
-    let normal = textureLoad(normal_geometric, pixel, 0);
-    let kd = textureLoad(kd_material, pixel, 0).rgb;
-
-    let from_light = surface.xyz - light.position;
+    for (var i = 0u; i < RAYS; i++) {
+        let pixel = pixel_at(place_of(group.xy, local, i));
+        // Where P lies in a second surface, too, as in the corner of two walls, it is meant on the side that the camera sees.
+        let to_camera = normalize(parameters.camera_position - pixel.position);
+        let start = before_surface(pixel.position, pixel.geometric_normal, ORIGIN_SHIFT) + ORIGIN_SHIFT * to_camera;
+        put_ray(i, start, select(NOT_WANTED, 1.0, any(pixel.irradiance > vec3<f32>(0.0))));
+    }
+    // No lane has left: they meet the triangles together.
 #if DIRECTIONAL
-    let to_light = -light.axis;
-    let irradiance = light.intensity;
+    trace_to_light(vec4<f32>(-REACH * light.axis, 0.0));
 #else
-    // A light in the surface itself lights nothing there: the direction to it is not defined.
-    let distance_squared = max(dot(from_light, from_light), 1e-18);
-    let to_light = -from_light * inverseSqrt(distance_squared);
-    var irradiance = select(vec3<f32>(0.0), light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
+    trace_to_light(vec4<f32>(light.position, 1.0));
 #endif
-#if SPOT
-    irradiance *= spot_falloff(light.axis, light.outer_half_angle, light.inverse_penumbra, -to_light);
-#endif
-
-    var brdf = kd / PI;
-#if PHONG
-    let to_camera = normalize(parameters.camera_position - surface.xyz);
-    let mirror = 2.0 * dot(normal.xyz, to_light) * normal.xyz - to_light;
-    let specular = textureLoad(ks_shininess, pixel, 0);
-    brdf += specular.rgb * ((specular.w + 2.0) / (2.0 * PI)) * phong_lobe(mirror, to_camera, specular.w);
-#endif
-    let cosine = max(dot(normal.xyz, to_light), 0.0);
-    let is_faced = is_surface && cosine > 0.0 && any(irradiance > vec3<f32>(0.0));
-    let radiance = brdf * irradiance * (cosine * visibility(surface.xyz, unpack_direction(normal.w), is_faced, lane));
-    if (is_faced) {
-        let sum = textureLoad(direct_radiance, pixel).rgb + radiance;
-        textureStore(direct_radiance, pixel, vec4<f32>(sum, 0.0));
+    var lit = 0u;
+    for (var i = 0u; i < RAYS; i++) {
+        lit |= select(0u, 1u << i, ray_nearness[i] <= 1.0);
+    }
+    for (var i = 0u; i < RAYS; i++) {
+        let place = place_of(group.xy, local, i);
+        if ((lit >> i & 1u) == 1u) {
+            add_light(place, pixel_at(place));
+        }
     }
 }
+#else
+@compute @workgroup_size(8, 8)
+fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
+    let pixel = pixel_at(global.xy);
+    if (any(pixel.irradiance > vec3<f32>(0.0)) && is_visible(pixel.position, pixel.geometric_normal)) {
+        add_light(global.xy, pixel);
+    }
+}
+#endif

@@ -17,7 +17,7 @@ const ROUNDING: f32 = 2e-6;
 // sees lies in front of P's tangent plane *and* P lies behind Q's, by more than facets rise from their neighbours. A plane, a
 // convex edge and a concave edge each fail one of the two however coarse the texels are, so that neither acne nor a depth
 // bias that grows with the slope is there to be traded.
-fn visibility(position: vec3<f32>, geometric_normal: vec3<f32>, is_wanted: bool, lane: u32) -> f32 {
+fn is_visible(position: vec3<f32>, geometric_normal: vec3<f32>) -> bool {
     let offset = position - light.position;
     var face = 0u;
     var depth = dot(offset, light.faces[0].forward);
@@ -68,5 +68,5 @@ fn visibility(position: vec3<f32>, geometric_normal: vec3<f32>, is_wanted: bool,
         let is_before_receiver = dot(geometric_normal, seen.xyz - position) > ROUNDING + roughness;
         hiding_texels += u32(is_surface && is_before_receiver && behind > ROUNDING + roughness);
     }
-    return select(1.0, 0.0, crossed || hiding_texels == 4u);
+    return !(crossed || hiding_texels == 4u);
 }

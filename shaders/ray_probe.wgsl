@@ -41,10 +41,10 @@ fn compute_main(
         let ray = first + 8u * i;
         let end = textureLoad(ends, vec2<u32>(ray & 1023u, ray >> 10u), 0);
 #if ANY
-        ray_direction[i] = before_surface(end.xyz, unpack_direction(end.w), END_SHIFT) - origin;
+        ray_vector[i] = before_surface(end.xyz, unpack_direction(end.w), END_SHIFT) - origin;
         ray_nearness[i] = 1.0;
 #else
-        ray_direction[i] = end.xyz;
+        ray_vector[i] = end.xyz;
         ray_nearness[i] = 0.0;
 #endif
     }

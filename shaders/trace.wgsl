@@ -1,7 +1,8 @@
-// Rays among all triangles, RAYS of them per lane that start at one origin. See src/ray_tree.rs for what the images hold.
+// Rays among all triangles, RAYS of them per lane: either they start at one origin, or they lead to one light. See
+// src/ray_tree.rs for what the images hold.
 //
-// A packet meets the large triangles, which stand alone, one after the other: what depends on the origin and the triangle
-// but not on the direction is worked out once, a triangle per lane, and broadcast. The others lie in a tree of boxes, where
+// A packet meets the large triangles, which stand alone, one after the other: what depends on the triangle and the rays'
+// common end is worked out once, a triangle per lane, and broadcast. The others lie in a tree of boxes, where
 // each lane takes its own way with one of its rays after the other: rays that start together soon part among small triangles.
 //
 // Everything is meant to be right but for rounding, of which u = 2^-24 is the unit: errors are bounded as in Pharr, Jakob,
@@ -23,14 +24,26 @@ const LEAF: u32 = 0x40000000u;
 // Boxes that a lane tests before it looks at leaves.
 const STRIDE: u32 = 8u;
 
-// Each ray's direction, whose length is the unit of its distances.
-var<private> ray_direction: array<vec3<f32>, RAYS>;
+// What a ray has of its own. From an origin: its direction, whose length is the unit of its distances. To a light: its start.
+var<private> ray_vector: array<vec3<f32>, RAYS>;
 // 1 / distance of the nearest hit so far. To be set before: 1 where the ray ends at its direction's head, 0 where it does
-// not end, NOT_WANTED where it is none.
+// not end, NOT_WANTED where it is none. Of a ray to a light, whose distances are not known: BLOCKED.
 var<private> ray_nearness: array<f32, RAYS>;
 // The triangle that was hit, for scene_triangle; or NOTHING_HIT.
 var<private> ray_hit: array<u32, RAYS>;
 const NOT_WANTED: f32 = 1e30;
+const BLOCKED: f32 = 2.0;
+// Longer than the scene, local units.
+const REACH: f32 = 8.0;
+
+// Arrays live in registers as long as every index is a constant. A loop over the rays with much in it is not unrolled by the
+// driver: it puts them by comparing its number with each.
+fn put_ray(ray: u32, vector: vec3<f32>, nearness: f32) {
+#repeat SLOT 8
+    ray_vector[SLOT] = select(ray_vector[SLOT], vector, ray == SLOTu);
+    ray_nearness[SLOT] = select(ray_nearness[SLOT], nearness, ray == SLOTu);
+#endrepeat
+}
 
 fn box_texel(index: u32) -> vec4<f32> {
     return textureLoad(ray_boxes, vec2<u32>(index & ROW_MASK, index >> ROW_SHIFT));
@@ -81,11 +94,63 @@ fn nearness_of(facet: Facet, direction: vec3<f32>) -> f32 {
     return select(0.0, dot(facet.normal, direction), inside >= 0.0);
 }
 
+// A light as rays lead to it: its position and 1, or the direction to it and 0. A direction's length is how far rays go.
+//
+// All is relative to a ray's start, whose surroundings are known exactly, while the light may be far away.
+fn way_to_light(start: vec3<f32>, light_end: vec4<f32>) -> vec3<f32> {
+    return light_end.xyz - light_end.w * start;
+}
+
+// What all rays to one light share of a triangle.
+struct Screen {
+    // Twice the middle of an edge, and the normal of the plane through it and the light. A ray passes inside the triangle if
+    // twice its start less the middle has no negative product with any of the three. Neighbours have exactly opposite normals.
+    middle0: vec3<f32>,
+    middle1: vec3<f32>,
+    middle2: vec3<f32>,
+    plane0: vec3<f32>,
+    plane1: vec3<f32>,
+    plane2: vec3<f32>,
+    corner: vec3<f32>,
+    // On the light's side; 0 where the light lies in the plane.
+    normal: vec3<f32>,
+}
+
+fn screen_of(triangle: u32, light_end: vec4<f32>) -> Screen {
+    let a = triangle_texel(4u * triangle);
+    let b = triangle_texel(4u * triangle + 1u);
+    let c = triangle_texel(4u * triangle + 2u);
+    let normal = vec3<f32>(a.w, b.w, c.w);
+    let height = dot(normal, way_to_light(a.xyz, light_end));
+    let turn = select(-1.0, 1.0, height > 0.0);
+    let twice_light = turn * 2.0 * light_end.xyz;
+    let weight = turn * light_end.w;
+    var screen: Screen;
+    screen.middle0 = b.xyz + c.xyz;
+    screen.middle1 = c.xyz + a.xyz;
+    screen.middle2 = a.xyz + b.xyz;
+    screen.plane0 = cross(twice_light - weight * screen.middle0, c.xyz - b.xyz);
+    screen.plane1 = cross(twice_light - weight * screen.middle1, a.xyz - c.xyz);
+    screen.plane2 = cross(twice_light - weight * screen.middle2, b.xyz - a.xyz);
+    screen.corner = a.xyz;
+    screen.normal = select(turn * normal, vec3<f32>(0.0), height == 0.0);
+    return screen;
+}
+
+// BLOCKED or 0. Which side of the triangle's plane a ray's ends are on tell their heights over it, whose error does not
+// grow with the light's distance or the triangle's slimness.
+fn blocking_of(screen: Screen, start: vec3<f32>) -> f32 {
+    let twice = 2.0 * start;
+    let inside = min(min(dot(screen.plane0, twice - screen.middle0), dot(screen.plane1, twice - screen.middle1)),
+        dot(screen.plane2, twice - screen.middle2));
+    return select(0.0, BLOCKED, (inside >= 0.0) & (dot(screen.normal, start - screen.corner) < 0.0));
+}
+
 // A ray on its way through the tree, in the coordinates of the grid to which boxes are rounded.
 struct Walk {
     // Which ray: a bit.
     ray: u32,
-    direction: vec3<f32>,
+    vector: vec3<f32>,
     // A grid coordinate times `scale` less `start` is where the ray crosses it.
     scale: vec3<f32>,
     start: vec3<f32>,
@@ -104,11 +169,11 @@ const WALKS: u32 = 2u;
 var<private> walks: array<Walk, WALKS>;
 
 // Puts away what a ray that is done has found, and takes the lane's next. Returns the rays left to do.
-fn take_ray(w: u32, todo: u32, node_count: u32, grid_low: vec3<f32>, grid_step: vec3<f32>) -> u32 {
+fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     let walk = walks[w];
     let is_done = (walk.node >= node_count) & (walk.leaf == 0u);
     let next = select(0u, todo & (~todo + 1u), is_done);
-    var direction = walk.direction;
+    var vector = walk.vector;
     var nearness = walk.nearness;
     var hit = walk.hit;
     for (var i = 0u; i < RAYS; i++) {
@@ -116,18 +181,19 @@ fn take_ray(w: u32, todo: u32, node_count: u32, grid_low: vec3<f32>, grid_step: 
         ray_nearness[i] = select(ray_nearness[i], walk.nearness, is_last);
         ray_hit[i] = select(ray_hit[i], walk.hit, is_last);
         let is_this = next == 1u << i;
-        direction = select(direction, ray_direction[i], is_this);
+        vector = select(vector, ray_vector[i], is_this);
         nearness = select(nearness, ray_nearness[i], is_this);
         hit = select(hit, ray_hit[i], is_this);
     }
-    let inverse = inverse_of(direction);
+    let origin = select(end.xyz, vector, is_to_light);
+    let inverse = inverse_of(select(vector, way_to_light(vector, end), is_to_light));
     walks[w].ray = select(walk.ray, next, is_done);
-    walks[w].direction = direction;
+    walks[w].vector = vector;
     walks[w].nearness = nearness;
     walks[w].hit = hit;
     walks[w].reach = 1.0 / nearness;
-    walks[w].scale = grid_step * inverse;
-    walks[w].start = grid_low * inverse;
+    walks[w].scale = box_texel(2u).xyz * inverse;
+    walks[w].start = (box_texel(1u).xyz - origin) * inverse;
     walks[w].node = select(walk.node, 0u, next != 0u);
     return todo & ~next;
 }
@@ -136,8 +202,8 @@ fn take_ray(w: u32, todo: u32, node_count: u32, grid_low: vec3<f32>, grid_step: 
 fn visit(w: u32, node_count: u32) -> bool {
     let walk = walks[w];
     let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(walk.node, node_count - 1u)));
-    let a = vec3<f32>(words.xyz & vec3<u32>(0xffffu)) * walk.scale + walk.start;
-    let b = vec3<f32>(words.xyz >> vec3<u32>(16u)) * walk.scale + walk.start;
+    let a = vec3<f32>(vec3<i32>(words.xyz & vec3<u32>(0xffffu))) * walk.scale + walk.start;
+    let b = vec3<f32>(vec3<i32>(words.xyz >> vec3<u32>(16u))) * walk.scale + walk.start;
     let enters = lesser(a, b);
     let leaves = greater(a, b);
     let enter = greater1(greater1(enters.x, enters.y), greater1(enters.z, 0.0));
@@ -168,10 +234,9 @@ fn greater1(a: f32, b: f32) -> f32 {
     return select(b, a, a > b);
 }
 
-// Takes each ray of the lane that is not yet done through the tree. Lanes need nothing of one another.
-fn walk_tree(origin: vec3<f32>, node_count: u32, is_any: bool) {
-    let grid_low = box_texel(1u).xyz - origin;
-    let grid_step = box_texel(2u).xyz;
+// Takes each ray of the lane that is not yet done through the tree: `end` is the common origin, or the light. Lanes need
+// nothing of one another.
+fn walk_tree(end: vec4<f32>, node_count: u32, is_to_light: bool, is_any: bool) {
     var todo = 0u;
     for (var i = 0u; i < RAYS; i++) {
         let is_open = select(ray_nearness[i] < NOT_WANTED, ray_nearness[i] <= 1.0, is_any);
@@ -185,7 +250,7 @@ fn walk_tree(origin: vec3<f32>, node_count: u32, is_any: bool) {
     }
     loop {
         for (var w = 0u; w < WALKS; w++) {
-            todo = take_ray(w, todo, node_count, grid_low, grid_step);
+            todo = take_ray(w, todo, node_count, end, is_to_light);
         }
         var steps = 0u;
         loop {
@@ -201,7 +266,12 @@ fn walk_tree(origin: vec3<f32>, node_count: u32, is_any: bool) {
         var is_done = todo == 0u;
         for (var w = 0u; w < WALKS; w++) {
             let triangle = walks[w].leaf & ~LEAF;
-            let nearness = nearness_of(facet_of(triangle, origin), walks[w].direction);
+            var nearness: f32;
+            if (is_to_light) {
+                nearness = blocking_of(screen_of(triangle, end), walks[w].vector);
+            } else {
+                nearness = nearness_of(facet_of(triangle, end.xyz), walks[w].vector);
+            }
             let is_nearer = (nearness > walks[w].nearness) & (walks[w].leaf != 0u);
             walks[w].hit = select(walks[w].hit, triangle, is_nearer);
             walks[w].nearness = select(walks[w].nearness, nearness, is_nearer);
@@ -231,9 +301,20 @@ fn meet_facet_LANE(mine: Facet, first: u32) {
     let facet = Facet(subgroupBroadcast(mine.edge0, LANEu), subgroupBroadcast(mine.edge1, LANEu),
         subgroupBroadcast(mine.edge2, LANEu), subgroupBroadcast(mine.normal, LANEu));
     for (var i = 0u; i < RAYS; i++) {
-        let nearness = nearness_of(facet, ray_direction[i]);
+        let nearness = nearness_of(facet, ray_vector[i]);
         ray_hit[i] = select(ray_hit[i], first + LANEu, nearness > ray_nearness[i]);
         ray_nearness[i] = max(ray_nearness[i], nearness);
+    }
+}
+#endrepeat
+
+#repeat LANE 8
+fn meet_screen_LANE(mine: Screen) {
+    let screen = Screen(subgroupBroadcast(mine.middle0, LANEu), subgroupBroadcast(mine.middle1, LANEu),
+        subgroupBroadcast(mine.middle2, LANEu), subgroupBroadcast(mine.plane0, LANEu), subgroupBroadcast(mine.plane1, LANEu),
+        subgroupBroadcast(mine.plane2, LANEu), subgroupBroadcast(mine.corner, LANEu), subgroupBroadcast(mine.normal, LANEu));
+    for (var i = 0u; i < RAYS; i++) {
+        ray_nearness[i] = max(ray_nearness[i], blocking_of(screen, ray_vector[i]));
     }
 }
 #endrepeat
@@ -257,7 +338,26 @@ fn trace(origin: vec3<f32>, is_any: bool) {
             break if first >= facet_end;
         }
     }
-    walk_tree(origin, u32(header.y), is_any);
+    walk_tree(vec4<f32>(origin, 0.0), u32(header.y), false, is_any);
+}
+
+// Finds for each ray of a packet whether something is between its start and the light, which is the same for all lanes.
+// All of them must come here. Afterwards ray_nearness is BLOCKED, or NOT_WANTED as before, where it is over 1.
+fn trace_to_light(light_end: vec4<f32>) {
+    let header = box_texel(0u);
+    let facet_end = 8u * u32(header.x);
+    var first = 0u;
+    loop {
+        let mine = screen_of(first + lane, light_end);
+#repeat LANE 8
+        meet_screen_LANE(mine);
+#endrepeat
+        first += 8u;
+        continuing {
+            break if first >= facet_end;
+        }
+    }
+    walk_tree(light_end, u32(header.y), true, true);
 }
 #else
 // Traces the rays of one lane. The lanes need not have an origin in common.
@@ -270,12 +370,23 @@ fn trace(origin: vec3<f32>, is_any: bool) {
     for (var triangle = 0u; triangle < facet_end; triangle++) {
         let facet = facet_of(triangle, origin);
         for (var i = 0u; i < RAYS; i++) {
-            let nearness = nearness_of(facet, ray_direction[i]);
+            let nearness = nearness_of(facet, ray_vector[i]);
             ray_hit[i] = select(ray_hit[i], triangle, nearness > ray_nearness[i]);
             ray_nearness[i] = max(ray_nearness[i], nearness);
         }
     }
-    walk_tree(origin, u32(header.y), is_any);
+    walk_tree(vec4<f32>(origin, 0.0), u32(header.y), false, is_any);
+}
+
+fn trace_to_light(light_end: vec4<f32>) {
+    let header = box_texel(0u);
+    for (var triangle = 0u; triangle < 8u * u32(header.x); triangle++) {
+        let screen = screen_of(triangle, light_end);
+        for (var i = 0u; i < RAYS; i++) {
+            ray_nearness[i] = max(ray_nearness[i], blocking_of(screen, ray_vector[i]));
+        }
+    }
+    walk_tree(light_end, u32(header.y), true, true);
 }
 #endif
 

@@ -63,14 +63,13 @@ const _: () = {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct DirectParameters {
     pub camera_position: [f32; 3],
-    pub node_count: u32,
+    pub _pad0: [u32; 1],
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for DirectParameters {}
 const _: () = {
     assert!(size_of::<DirectParameters>() == 16);
     assert!(std::mem::offset_of!(DirectParameters, camera_position) == 0);
-    assert!(std::mem::offset_of!(DirectParameters, node_count) == 12);
 };
 
 #[repr(C)]
@@ -823,7 +822,7 @@ pub static MODULES: &[Module] = &[
     Module {
         name: "direct_point_lambert",
         entry: c"compute_main",
-        workgroup_size: [64, 1, 1],
+        workgroup_size: [8, 8, 1],
         immediate_bytes: 0,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
@@ -835,13 +834,13 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_point_lambert.spv"),
     },
     Module {
         name: "direct_point_phong",
         entry: c"compute_main",
-        workgroup_size: [64, 1, 1],
+        workgroup_size: [8, 8, 1],
         immediate_bytes: 16,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
@@ -854,13 +853,13 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_point_phong.spv"),
     },
     Module {
         name: "direct_spot_lambert",
         entry: c"compute_main",
-        workgroup_size: [64, 1, 1],
+        workgroup_size: [8, 8, 1],
         immediate_bytes: 0,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
@@ -872,13 +871,13 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_spot_lambert.spv"),
     },
     Module {
         name: "direct_spot_phong",
         entry: c"compute_main",
-        workgroup_size: [64, 1, 1],
+        workgroup_size: [8, 8, 1],
         immediate_bytes: 16,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
@@ -891,13 +890,13 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_spot_phong.spv"),
     },
     Module {
         name: "direct_directional_lambert",
         entry: c"compute_main",
-        workgroup_size: [64, 1, 1],
+        workgroup_size: [8, 8, 1],
         immediate_bytes: 0,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
@@ -909,13 +908,13 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_directional_lambert.spv"),
     },
     Module {
         name: "direct_directional_phong",
         entry: c"compute_main",
-        workgroup_size: [64, 1, 1],
+        workgroup_size: [8, 8, 1],
         immediate_bytes: 16,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
@@ -928,7 +927,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_directional_phong.spv"),
     },
     Module {
@@ -942,10 +941,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet.spv"),
     },
     Module {
@@ -959,10 +958,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_single.spv"),
     },
     Module {
@@ -977,10 +976,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet.spv"),
     },
     Module {
@@ -995,10 +994,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_single.spv"),
     },
     Module {
@@ -1012,10 +1011,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet.spv"),
     },
     Module {
@@ -1029,10 +1028,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_single.spv"),
     },
     Module {
@@ -1047,10 +1046,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet.spv"),
     },
     Module {
@@ -1065,10 +1064,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_single.spv"),
     },
     Module {
@@ -1082,10 +1081,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet.spv"),
     },
     Module {
@@ -1099,10 +1098,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_single.spv"),
     },
     Module {
@@ -1117,10 +1116,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet.spv"),
     },
     Module {
@@ -1135,10 +1134,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 6, name: "direct_radiance", kind: BindingKind::StorageImage },
-            Binding { binding: 9, name: "nodes", kind: BindingKind::StorageRead },
-            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageRead },
+            Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
+            Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_PX", 8), ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_single.spv"),
     },
     Module {

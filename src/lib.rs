@@ -15,7 +15,6 @@
 //!
 //! `docs/model.md` says what is computed, `docs/architecture.md` how. The library never prints and never exits.
 
-mod bvh;
 pub mod emission;
 pub mod error;
 mod frame;

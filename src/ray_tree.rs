@@ -11,6 +11,8 @@ use crate::{LocalSpace, Scene};
 
 /// Triangles that stand alone come in groups of as many.
 const GROUP: usize = 8;
+/// Texels of the boxes before the first node.
+const HEADER_TEXELS: u64 = 3;
 /// Texels of a triangle: its corners, each with a component of the unit normal; its place in the scene.
 const TRIANGLE_TEXELS: usize = 4;
 /// Triangles of a scene without a tree, and those beside a tree, at most.
@@ -27,6 +29,16 @@ const GRID_STEPS: f32 = 32_000.0;
 const BOX_SLACK: f32 = 6e-6;
 
 pub(crate) type Texel = [f32; 4];
+
+/// Texels of the boxes over so many triangles at most.
+pub(crate) fn max_box_texels(triangle_count: u64) -> u64 {
+    HEADER_TEXELS + 2 * triangle_count
+}
+
+/// Texels of so many triangles at most.
+pub(crate) fn max_triangle_texels(triangle_count: u64) -> u64 {
+    TRIANGLE_TEXELS as u64 * (triangle_count + GROUP as u64)
+}
 
 /// Two lists of texels.
 #[derive(Debug, Default)]

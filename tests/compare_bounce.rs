@@ -180,6 +180,24 @@ fn lights_of_every_kind_and_together() {
     }
 }
 
+/// A spot 300 m from a room of 2 m: what is in its way is told apart to micrometres all the same.
+#[test]
+fn light_comes_from_afar() {
+    let mut scene = room();
+    let position_m = DVec3::new(20.0, 40.0, 295.0);
+    scene.lights = vec![Light::Spot {
+        position_m,
+        direction: -position_m,
+        cone: SpotCone {
+            inner_half_angle_deg: 0.3,
+            outer_half_angle_deg: 0.4,
+        },
+        power_w: [20.0; 3],
+    }];
+    let truth = reference_of(&scene, 512);
+    check(&mut Gpu::open(), "from afar", &scene, &truth, 0.03);
+}
+
 /// Both kernels find the same. A ray at an edge that rounding turns the other way may change what the pilot learns, and with it
 /// every later draw: then the images differ by their noise.
 #[test]

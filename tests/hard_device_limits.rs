@@ -7,7 +7,7 @@ use std::{ops::ControlFlow, time::Instant};
 use camlux::{
     DeviceInfo, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
     output::{Frame, Layer},
-    scene::{Estimator, Indirect, Light, Mesh, Shadow, Texture},
+    scene::{Estimator, Indirect, Light, Mesh, Shadow, Texture, Visibility},
 };
 use gpu::{Gpu, demo_scene, plain_sum};
 
@@ -92,27 +92,131 @@ fn textures_over_the_limits_are_refused_by_the_plan() {
     assert_over_limit(&gpu, &scene, &says, "scale the texture down");
 }
 
-#[test]
-fn trees_of_boxes_over_the_limits_are_refused_by_the_plan() {
-    let gpu = Gpu::open();
+/// The demo room filled up with triangles to a number of them.
+fn with_triangles(count: usize) -> Scene {
     let mut scene = demo_scene("cornell", [8, 8]);
     scene.indirect = None;
-    let mut device = small_device(&gpu);
-    // 32 triangles have up to 64 nodes of 32 bytes, and 12 bytes each without a tree.
-    device.limits.max_storage_buffer_bytes = 2047;
-    assert!(Plan::new(&scene, &device).is_ok());
-    scene.direct.shadow = Shadow::Rays;
-    let message = Plan::new(&scene, &device)
+    let few: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    let corners = [[0.0, 1.0, 0.0], [0.1, 1.0, 0.0], [0.0, 1.1, 0.0]];
+    let many = vec![[0, 1, 2]; count - few];
+    scene
+        .meshes
+        .push(Mesh::from_slices("many", &corners, &many, 0));
+    scene
+}
+
+fn bounce_by_rays(rsm_size: u32) -> Option<Indirect> {
+    Some(Indirect {
+        estimator: Estimator::InstantRadiosity,
+        rsm_size: Some(rsm_size),
+        visibility: Visibility::Rays,
+        target_error: None,
+    })
+}
+
+/// Asserts that the plan refuses the scene, and takes it after what the message says.
+#[track_caller]
+fn assert_refused(scene: &Scene, device: &DeviceInfo, parts: &[&str]) {
+    let message = Plan::new(scene, device)
         .expect_err("that is too much")
         .to_string();
-    for part in [
-        "the tree of boxes (bytes) is 2048",
-        "2047",
-        "shadow = \"map\"",
-    ] {
+    for part in parts {
         assert!(message.contains(part), "{part:?} is missing in: {message}");
     }
-    device.limits.max_storage_buffer_bytes += 1;
+    let mut without = scene.clone();
+    if message.contains("shadow = \"map\"") {
+        without.direct.shadow = Shadow::Map;
+    }
+    if message.contains("visibility = \"none\"") {
+        without.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 8));
+    }
+    assert!(Plan::new(&without, device).is_ok());
+}
+
+#[test]
+fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let mut device = small_device(&gpu);
+    device.limits.max_image_px = 64;
+    // Four texels a triangle and room for seven more, 1024 a row.
+    let mut scene = with_triangles(16_376);
+    scene.direct.shadow = Shadow::Rays;
+    assert!(Plan::new(&scene, &device).is_ok());
+    let mut scene = with_triangles(16_377);
+    let rows = "the triangles for rays (rows) is 65, over the limit of 64";
+    scene.direct.shadow = Shadow::Rays;
+    let mend = "set shadow = \"map\" in [direct], simplify the meshes";
+    assert_refused(&scene, &device, &[rows, mend]);
+    scene.indirect = bounce_by_rays(8);
+    let mend = "set shadow = \"map\" in [direct] and visibility = \"none\" in [indirect], simplify";
+    assert_refused(&scene, &device, &[rows, mend]);
+    scene.direct.shadow = Shadow::Map;
+    let mend = "set visibility = \"none\" in [indirect], simplify the meshes";
+    assert_refused(&scene, &device, &[rows, mend]);
+
+    device.limits.max_image_px = 16_384;
+    device.limits.max_allocation_bytes = 1 << 20;
+    scene.direct.shadow = Shadow::Rays;
+    let message = Plan::new(&scene, &device).expect_err("that is too much");
+    let bytes = "the triangles for rays (bytes) is 1064960, over the limit of 1048576";
+    assert!(message.to_string().contains(bytes), "{message}");
+}
+
+#[test]
+fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let mut device = small_device(&gpu);
+    let mut scene = with_triangles(2000);
+    scene.indirect = bounce_by_rays(8);
+    device.limits.max_storage_buffer_bytes = 64 * 2000;
+    assert!(Plan::new(&scene, &device).is_ok());
+    device.limits.max_storage_buffer_bytes -= 1;
+    let says = "the shading of the triangles that rays hit (bytes) is 128000, over";
+    let mend = "set visibility = \"none\" in [indirect], simplify the meshes";
+    assert_refused(&scene, &device, &[says, mend]);
+    // Nobody asks what a shadow ray hits.
+    scene.direct.shadow = Shadow::Rays;
+    scene.indirect = None;
+    assert!(Plan::new(&scene, &device).is_ok());
+
+    let mut scene = demo_scene("textured", [8, 8]);
+    scene.indirect = bounce_by_rays(8);
+    let texture = Texture {
+        size_px: [500, 100],
+        linear_rgb: vec![[0.5; 3]; 50_000],
+        ..scene.textures[0].clone()
+    };
+    scene.textures = vec![texture; scene.textures.len()];
+    let bytes = 16 * 50_000 * scene.textures.len() as u64;
+    device.limits.max_storage_buffer_bytes = bytes;
+    assert!(Plan::new(&scene, &device).is_ok());
+    device.limits.max_storage_buffer_bytes -= 1;
+    let says = format!("the textures that rays hit (bytes, all together) is {bytes}, over");
+    let mend = "set visibility = \"none\" in [indirect], scale the textures down";
+    assert_refused(&scene, &device, &[&says, mend]);
+}
+
+/// With rays the lights' VPLs lie in one list.
+#[test]
+fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let mut device = small_device(&gpu);
+    let mut scene = demo_scene("cornell", [8, 8]);
+    scene.direct.shadow = Shadow::Rays;
+    scene.indirect = bounce_by_rays(32);
+    // Six rows of 1024 a light.
+    device.limits.max_image_px = 64;
+    scene.lights = vec![scene.lights[0]; 10];
+    assert!(Plan::new(&scene, &device).is_ok());
+    scene.lights = vec![scene.lights[0]; 11];
+    let mend = "set a smaller rsm_size or visibility = \"none\" in [indirect], use fewer lights";
+    let says = "the list of all lights' VPLs (rows) is 66, over the limit of 64";
+    assert_refused(&scene, &device, &[says, mend]);
+    device.limits.max_image_px = 16_384;
+    device.limits.max_allocation_bytes = 66 * 1024 * 3 * 16 - 1;
+    let says = "the list of all lights' VPLs (bytes) is 3244032, over";
+    assert_refused(&scene, &device, &[says, mend]);
+    scene.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 32));
     assert!(Plan::new(&scene, &device).is_ok());
 }
 

@@ -18,7 +18,7 @@ use crate::{
         gbuffer::{self, GBuffer},
         hits::HitSurfaces,
         light::DeviceLight,
-        rays::{RayTreeImages, RayTriangles},
+        rays::RayTreeImages,
         receivers::{self, Receivers},
         rsm::{self, Rsm},
         sensor,
@@ -65,14 +65,11 @@ pub(crate) fn draw(
     } = *context;
     let image = |what| Image::new(device, what, ImageShape::plain(plan.resolution_px));
     let surfaces = Surfaces::upload(device, scene, plan, space)?;
-    let ray_triangles = RayTriangles::for_plan(device, scene, plan, space)?;
-    let ray_tree = match plan.bounce() {
-        None => None,
-        Some(_) => Some((
-            RayTreeImages::of(device, scene, space)?,
-            HitSurfaces::upload(device, scene, plan)?,
-        )),
-    };
+    let ray_tree = RayTreeImages::for_plan(device, scene, plan, space)?;
+    let hit_surfaces = plan
+        .bounce()
+        .map(|_| HitSurfaces::upload(device, scene, plan))
+        .transpose()?;
     let camera_view = upload_view(device, &view::of_camera(&scene.camera, space))?;
     let gbuffer = GBuffer::new(device, plan)?;
     let direct = image("direct radiance")?;
@@ -86,7 +83,7 @@ pub(crate) fn draw(
     progress.report("gbuffer", 0.0)?;
     let mut recorder = Recorder::new(device, TIMED_PASSES)?;
     surfaces.record_textures(&mut recorder);
-    if let Some((tree, _)) = &ray_tree {
+    if let Some(tree) = &ray_tree {
         tree.record_copy(&mut recorder);
     }
     recorder.prepare_images(&[&direct]);
@@ -119,13 +116,13 @@ pub(crate) fn draw(
         if let Some(indirect) = &indirect {
             rsm::draw(&mut recorder, context, &surfaces, &light, &indirect.rsm)?;
         }
-        let occluders = match (light_plan.shadow, &indirect, &shadow_map, &ray_triangles) {
+        let occluders = match (light_plan.shadow, &indirect, &shadow_map, &ray_tree) {
             (ShadowPlan::Rsm { .. }, Some(indirect), ..) => Occluders::Map(&indirect.rsm.position),
             (ShadowPlan::Map { .. }, _, Some(map), _) => {
                 shadow::draw(&mut recorder, context, &surfaces, &light, map)?;
                 Occluders::Map(&map.position)
             }
-            (ShadowPlan::Rays(kernel), .., Some(triangles)) => Occluders::Rays(kernel, triangles),
+            (ShadowPlan::Rays(kernel), .., Some(tree)) => Occluders::Rays(kernel, tree),
             _ => {
                 return Err(Error::internal(
                     "a light has nothing to find its shadows in",
@@ -178,8 +175,8 @@ pub(crate) fn draw(
         }
     }
 
-    if let (Some(indirect), Some(bounce_plan), Some((tree, hit_surfaces))) =
-        (&indirect, plan.bounce(), &ray_tree)
+    if let (Some(indirect), Some(bounce_plan), Some(tree), Some(hit_surfaces)) =
+        (&indirect, plan.bounce(), &ray_tree, &hit_surfaces)
         && listed_lights.iter().any(ListedLight::has_vpls)
     {
         let mut bounce = Bounce::new(

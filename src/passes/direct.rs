@@ -1,6 +1,8 @@
 //! Direct pass: the direct radiance of one light, added to the direct image.
 
-use super::{Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, surface::Surfaces};
+use super::{
+    Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTreeImages, surface::Surfaces,
+};
 use crate::{
     RayKernel, Result,
     vulkan::{Image, Recorder, Resource, shaders::DirectParameters},
@@ -12,7 +14,7 @@ pub(crate) enum Occluders<'r> {
     /// The positions and triangles that the light sees.
     Map(&'r Image),
     /// All triangles.
-    Rays(RayKernel, &'r RayTriangles),
+    Rays(RayKernel, &'r RayTreeImages),
 }
 
 impl<'r> Occluders<'r> {
@@ -41,7 +43,7 @@ pub(crate) fn shade<'r>(
         ("light", Resource::Buffer(&light.uniform)),
         ("direct_radiance", Resource::Image(direct)),
     ]);
-    let mut parameters = DirectParameters {
+    let parameters = DirectParameters {
         camera_position: context.camera_position(),
         ..DirectParameters::default()
     };
@@ -50,15 +52,15 @@ pub(crate) fn shade<'r>(
             resources.extend(surfaces.triangles());
             resources.push(("light_map", Resource::Image(map)));
         }
-        Occluders::Rays(kernel, triangles) => {
+        Occluders::Rays(kernel, tree) => {
             words.push(kernel.name());
-            resources.extend(triangles.resources());
-            parameters.node_count = triangles.node_count;
+            resources.extend(tree.resources());
         }
     }
     let pipeline = context.pipelines.compute("direct", &words)?;
-    let tile_px = pipeline.module.constant("TILE_PX")?;
-    let [columns, rows] = plan.resolution_px.map(|size| size.div_ceil(tile_px));
+    let [width, height] = plan.resolution_px;
+    let columns = width.div_ceil(pipeline.module.constant("TILE_COLUMNS")?);
+    let rows = height.div_ceil(pipeline.module.constant("TILE_ROWS")?);
     recorder.pass("direct", |recorder| {
         recorder.dispatch(&pipeline, &resources, &parameters, [columns, rows, 1])
     })

@@ -2,7 +2,6 @@
 
 use crate::{
     Plan, Result, Scene,
-    bvh::Bvh,
     local_space::LocalSpace,
     ray_tree::{RayTree, Texel},
     vulkan::{Buffer, Device, Image, ImageShape, Recorder, Resource},
@@ -44,6 +43,18 @@ pub(crate) struct RayTreeImages {
 }
 
 impl RayTreeImages {
+    /// `None` where nothing casts rays.
+    pub fn for_plan(
+        device: &Device,
+        scene: &Scene,
+        plan: &Plan,
+        space: &LocalSpace,
+    ) -> Result<Option<RayTreeImages>> {
+        plan.has_rays()
+            .then(|| RayTreeImages::of(device, scene, space))
+            .transpose()
+    }
+
     pub fn of(device: &Device, scene: &Scene, space: &LocalSpace) -> Result<RayTreeImages> {
         let tree = RayTree::of(scene, space);
         Ok(RayTreeImages {
@@ -63,41 +74,6 @@ impl RayTreeImages {
         [
             ("ray_boxes", self.boxes.resource()),
             ("ray_triangles", self.triangles.resource()),
-        ]
-    }
-}
-
-/// The tree of boxes and its triangles.
-pub(crate) struct RayTriangles {
-    nodes: Buffer,
-    triangles: Buffer,
-    pub node_count: u32,
-}
-
-impl RayTriangles {
-    /// Builds the tree; `None` where nothing casts rays.
-    pub fn for_plan(
-        device: &Device,
-        scene: &Scene,
-        plan: &Plan,
-        space: &LocalSpace,
-    ) -> Result<Option<RayTriangles>> {
-        if !plan.has_shadow_rays() {
-            return Ok(None);
-        }
-        let bvh = Bvh::of(scene, space);
-        Ok(Some(RayTriangles {
-            nodes: Buffer::upload(device, "tree of boxes", &bvh.nodes)?,
-            triangles: Buffer::upload(device, "triangles for rays", &bvh.triangles)?,
-            node_count: bvh.nodes.len() as u32,
-        }))
-    }
-
-    /// The buffers under the names that the shaders give them.
-    pub fn resources(&self) -> [(&'static str, Resource<'_>); 2] {
-        [
-            ("nodes", Resource::Buffer(&self.nodes)),
-            ("ray_triangles", Resource::Buffer(&self.triangles)),
         ]
     }
 }

@@ -76,10 +76,7 @@ impl fmt::Display for Plan {
                 self.own_map_size().is_none() && self.has_shadow_rays(),
                 "shadow maps: [direct] asks for rays",
             ),
-            (
-                !self.has_shadow_rays() && self.bounce().is_none(),
-                "tree of boxes: nothing casts rays",
-            ),
+            (!self.has_rays(), "tree of boxes: nothing casts rays"),
             (
                 self.indirect.is_none(),
                 "RSM, VPLs and gather: the scene has no [indirect]",

@@ -2,26 +2,23 @@
 
 use super::{IndirectPlan, MAX_TRIANGLES, PIXEL_BYTES, Plan};
 use crate::{
-    Error, Result, bvh,
+    Error, Result,
+    ray_tree::{max_box_texels, max_triangle_texels},
     scene::{Scene, Texture},
     vulkan::DeviceInfo,
 };
+
+/// Texels of a row of an image that holds a list.
+const ROW_TEXELS: u64 = 1024;
+/// Bytes of what rays know of a triangle that they hit.
+const TRIANGLE_SHADING_BYTES: u64 = 64;
 
 impl Plan {
     /// Refuses what the device cannot hold.
     pub(super) fn check_limits(&self, scene: &Scene, device: &DeviceInfo) -> Result<()> {
         let limits = &device.limits;
         let check = |what: &str, asked: u64, limit: u64, mend: &str| {
-            if asked <= limit {
-                return Ok(());
-            }
-            Err(Error::DeviceLimit {
-                what: what.into(),
-                asked,
-                limit,
-                device: device.name.clone(),
-                mend: mend.into(),
-            })
+            check_limit(device, what, asked, limit, mend)
         };
         let smaller_image = "render a smaller image, or choose another device";
         let smaller_rsm = "set a smaller rsm_size, or choose another device";
@@ -66,20 +63,24 @@ impl Plan {
                 limits.max_allocation_bytes,
                 smaller_rsm,
             )?;
-            // A row of the VPL lists holds 1024.
-            check(
-                "the list of VPLs (rows)",
-                texels.div_ceil(1024),
-                max_image_px,
-                smaller_rsm,
-            )?;
+            // With rays the lists of all lights are one.
+            let (lists, what, mend) = match self.bounce() {
+                None => (1, "the list of VPLs", smaller_rsm),
+                Some(_) => (
+                    self.lights.len() as u64,
+                    "the list of all lights' VPLs",
+                    "set a smaller rsm_size or visibility = \"none\" in [indirect], use fewer lights, or choose another device",
+                ),
+            };
+            let rows = lists * texels.div_ceil(ROW_TEXELS);
+            check(&format!("{what} (rows)"), rows, max_image_px, mend)?;
             // Members of a record are layers of an image.
             let members = if self.is_specular { 5 } else { 3 };
             check(
-                "the list of VPLs (bytes)",
-                texels * members * PIXEL_BYTES,
+                &format!("{what} (bytes)"),
+                rows * ROW_TEXELS * members * PIXEL_BYTES,
                 limits.max_allocation_bytes,
-                smaller_rsm,
+                mend,
             )?;
             check(
                 "the table of the RSM's texels (bytes)",
@@ -136,14 +137,84 @@ impl Plan {
             storage,
             fewer,
         )?;
-        if self.has_shadow_rays() {
-            check(
-                "the tree of boxes (bytes)",
-                bvh::max_bytes(triangles),
-                storage,
-                "set shadow = \"map\" in [direct], simplify the meshes, or choose another device",
+        check("the number of triangles", triangles, MAX_TRIANGLES, fewer)?;
+        self.check_ray_limits(triangles, textures, device)
+    }
+
+    /// What rays find the triangles in, and what they find on them.
+    fn check_ray_limits(
+        &self,
+        triangles: u64,
+        textures: &[Texture],
+        device: &DeviceInfo,
+    ) -> Result<()> {
+        if !self.has_rays() {
+            return Ok(());
+        }
+        let limits = &device.limits;
+        let without_rays = [
+            (self.has_shadow_rays(), "shadow = \"map\" in [direct]"),
+            (
+                self.bounce().is_some(),
+                "visibility = \"none\" in [indirect]",
+            ),
+        ];
+        let without_rays: Vec<&str> = without_rays
+            .iter()
+            .filter_map(|&(is_asked, without)| is_asked.then_some(without))
+            .collect();
+        let mend = format!(
+            "set {}, simplify the meshes, or choose another device",
+            without_rays.join(" and ")
+        );
+        for (what, texels) in [
+            ("the tree of boxes for rays", max_box_texels(triangles)),
+            ("the triangles for rays", max_triangle_texels(triangles)),
+        ] {
+            let rows = texels.div_ceil(ROW_TEXELS);
+            let max_rows = limits.max_image_px.into();
+            check_limit(device, &format!("{what} (rows)"), rows, max_rows, &mend)?;
+            check_limit(
+                device,
+                &format!("{what} (bytes)"),
+                rows * ROW_TEXELS * PIXEL_BYTES,
+                limits.max_allocation_bytes,
+                &mend,
             )?;
         }
-        check("the number of triangles", triangles, MAX_TRIANGLES, fewer)
+        if self.bounce().is_none() {
+            return Ok(());
+        }
+        let texels: u64 = textures
+            .iter()
+            .map(|texture| texture.size_px.map(u64::from).iter().product::<u64>())
+            .sum();
+        check_limit(
+            device,
+            "the shading of the triangles that rays hit (bytes)",
+            triangles * TRIANGLE_SHADING_BYTES,
+            limits.max_storage_buffer_bytes,
+            "set visibility = \"none\" in [indirect], simplify the meshes, or choose another device",
+        )?;
+        check_limit(
+            device,
+            "the textures that rays hit (bytes, all together)",
+            texels * PIXEL_BYTES,
+            limits.max_storage_buffer_bytes,
+            "set visibility = \"none\" in [indirect], scale the textures down, or choose another device",
+        )
     }
+}
+
+fn check_limit(device: &DeviceInfo, what: &str, asked: u64, limit: u64, mend: &str) -> Result<()> {
+    if asked <= limit {
+        return Ok(());
+    }
+    Err(Error::DeviceLimit {
+        what: what.into(),
+        asked,
+        limit,
+        device: device.name.clone(),
+        mend: mend.into(),
+    })
 }

@@ -202,6 +202,11 @@ impl Plan {
         self.lights.iter().any(is_by_rays)
     }
 
+    /// Whether anything casts rays.
+    pub(crate) fn has_rays(&self) -> bool {
+        self.has_shadow_rays() || self.bounce().is_some()
+    }
+
     /// How the bounce is gathered, where it is by rays.
     pub(crate) fn bounce(&self) -> Option<BouncePlan> {
         self.indirect.and_then(|indirect| indirect.bounce())
