@@ -4,12 +4,14 @@
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AppraiseParameters {
     pub receiver_count: u32,
+    pub second_result: u32,
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for AppraiseParameters {}
 const _: () = {
-    assert!(size_of::<AppraiseParameters>() == 4);
+    assert!(size_of::<AppraiseParameters>() == 8);
     assert!(std::mem::offset_of!(AppraiseParameters, receiver_count) == 0);
+    assert!(std::mem::offset_of!(AppraiseParameters, second_result) == 4);
 };
 
 #[repr(C)]
@@ -98,17 +100,21 @@ pub struct GatherParameters {
     pub receiver_count: u32,
     pub first_vpl: u32,
     pub vpl_count: u32,
-    pub _pad0: [u32; 1],
+    pub first_result: u32,
+    pub is_first: u32,
+    pub _pad0: [u32; 3],
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for GatherParameters {}
 const _: () = {
-    assert!(size_of::<GatherParameters>() == 32);
+    assert!(size_of::<GatherParameters>() == 48);
     assert!(std::mem::offset_of!(GatherParameters, camera_position) == 0);
     assert!(std::mem::offset_of!(GatherParameters, first_receiver) == 12);
     assert!(std::mem::offset_of!(GatherParameters, receiver_count) == 16);
     assert!(std::mem::offset_of!(GatherParameters, first_vpl) == 20);
     assert!(std::mem::offset_of!(GatherParameters, vpl_count) == 24);
+    assert!(std::mem::offset_of!(GatherParameters, first_result) == 28);
+    assert!(std::mem::offset_of!(GatherParameters, is_first) == 32);
 };
 
 #[repr(C)]
@@ -273,13 +279,15 @@ const _: () = {
 pub struct SettleParameters {
     pub first_receiver: u32,
     pub receiver_count: u32,
+    pub inverse_radiance: f32,
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for SettleParameters {}
 const _: () = {
-    assert!(size_of::<SettleParameters>() == 8);
+    assert!(size_of::<SettleParameters>() == 12);
     assert!(std::mem::offset_of!(SettleParameters, first_receiver) == 0);
     assert!(std::mem::offset_of!(SettleParameters, receiver_count) == 4);
+    assert!(std::mem::offset_of!(SettleParameters, inverse_radiance) == 8);
 };
 
 #[repr(C)]
@@ -1139,7 +1147,7 @@ pub static MODULES: &[Module] = &[
         name: "gather_broadcast8_average_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1152,10 +1160,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_average_lambert_matte.spv"),
     },
     Module {
+        name: "gather_broadcast8_average_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_average_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_average_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1168,10 +1191,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_average_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast8_average_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_average_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_average_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1185,10 +1223,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_average_phong_matte.spv"),
     },
     Module {
+        name: "gather_broadcast8_average_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_average_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_average_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1202,10 +1256,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_average_phong_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast8_average_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_average_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_radiosity_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1218,10 +1288,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_matte.spv"),
     },
     Module {
+        name: "gather_broadcast8_radiosity_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_radiosity_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_radiosity_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1234,10 +1319,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast8_radiosity_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_radiosity_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_radiosity_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1251,10 +1351,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_matte.spv"),
     },
     Module {
+        name: "gather_broadcast8_radiosity_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_radiosity_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_radiosity_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1268,10 +1384,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast8_radiosity_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_radiosity_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_average_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1284,10 +1416,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_average_lambert_matte.spv"),
     },
     Module {
+        name: "gather_broadcast4_average_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_average_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_average_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1300,10 +1447,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_average_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast4_average_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_average_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_average_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1317,10 +1479,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_average_phong_matte.spv"),
     },
     Module {
+        name: "gather_broadcast4_average_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_average_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_average_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1334,10 +1512,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_average_phong_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast4_average_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_average_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_radiosity_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1350,10 +1544,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_matte.spv"),
     },
     Module {
+        name: "gather_broadcast4_radiosity_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_radiosity_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_radiosity_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1366,10 +1575,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast4_radiosity_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_radiosity_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_radiosity_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1383,10 +1607,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_matte.spv"),
     },
     Module {
+        name: "gather_broadcast4_radiosity_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_radiosity_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_radiosity_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1400,10 +1640,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast4_radiosity_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_radiosity_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_tile_average_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1416,10 +1672,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_average_lambert_matte.spv"),
     },
     Module {
+        name: "gather_tile_average_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_average_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_tile_average_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1432,10 +1703,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_average_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_tile_average_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_average_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_tile_average_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1449,10 +1735,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_average_phong_matte.spv"),
     },
     Module {
+        name: "gather_tile_average_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_average_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_tile_average_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1466,10 +1768,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_average_phong_glossy.spv"),
     },
     Module {
+        name: "gather_tile_average_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_average_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_tile_radiosity_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1482,10 +1800,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_radiosity_lambert_matte.spv"),
     },
     Module {
+        name: "gather_tile_radiosity_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_radiosity_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_tile_radiosity_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1498,10 +1831,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_radiosity_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_tile_radiosity_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_radiosity_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_tile_radiosity_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1515,10 +1863,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_radiosity_phong_matte.spv"),
     },
     Module {
+        name: "gather_tile_radiosity_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_radiosity_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_tile_radiosity_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1530,6 +1894,22 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_phong_glossy.spv"),
+    },
+    Module {
+        name: "gather_tile_radiosity_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_radiosity_phong_glossy_list.spv"),
     },
     Module {
         name: "sensor",
@@ -2196,7 +2576,7 @@ pub static MODULES: &[Module] = &[
         name: "settle_lambert",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 8,
+        immediate_bytes: 12,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
@@ -2210,7 +2590,7 @@ pub static MODULES: &[Module] = &[
         name: "settle_phong",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 8,
+        immediate_bytes: 12,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
@@ -2256,7 +2636,7 @@ pub static MODULES: &[Module] = &[
         name: "appraise_lambert",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 4,
+        immediate_bytes: 8,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 3, name: "indirect_radiance", kind: BindingKind::SampledImage },
@@ -2271,7 +2651,7 @@ pub static MODULES: &[Module] = &[
         name: "appraise_phong",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 4,
+        immediate_bytes: 8,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },

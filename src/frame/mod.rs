@@ -4,17 +4,18 @@ mod adaptive;
 mod cost;
 mod progress;
 mod readback;
+mod source;
 
 use std::time::Duration;
 
 use crate::{
-    Error, IndirectMethod, IndirectPlan, Result, ShadowPlan,
+    Error, IndirectMethod, IndirectPlan, Result, ShadowPlan, SumPlan,
     intermediates::{Intermediates, LightIntermediates},
     passes::{
         Context,
         bounce::{Bounce, ListedLight},
         direct::{self, Occluders},
-        gather::{self, Gather},
+        gather::{Gather, GatherStats, ListedVpls, Sums},
         gbuffer::{self, GBuffer},
         hits::HitSurfaces,
         light::DeviceLight,
@@ -35,6 +36,7 @@ pub(crate) use cost::Cost;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
 pub(crate) use readback::{Readback, read_layers};
+use source::SumOfLights;
 
 /// Passes of one submission but the gather's: as many have timestamps.
 const TIMED_PASSES: u32 = 16;
@@ -96,13 +98,14 @@ pub(crate) fn draw(
         recorder.clear_image(&indirect.radiance);
         if let Some(receivers) = &indirect.receivers {
             receivers::list(&mut recorder, context, &gbuffer, receivers)?;
-        } else {
+        } else if plan.bounce().is_some() {
             recorder.prepare_images(&[&indirect.vpls.matte]);
         }
     }
     cost.submit(recorder)?;
 
     let mut listed_lights = Vec::new();
+    let mut listed_vpls = Vec::new();
     for (index, (light, light_plan)) in scene.lights.iter().zip(&plan.lights).enumerate() {
         progress.begin_light(index, "direct")?;
         let first_vpl = indirect
@@ -155,48 +158,75 @@ pub(crate) fn draw(
         if let Some(indirect) = &indirect {
             let lengths = indirect.vpls.lengths()?;
             cost.vpl_count += u64::from(lengths.matte) + u64::from(lengths.glossy);
-            match (indirect.plan.method, &indirect.receivers) {
-                (IndirectMethod::Sum(kernel), Some(receivers)) => {
-                    let gather = Gather {
-                        context,
-                        estimator: indirect.plan.estimator,
-                        kernel,
-                        gbuffer: &gbuffer,
-                        receivers,
-                        receiver_lengths: receivers.lengths()?,
-                        indirect_radiance: &indirect.radiance,
-                        submission_target,
-                    };
-                    let report = &mut |share| progress.report("gather", share);
-                    let gathered = gather::accumulate(&gather, &indirect.vpls, lengths, report)?;
-                    cost.add_gather(gathered);
-                }
-                _ => listed_lights.push(ListedLight::new(&light, lengths)),
+            listed_lights.push(ListedLight::new(&light, lengths));
+            let listed = ListedVpls {
+                first: first_vpl,
+                lengths,
+            };
+            listed_vpls.push(listed);
+            if let (IndirectMethod::Sum(sum), Some(receivers)) =
+                (indirect.plan.method, &indirect.receivers)
+            {
+                let mut gather = indirect.gather(context, sum, &gbuffer, submission_target);
+                let runs = receivers.runs()?;
+                gather.accumulate(
+                    &[listed],
+                    (&receivers.pixels, &runs),
+                    Sums::Image(&indirect.radiance),
+                    &mut |share| progress.report("gather", share),
+                )?;
+                cost.add_gather(gather.stats);
+                // What is exact is within every error that is asked for.
+                let asked = scene.indirect.and_then(|indirect| indirect.target_error);
+                cost.estimated_error = asked.map(|_| 0.0);
             }
         }
     }
 
-    if let (Some(indirect), Some(bounce_plan), Some((tree, hit_surfaces))) =
-        (&indirect, plan.bounce(), &ray_tree)
-        && listed_lights.iter().any(|light| light.vpl_count > 0)
+    if let Some(indirect) = &indirect
+        && let Some(refinement) = indirect.plan.refinement()
+        && listed_vpls.iter().any(|listed| listed.count() > 0)
     {
-        let mut bounce = Bounce::new(
-            context,
-            &gbuffer,
-            (tree, hit_surfaces),
-            &indirect.vpls,
-            &listed_lights,
-            bounce_plan.kernel,
-            submission_target,
-        )?;
         let adaptive = Adaptive {
             context,
-            plan: bounce_plan,
+            plan: refinement,
             gbuffer: &gbuffer,
             indirect_radiance: &indirect.radiance,
         };
-        cost.estimated_error = adaptive.gather(&mut bounce, progress, cost)?;
-        cost.add_bounce(bounce.stats);
+        match (indirect.plan.method, &ray_tree) {
+            (IndirectMethod::Sum(sum), _) => {
+                let mut sums = SumOfLights {
+                    gather: indirect.gather(context, sum, &gbuffer, submission_target),
+                    lights: &listed_vpls,
+                };
+                let estimated = if sums.may_pay() {
+                    adaptive.gather(&mut sums, progress, cost)?
+                } else {
+                    None
+                };
+                if estimated.is_none() {
+                    sums.gather_everywhere(&indirect.radiance, progress, cost)?;
+                }
+                cost.estimated_error = estimated.or(Some(0.0));
+                cost.add_gather(sums.gather.stats);
+            }
+            (IndirectMethod::Bounce(bounce_plan), Some((tree, hit_surfaces))) => {
+                let mut bounce = Bounce::new(
+                    context,
+                    &gbuffer,
+                    (tree, hit_surfaces),
+                    &indirect.vpls,
+                    &listed_lights,
+                    bounce_plan.kernel,
+                    submission_target,
+                )?;
+                cost.estimated_error = adaptive.gather(&mut bounce, progress, cost)?;
+                cost.add_bounce(bounce.stats);
+            }
+            (IndirectMethod::Bounce(_), None) => {
+                return Err(Error::internal("there are no triangles for rays"));
+            }
+        }
     }
     let mut frame = DrawnFrame {
         gbuffer,
@@ -222,14 +252,14 @@ pub(crate) fn draw(
     Ok(frame)
 }
 
-/// What indirect light takes beside the G-buffer. RSM and VPLs are room that the lights use in turn.
+/// What indirect light takes beside the G-buffer. The RSM is room that the lights use in turn.
 struct Indirect<'c> {
     plan: &'c IndirectPlan,
     rsm: Rsm,
     vpls: VplLists,
-    /// With rays: where the list of a light's VPLs has its place in the common one.
+    /// Where lists are kept: from one light's place in them to the next one's. 0: the lights use them in turn.
     vpls_per_light: u32,
-    /// Every pixel; `None` with rays.
+    /// Every pixel; `None` where few are gathered.
     receivers: Option<Receivers>,
     radiance: Image,
 }
@@ -244,21 +274,46 @@ impl<'c> Indirect<'c> {
         let faces = frame.max_faces();
         let shape = ImageShape::plain(frame.resolution_px);
         let texels = faces * plan.rsm_size * plan.rsm_size;
-        let is_by_rays = plan.bounce().is_some();
-        let vpls = if is_by_rays {
-            VplLists::for_bounce(device, frame, frame.lights.len() as u32, texels)?
-        } else {
-            VplLists::new(device, frame, texels)?
+        let is_refined = plan.refinement().is_some();
+        let light_count = frame.lights.len() as u32;
+        let vpls = match plan.method {
+            IndirectMethod::Bounce(_) => VplLists::for_bounce(device, frame, light_count, texels)?,
+            IndirectMethod::Sum(_) => {
+                let lists = if is_refined { light_count } else { 1 };
+                VplLists::new(device, frame, lists, texels)?
+            }
         };
         Ok(Indirect {
             plan,
             rsm: Rsm::new(device, frame, plan.rsm_size, faces)?,
-            vpls_per_light: texels.next_multiple_of(1024),
+            vpls_per_light: if is_refined {
+                texels.next_multiple_of(1024)
+            } else {
+                0
+            },
             vpls,
-            receivers: (!is_by_rays)
+            receivers: (!is_refined)
                 .then(|| Receivers::new(device, frame))
                 .transpose()?,
             radiance: Image::new(device, "indirect radiance", shape)?,
         })
+    }
+
+    fn gather<'g>(
+        &'g self,
+        context: &'g Context<'g>,
+        SumPlan { kernel, .. }: SumPlan,
+        gbuffer: &'g GBuffer,
+        submission_target: Duration,
+    ) -> Gather<'g> {
+        Gather {
+            context,
+            estimator: self.plan.estimator,
+            kernel,
+            gbuffer,
+            vpls: &self.vpls,
+            submission_target,
+            stats: GatherStats::default(),
+        }
     }
 }

@@ -46,7 +46,8 @@ impl Plan {
             limits.max_allocation_bytes,
             smaller_image,
         )?;
-        if let Some(IndirectPlan { rsm_size, .. }) = self.indirect {
+        if let Some(indirect) = self.indirect {
+            let IndirectPlan { rsm_size, .. } = indirect;
             check(
                 "the list of pixels (bytes)",
                 pixels * 4,
@@ -66,10 +67,15 @@ impl Plan {
                 limits.max_allocation_bytes,
                 smaller_rsm,
             )?;
-            // A row of the VPL lists holds 1024.
+            // Each light's VPLs begin a row, which holds 1024.
+            let lists = match indirect.refinement() {
+                Some(_) => self.lights.len() as u64,
+                None => 1,
+            };
+            let vpl_rows = lists * texels.div_ceil(1024);
             check(
                 "the list of VPLs (rows)",
-                texels.div_ceil(1024),
+                vpl_rows,
                 max_image_px,
                 smaller_rsm,
             )?;
@@ -77,7 +83,7 @@ impl Plan {
             let members = if self.is_specular { 5 } else { 3 };
             check(
                 "the list of VPLs (bytes)",
-                texels * members * PIXEL_BYTES,
+                vpl_rows * 1024 * members * PIXEL_BYTES,
                 limits.max_allocation_bytes,
                 smaller_rsm,
             )?;
