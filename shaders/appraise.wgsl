@@ -3,11 +3,13 @@
 
 struct AppraiseParameters {
     receiver_count: u32,
+    // Where the results of the second gather begin.
+    second_result: u32,
 }
 
 @group(0) @binding(3) var indirect_radiance: texture_2d<f32>;
 @group(0) @binding(5) var<storage, read> receivers: array<u32>;
-// Two a receiver: diffuse, specular; those of the second gather behind those of the first.
+// Two a receiver: diffuse, specular. Where gathers have no noise, the second may be the first.
 @group(0) @binding(6) var<storage, read> bounced: array<vec4<f32>>;
 // Σ over bands of (x − t₁)(x − t₂), t₁·t₂, (t₁ − t₂)².
 @group(0) @binding(7) var<storage, read_write> appraisals: array<vec4<f32>>;
@@ -22,7 +24,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let packed = receivers[id.x];
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
     let first = reflect(pixel, bounced[2u * id.x].rgb, bounced[2u * id.x + 1u].rgb);
-    let second = reflect(pixel, bounced[2u * (id.x + count)].rgb, bounced[2u * (id.x + count) + 1u].rgb);
+    let second = reflect(pixel, bounced[2u * (id.x + parameters.second_result)].rgb, bounced[2u * (id.x + parameters.second_result) + 1u].rgb);
     let image = textureLoad(indirect_radiance, pixel, 0).rgb;
     appraisals[id.x] = vec4<f32>(dot(image - first, image - second), dot(first, second), dot(first - second, first - second), 0.0);
 }

@@ -31,13 +31,21 @@ struct GatherParameters {
     receiver_count: u32,
     first_vpl: u32,
     vpl_count: u32,
+    // With LIST: where the results begin, and whether this is the first dispatch of these receivers.
+    first_result: u32,
+    is_first: u32,
 }
 
 @group(0) @binding(0) var position_mesh: texture_2d<f32>;
 @group(0) @binding(1) var normal_geometric: texture_2d<f32>;
 @group(0) @binding(2) var kd_material: texture_2d<f32>;
 @group(0) @binding(3) var ks_shininess: texture_2d<f32>;
+#if LIST
+// Two a receiver: diffuse, specular, before f_P.
+@group(0) @binding(4) var<storage, read_write> bounced: array<vec4<f32>>;
+#else
 @group(0) @binding(4) var indirect_radiance: texture_storage_2d<rgba32float, read_write>;
+#endif
 @group(0) @binding(5) var<storage, read> receivers: array<u32>;
 // The layers are those of VPL_LAYERS or GLOSSY_VPL_LAYERS.
 @group(0) @binding(6) var vpls: texture_2d_array<f32>;
@@ -200,17 +208,32 @@ fn compute_main(
     }
 
     for (var i = 0u; i < RECEIVERS; i++) {
-        if (first_slot + i * WORKGROUP < parameters.receiver_count) {
+#if RADIOSITY
+        diffuse[i] = -diffuse[i];
+#if PHONG
+        specular[i] = -specular[i];
+#endif
+#endif
+        let slot = first_slot + i * WORKGROUP;
+        if (slot < parameters.receiver_count) {
+#if LIST
+            let place = 2u * (parameters.first_result + slot);
+            let is_first = parameters.is_first == 1u;
+            bounced[place] = select(bounced[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse[i], 0.0);
+            var specular_sum = vec3<f32>(0.0);
+#if PHONG
+            specular_sum = specular[i];
+#endif
+            bounced[place + 1u] = select(bounced[place + 1u], vec4<f32>(0.0), is_first) + vec4<f32>(specular_sum, 0.0);
+#else
             var radiance = textureLoad(kd_material, pixel[i], 0).rgb / PI * diffuse[i];
 #if PHONG
             let ks = textureLoad(ks_shininess, pixel[i], 0).rgb;
             radiance += ks * ((shininess[i] + 2.0) / (2.0 * PI)) * specular[i];
 #endif
-#if RADIOSITY
-            radiance = -radiance;
-#endif
             let sum = textureLoad(indirect_radiance, pixel[i]).rgb + radiance;
             textureStore(indirect_radiance, pixel[i], vec4<f32>(sum, 0.0));
+#endif
         }
     }
 }

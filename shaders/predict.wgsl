@@ -10,7 +10,7 @@ struct PredictParameters {
     // New points of a row, and in all.
     columns: u32,
     item_count: u32,
-    // Radiance that an interpolated pixel may be off by, W/sr/m²; negative: nothing is interpolated.
+    // What an interpolated pixel may be off by, over the image's radiance; negative: nothing is interpolated.
     tolerance: f32,
 }
 
@@ -20,7 +20,8 @@ struct PredictParameters {
 @group(0) @binding(2) var ks_shininess: texture_2d<f32>;
 @group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read_write>;
 #endif
-// Irradiance by the bounce, W/m²; state: 0 (unknown), negative (to be gathered), UNJUDGED, or 1 + the error expected, W/sr/m².
+// Irradiance by the bounce, W/m²; state: 0 (unknown), WITH_PREDICTION or WITHOUT_PREDICTION (to be gathered), UNJUDGED or 1 + the
+// error seen (gathered), INTERPOLATED − the error expected. Errors are over the image's radiance.
 @group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
 // Pixels to gather as column + 65536 · row, or NO_PIXEL.
 @group(0) @binding(5) var<storage, read_write> candidates: array<u32>;
@@ -36,6 +37,7 @@ const NO_PIXEL: u32 = 0xffffffffu;
 const UNJUDGED: f32 = 0.5;
 const WITH_PREDICTION: f32 = -1.0;
 const WITHOUT_PREDICTION: f32 = -2.0;
+const INTERPOLATED: f32 = -3.0;
 // Of a neighbour's normal with the pixel's.
 const MIN_COSINE: f32 = 0.9;
 // How far a neighbour may lie off the pixel's tangent plane, over its distance.
@@ -59,12 +61,17 @@ fn neighbour_offset(index: u32, is_axial: bool) -> vec2<i32> {
     return select(signs, select(vec2<i32>(signs.x, 0), vec2<i32>(0, signs.x), signs.y > 0), is_axial);
 }
 
+fn is_gathered(state: f32) -> bool {
+    return state > 0.0;
+}
+
 // Whether a pixel's bounce is known and it shows the surface that has this position and normal.
 fn is_same_surface(position: vec3<f32>, normal: vec3<f32>, pixel: vec2<u32>) -> bool {
     let other_normal = textureLoad(normal_geometric, pixel, 0).xyz;
     let offset = textureLoad(position_mesh, pixel, 0).xyz - position;
     let off_plane = max(abs(dot(offset, normal)), abs(dot(offset, other_normal)));
-    return textureLoad(diffuse_bounce, pixel).w > 0.0 && dot(normal, other_normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(offset);
+    let state = textureLoad(diffuse_bounce, pixel).w;
+    return (is_gathered(state) || state <= INTERPOLATED) && dot(normal, other_normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(offset);
 }
 
 @compute @workgroup_size(64)
@@ -90,7 +97,8 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let surface = textureLoad(position_mesh, pixel, 0);
-    if (surface.w == 0.0) {
+    // An earlier attempt may have gathered it.
+    if (surface.w == 0.0 || is_gathered(textureLoad(diffuse_bounce, pixel).w)) {
         candidates[item] = NO_PIXEL;
         return;
     }
@@ -146,7 +154,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
             let share = weights[i] * scale * select(1.0, 1.0 + dot(pull, vec2<f32>(offset) - mean), has_plane);
             let bounce = textureLoad(diffuse_bounce, neighbour);
             diffuse += share * bounce.rgb;
-            expected_error = max(expected_error, bounce.w - 1.0);
+            expected_error = max(expected_error, select(INTERPOLATED - bounce.w, bounce.w - 1.0, is_gathered(bounce.w)));
             is_judged = is_judged || bounce.w != UNJUDGED;
 #if PHONG
             specular += share * textureLoad(specular_bounce, neighbour).rgb;
@@ -162,6 +170,6 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     expected_error *= 0.5 * max(leverage, 1.0);
     let is_known = has_plane && is_judged && expected_error <= parameters.tolerance;
     let to_gather = select(WITHOUT_PREDICTION, WITH_PREDICTION, has_plane);
-    textureStore(diffuse_bounce, pixel, vec4<f32>(diffuse, select(to_gather, 1.0 + expected_error, is_known)));
+    textureStore(diffuse_bounce, pixel, vec4<f32>(diffuse, select(to_gather, INTERPOLATED - expected_error, is_known)));
     candidates[item] = select(pixel.x + (pixel.y << 16u), NO_PIXEL, is_known);
 }

@@ -3,6 +3,8 @@
 struct SettleParameters {
     first_receiver: u32,
     receiver_count: u32,
+    // Over the image's, 1/(W/sr/m²).
+    inverse_radiance: f32,
 }
 
 #if PHONG
@@ -33,7 +35,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     specular_error = specular - textureLoad(specular_bounce, pixel).rgb;
     textureStore(specular_bounce, pixel, vec4<f32>(specular, 0.0));
 #endif
-    let error = length(reflect(pixel, diffuse - predicted.rgb, specular_error)) * 0.57735027;
+    let error = length(reflect(pixel, diffuse - predicted.rgb, specular_error)) * 0.57735027 * parameters.inverse_radiance;
     let state = select(UNJUDGED, 1.0 + error, predicted.w == WITH_PREDICTION);
     textureStore(diffuse_bounce, pixel, vec4<f32>(diffuse, state));
 }

@@ -96,6 +96,7 @@ fn place(item: u32, list: u32, index: u32) {
 #else
 fn place(item: u32, list: u32, index: u32) {
     let texel = texel_place(item);
+    let slot = vpl_place(light.first_vpl + index);
     let position = textureLoad(rsm_position, texel.column_row, texel.face, 0).xyz;
     let normal = textureLoad(rsm_normal, texel.column_row, texel.face, 0).xyz;
     let kd_irradiance = textureLoad(rsm_kd_irradiance, texel.column_row, texel.face, 0);
@@ -114,17 +115,17 @@ fn place(item: u32, list: u32, index: u32) {
         let ks_shininess = textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0);
         let specular = ks_shininess.rgb * ((ks_shininess.w + 2.0) / (2.0 * PI)) * incident;
         let mirror = 2.0 * dot(normal, to_light) * normal - to_light;
-        textureStore(glossy_vpls, vpl_place(index), 0, vec4<f32>(position, 0.0));
-        textureStore(glossy_vpls, vpl_place(index), 1, vec4<f32>(normal, 0.0));
-        textureStore(glossy_vpls, vpl_place(index), 2, vec4<f32>(diffuse, 0.0));
-        textureStore(glossy_vpls, vpl_place(index), 3, vec4<f32>(specular, ks_shininess.w));
-        textureStore(glossy_vpls, vpl_place(index), 4, vec4<f32>(mirror, 0.0));
+        textureStore(glossy_vpls, slot, 0, vec4<f32>(position, 0.0));
+        textureStore(glossy_vpls, slot, 1, vec4<f32>(normal, 0.0));
+        textureStore(glossy_vpls, slot, 2, vec4<f32>(diffuse, 0.0));
+        textureStore(glossy_vpls, slot, 3, vec4<f32>(specular, ks_shininess.w));
+        textureStore(glossy_vpls, slot, 4, vec4<f32>(mirror, 0.0));
         return;
     }
 #endif
-    textureStore(vpls, vpl_place(index), 0, vec4<f32>(position, 0.0));
-    textureStore(vpls, vpl_place(index), 1, vec4<f32>(normal, 0.0));
-    textureStore(vpls, vpl_place(index), 2, vec4<f32>(diffuse, 0.0));
+    textureStore(vpls, slot, 0, vec4<f32>(position, 0.0));
+    textureStore(vpls, slot, 1, vec4<f32>(normal, 0.0));
+    textureStore(vpls, slot, 2, vec4<f32>(diffuse, 0.0));
 }
 #endif
 #endif

@@ -4,12 +4,14 @@
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AppraiseParameters {
     pub receiver_count: u32,
+    pub second_result: u32,
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for AppraiseParameters {}
 const _: () = {
-    assert!(size_of::<AppraiseParameters>() == 4);
+    assert!(size_of::<AppraiseParameters>() == 8);
     assert!(std::mem::offset_of!(AppraiseParameters, receiver_count) == 0);
+    assert!(std::mem::offset_of!(AppraiseParameters, second_result) == 4);
 };
 
 #[repr(C)]
@@ -101,17 +103,21 @@ pub struct GatherParameters {
     pub receiver_count: u32,
     pub first_vpl: u32,
     pub vpl_count: u32,
-    pub _pad0: [u32; 1],
+    pub first_result: u32,
+    pub is_first: u32,
+    pub _pad0: [u32; 3],
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for GatherParameters {}
 const _: () = {
-    assert!(size_of::<GatherParameters>() == 32);
+    assert!(size_of::<GatherParameters>() == 48);
     assert!(std::mem::offset_of!(GatherParameters, camera_position) == 0);
     assert!(std::mem::offset_of!(GatherParameters, first_receiver) == 12);
     assert!(std::mem::offset_of!(GatherParameters, receiver_count) == 16);
     assert!(std::mem::offset_of!(GatherParameters, first_vpl) == 20);
     assert!(std::mem::offset_of!(GatherParameters, vpl_count) == 24);
+    assert!(std::mem::offset_of!(GatherParameters, first_result) == 28);
+    assert!(std::mem::offset_of!(GatherParameters, is_first) == 32);
 };
 
 #[repr(C)]
@@ -260,13 +266,15 @@ const _: () = {
 pub struct SettleParameters {
     pub first_receiver: u32,
     pub receiver_count: u32,
+    pub inverse_radiance: f32,
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for SettleParameters {}
 const _: () = {
-    assert!(size_of::<SettleParameters>() == 8);
+    assert!(size_of::<SettleParameters>() == 12);
     assert!(std::mem::offset_of!(SettleParameters, first_receiver) == 0);
     assert!(std::mem::offset_of!(SettleParameters, receiver_count) == 4);
+    assert!(std::mem::offset_of!(SettleParameters, inverse_radiance) == 8);
 };
 
 #[repr(C)]
@@ -1144,7 +1152,7 @@ pub static MODULES: &[Module] = &[
         name: "gather_broadcast8_average_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1157,10 +1165,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_average_lambert_matte.spv"),
     },
     Module {
+        name: "gather_broadcast8_average_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_average_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_average_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1173,10 +1196,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_average_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast8_average_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_average_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_average_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1190,10 +1228,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_average_phong_matte.spv"),
     },
     Module {
+        name: "gather_broadcast8_average_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_average_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_average_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1207,10 +1261,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_average_phong_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast8_average_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_average_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_radiosity_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1223,10 +1293,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_matte.spv"),
     },
     Module {
+        name: "gather_broadcast8_radiosity_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_radiosity_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_radiosity_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1239,10 +1324,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast8_radiosity_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_radiosity_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_radiosity_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1256,10 +1356,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_matte.spv"),
     },
     Module {
+        name: "gather_broadcast8_radiosity_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_radiosity_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast8_radiosity_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1273,10 +1389,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast8_radiosity_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast8_radiosity_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_average_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1289,10 +1421,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_average_lambert_matte.spv"),
     },
     Module {
+        name: "gather_broadcast4_average_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_average_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_average_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1305,10 +1452,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_average_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast4_average_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_average_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_average_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1322,10 +1484,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_average_phong_matte.spv"),
     },
     Module {
+        name: "gather_broadcast4_average_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_average_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_average_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1339,10 +1517,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_average_phong_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast4_average_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_average_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_radiosity_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1355,10 +1549,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_matte.spv"),
     },
     Module {
+        name: "gather_broadcast4_radiosity_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_radiosity_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_radiosity_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1371,10 +1580,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast4_radiosity_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_radiosity_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_radiosity_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1388,10 +1612,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_matte.spv"),
     },
     Module {
+        name: "gather_broadcast4_radiosity_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_radiosity_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_broadcast4_radiosity_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1405,10 +1645,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_glossy.spv"),
     },
     Module {
+        name: "gather_broadcast4_radiosity_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_broadcast4_radiosity_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_tile_average_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1421,10 +1677,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_average_lambert_matte.spv"),
     },
     Module {
+        name: "gather_tile_average_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_average_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_tile_average_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1437,10 +1708,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_average_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_tile_average_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_average_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_tile_average_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1454,10 +1740,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_average_phong_matte.spv"),
     },
     Module {
+        name: "gather_tile_average_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_average_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_tile_average_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1471,10 +1773,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_average_phong_glossy.spv"),
     },
     Module {
+        name: "gather_tile_average_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_average_phong_glossy_list.spv"),
+    },
+    Module {
         name: "gather_tile_radiosity_lambert_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1487,10 +1805,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_radiosity_lambert_matte.spv"),
     },
     Module {
+        name: "gather_tile_radiosity_lambert_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_radiosity_lambert_matte_list.spv"),
+    },
+    Module {
         name: "gather_tile_radiosity_lambert_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1503,10 +1836,25 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_radiosity_lambert_glossy.spv"),
     },
     Module {
+        name: "gather_tile_radiosity_lambert_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_radiosity_lambert_glossy_list.spv"),
+    },
+    Module {
         name: "gather_tile_radiosity_phong_matte",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1520,10 +1868,26 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_radiosity_phong_matte.spv"),
     },
     Module {
+        name: "gather_tile_radiosity_phong_matte_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_radiosity_phong_matte_list.spv"),
+    },
+    Module {
         name: "gather_tile_radiosity_phong_glossy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 32,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
             Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
@@ -1535,6 +1899,22 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_phong_glossy.spv"),
+    },
+    Module {
+        name: "gather_tile_radiosity_phong_glossy_list",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 48,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "bounced", kind: BindingKind::StorageWrite },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
+        ],
+        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        spirv: include_bytes!("gather_tile_radiosity_phong_glossy_list.spv"),
     },
     Module {
         name: "sensor",
@@ -2273,7 +2653,7 @@ pub static MODULES: &[Module] = &[
         name: "settle_lambert",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 8,
+        immediate_bytes: 12,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
@@ -2287,7 +2667,7 @@ pub static MODULES: &[Module] = &[
         name: "settle_phong",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 8,
+        immediate_bytes: 12,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
@@ -2333,7 +2713,7 @@ pub static MODULES: &[Module] = &[
         name: "appraise_lambert",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 4,
+        immediate_bytes: 8,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 3, name: "indirect_radiance", kind: BindingKind::SampledImage },
@@ -2348,7 +2728,7 @@ pub static MODULES: &[Module] = &[
         name: "appraise_phong",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 4,
+        immediate_bytes: 8,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
             Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },

@@ -42,7 +42,8 @@ pub use frame::Progress;
 pub use glam;
 pub use local_space::LocalSpace;
 pub use plan::{
-    BouncePlan, GatherKernel, IndirectMethod, IndirectPlan, LightPlan, Plan, RayKernel, ShadowPlan,
+    BouncePlan, GatherKernel, IndirectMethod, IndirectPlan, LightPlan, Plan, RayKernel,
+    RefinementPlan, ShadowPlan, SumPlan,
 };
 pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;

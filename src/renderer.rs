@@ -90,9 +90,8 @@ impl Renderer {
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
         let method = plan.indirect.as_mut().map(|indirect| &mut indirect.method);
-        if let (Some(IndirectMethod::Sum(planned)), Some(kernel)) = (method, options.gather_kernel)
-        {
-            *planned = kernel.checked_for(info)?;
+        if let (Some(IndirectMethod::Sum(sum)), Some(kernel)) = (method, options.gather_kernel) {
+            sum.kernel = kernel.checked_for(info)?;
         }
         if let Some(kernel) = options.ray_kernel {
             kernel.checked_for(info)?;
@@ -115,7 +114,8 @@ impl Renderer {
             space: &space,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
-        let mut progress = ProgressReport::new(report, plan.lights.len(), plan.bounce().is_some());
+        let is_refined = plan.indirect.is_some_and(|i| i.refinement().is_some());
+        let mut progress = ProgressReport::new(report, plan.lights.len(), is_refined);
         let mut cost = Cost::default();
         let drawn = frame::draw(
             &context,

@@ -239,21 +239,32 @@ fn a_target_error_is_said_everywhere() {
     assert!(stats["ray_count"].is_u64());
 }
 
+/// Of a sum the error is that against the same sum at every pixel.
+#[test]
+fn a_target_error_of_a_sum_casts_no_rays() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = ["--target-error", "0.05", "--plan", "--stats", "a.json"];
+    let stderr = assert_succeeds(&render(folder.path(), "cornell", &more));
+    for part in [
+        "no visibility, target error 0.05 against the exact sum",
+        "tree of boxes: nothing casts rays",
+        "asked 5.00 % (relRMSE against the exact sum)",
+    ] {
+        assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
+    }
+    let json = fs::read_to_string(folder.path().join("a.json")).unwrap();
+    let stats: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(stats["settings"]["visibility"], "none");
+    assert_eq!(stats["settings"]["target_error"], 0.05);
+    assert!(stats["estimated_error"].as_f64().unwrap() <= 0.05);
+}
+
 #[test]
 fn what_does_not_go_together_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     for (name, more, says) in [
-        (
-            "cornell",
-            &["--target-error", "0.1"][..],
-            "set estimator = \"instant-radiosity\"",
-        ),
-        ("cornell", &["--visibility", "rays"], "rsm-average"),
-        (
-            "cornell_spot",
-            &["--visibility", "none", "--target-error", "0.1"],
-            "set visibility = \"rays\"",
-        ),
+        ("cornell", &["--visibility", "rays"][..], "rsm-average"),
+        ("cornell", &["--target-error", "0.6"], "from 0.002 to 0.5"),
         (
             "cornell_spot",
             &["--target-error", "0.001"],

@@ -105,6 +105,15 @@ fn hash_is_of_the_target_error_in_force() {
         scene.hash()
     };
     assert_eq!(hash(None), hash(Some(DEFAULT_TARGET_ERROR)));
+    let sum = Indirect::plain_sum(Estimator::RsmAverage, 8);
+    let [every_pixel, few_pixels] = [None, Some(DEFAULT_TARGET_ERROR)].map(|target_error| {
+        scene.indirect = Some(Indirect {
+            target_error,
+            ..sum
+        });
+        scene.hash()
+    });
+    assert_ne!(every_pixel, few_pixels);
 }
 
 fn by_rays(target_error: Option<f64>) -> Indirect {

@@ -1,22 +1,25 @@
-//! The bounce where it varies: gathered at few pixels, interpolated at the others, until the error asked for is met.
+//! Indirect light where it varies: gathered at few pixels, interpolated at the others, until the error asked for is met.
 //!
 //! Pixels are visited from a coarse lattice to fine ones (after Nichols & Wyman 2009). A pixel that is gathered tells how wrong
 //! its prediction from the coarser ones was; where that was little, the finer ones around it are interpolated. The error of the whole
-//! image is then measured, not supposed: some pixels are gathered twice more, each time with other draws.
+//! image is then measured, not supposed: by rays some pixels are gathered twice more, each time with other draws; of a sum, whose gathers
+//! are exact, once.
 
-use super::{Cost, ProgressReport};
+use super::{
+    Cost, ProgressReport,
+    source::{Draws, Source},
+};
 use crate::{
     Result,
     passes::{
         Context, appraise,
-        bounce::{Bounce, MAX_RESULTS},
         gbuffer::GBuffer,
         predict::{self, BounceImages, Step},
-        refine::{self, Refinement},
+        refine::{self, Refinement, Run},
         resolve, settle,
     },
-    plan::BouncePlan,
-    vulkan::{Buffer, BufferUse, Image, Recorder},
+    plan::RefinementPlan,
+    vulkan::{Buffer, BufferUse, Device, Image, Recorder},
 };
 
 /// Pixels that are gathered again to see the image's error.
@@ -33,8 +36,13 @@ const DRAWS_STEP: u32 = 64;
 const NOISE_OVER_TARGET: f64 = 1.3;
 /// What interpolation may be off by, over the noise of a gathered pixel; less, and pixels are gathered for their noise.
 const TOLERANCE_OVER_NOISE: f64 = 4.0;
-/// Attempts to meet the target.
+/// What interpolation of a sum may be off by where it is worst, over the error aimed at (measured: the image's is then 0.2 to 0.7
+/// of the latter; half of this takes a tenth more pixels).
+const TOLERANCE_OVER_AIM: f64 = 4.0;
+/// Attempts to meet the target. The last one of a sum leaves nothing to interpolation.
 const MAX_ATTEMPTS: u32 = 4;
+/// Receivers whose results there is room for.
+const MAX_RESULTS: u32 = 1 << 16;
 
 /// Sums over the appraised pixels and their bands.
 #[derive(Debug, Clone, Copy, Default)]
@@ -43,7 +51,6 @@ struct Appraisal {
     error: f64,
     signal: f64,
     noise: f64,
-    pixels: u32,
 }
 
 impl Appraisal {
@@ -59,57 +66,107 @@ impl Appraisal {
 /// What the refinement works on.
 pub(crate) struct Adaptive<'a> {
     pub context: &'a Context<'a>,
-    pub plan: BouncePlan,
+    pub plan: RefinementPlan,
     pub gbuffer: &'a GBuffer,
     pub indirect_radiance: &'a Image,
 }
 
+/// How hard an attempt tries.
+struct Effort {
+    draws: u32,
+    /// What an interpolated pixel may be off by, over the image's radiance; `None`: none is interpolated.
+    tolerance: Option<f64>,
+}
+
+impl Effort {
+    /// For an error aimed at, with rays whose noise the pilot measured.
+    fn by_rays(aim: f64, pilot: &Appraisal) -> Effort {
+        let noise = NOISE_OVER_TARGET * aim;
+        Effort {
+            draws: draws_for(pilot.relative_noise() / noise),
+            tolerance: Some((TOLERANCE_OVER_NOISE * noise).clamp(0.02, 0.2)),
+        }
+    }
+
+    /// For an error aimed at, with exact gathers.
+    fn by_sums(aim: f64, is_last: bool) -> Effort {
+        Effort {
+            draws: 0,
+            tolerance: (!is_last).then_some(TOLERANCE_OVER_AIM * aim),
+        }
+    }
+}
+
+/// Pixels that are gathered to see the image's error, with room for their results.
+struct Sample {
+    refinement: Refinement,
+    runs: [Run; 2],
+    count: u32,
+    /// Two gathers, or one that is exact.
+    results: Buffer,
+    is_exact: bool,
+}
+
 impl Adaptive<'_> {
-    /// Fills the indirect radiance. Returns its relRMSE, as measured on a sample of pixels; `None` for a dark image.
+    /// Fills the indirect radiance. Returns its relRMSE, as measured on a sample of pixels; `None` where the sample is dark, which
+    /// leaves the image as it is.
     pub fn gather(
         &self,
-        bounce: &mut Bounce,
+        source: &mut impl Source,
         progress: &mut ProgressReport,
         cost: &mut Cost,
     ) -> Result<Option<f64>> {
         let target = self.plan.target_error;
-        bounce.begin_pilot(2 * 2 * APPRAISED_PIXELS, PILOT_DRAWS)?;
-        let first_look = self.appraise(bounce, PILOT_DRAWS, progress, cost)?;
-        bounce.learn(2 * first_look.pixels, PILOT_DRAWS)?;
-        let pilot = self.appraise(bounce, PILOT_DRAWS, progress, cost)?;
+        let mut sample = self.sample(cost)?;
+        source.begin_pilot(2 * sample.count, PILOT_DRAWS)?;
+        let mut pilot = self.appraise(source, &mut sample, PILOT_DRAWS, progress, cost)?;
+        if source.learn(2 * sample.count, PILOT_DRAWS)? {
+            pilot = self.appraise(source, &mut sample, PILOT_DRAWS, progress, cost)?;
+        }
         if pilot.signal <= 0.0 {
             return Ok(None);
         }
-        let radiance = (pilot.signal / (3.0 * f64::from(pilot.pixels))).sqrt();
-        let mut noise = NOISE_OVER_TARGET * target;
+        let radiance = (pilot.signal / (3.0 * f64::from(sample.count))).sqrt();
+        let images = BounceImages::new(self.context.device, self.context.plan)?;
+        let mut aim = target;
         let mut attempt = 0;
         loop {
             progress.begin_attempt(attempt);
-            let draws = draws_for(pilot.relative_noise() / noise);
-            let tolerance = radiance * (TOLERANCE_OVER_NOISE * noise).clamp(0.02, 0.2);
-            self.refine(bounce, draws, tolerance, progress, cost)?;
-            let error = self
-                .appraise(bounce, draws, progress, cost)?
-                .relative_error();
             attempt += 1;
-            if error <= target || attempt == MAX_ATTEMPTS || draws == MAX_DRAWS {
+            let effort = if source.is_exact() {
+                Effort::by_sums(aim, attempt == MAX_ATTEMPTS)
+            } else {
+                Effort::by_rays(aim, &pilot)
+            };
+            // What is exact stays.
+            if attempt == 1 || !source.is_exact() {
+                let mut recorder = Recorder::new(self.context.device, 1)?;
+                images.clear(&mut recorder);
+                cost.submit(recorder)?;
+            }
+            self.refine(source, &images, &effort, radiance, progress, cost)?;
+            let error = self
+                .appraise(source, &mut sample, effort.draws, progress, cost)?
+                .relative_error();
+            if error <= target || attempt == MAX_ATTEMPTS || effort.draws == MAX_DRAWS {
                 return Ok(Some(error));
             }
-            noise *= (0.9 * target / error).max(0.25);
+            aim *= (0.9 * target / error).max(0.25);
         }
     }
 
     /// Gathers and interpolates all pixels.
     fn refine(
         &self,
-        bounce: &mut Bounce,
-        draws: u32,
-        tolerance: f64,
+        source: &mut impl Source,
+        images: &BounceImages,
+        effort: &Effort,
+        radiance: f64,
         progress: &mut ProgressReport,
         cost: &mut Cost,
     ) -> Result<()> {
         let Context { device, plan, .. } = *self.context;
-        let images = BounceImages::new(device, plan)?;
+        let results = results(device, MAX_RESULTS)?;
         let steps = Step::all(self.plan.coarsest_stride);
         let counts = steps.iter().map(|step| {
             let [columns, rows] = step.extent(plan.resolution_px);
@@ -120,35 +177,38 @@ impl Adaptive<'_> {
         for (index, (&step, &count)) in steps.iter().zip(&counts).enumerate() {
             refinement.set_candidate_count(count)?;
             let mut recorder = Recorder::new(device, 8)?;
-            if index == 0 {
-                images.clear(&mut recorder);
-            }
             // The lattice and the first step between its pixels show what is to be expected.
-            let tolerance = (index > 2).then_some(tolerance);
+            let tolerance = effort.tolerance.filter(|_| index > 2);
             predict::predict(
                 &mut recorder,
                 self.context,
                 self.gbuffer,
-                &images,
+                images,
                 &refinement.candidates,
                 step,
                 tolerance,
             )?;
             refine::list(&mut recorder, self.context, self.gbuffer, &refinement)?;
             cost.submit(recorder)?;
+            let name = source.name();
             let fraction = index as f64 / steps.len() as f64;
-            let mut report = || progress.report_attempt("bounce", fraction);
+            let mut report = || progress.report_attempt(name, fraction);
+            let draws = Draws {
+                count: effort.draws,
+                seed: index as u32,
+            };
             for run in refinement.runs()? {
                 for run in run.split(MAX_RESULTS) {
-                    bounce.gather(&refinement, run, 0, draws, index as u32, &mut report)?;
+                    source.gather((&refinement, run), (&results, 0), draws, &mut report)?;
                     let mut recorder = Recorder::new(device, 1)?;
                     settle::settle(
                         &mut recorder,
                         self.context,
                         self.gbuffer,
-                        &images,
+                        images,
                         (&refinement, run),
-                        &bounce.results,
+                        &results,
+                        radiance,
                     )?;
                     cost.submit(recorder)?;
                 }
@@ -159,54 +219,75 @@ impl Adaptive<'_> {
             &mut recorder,
             self.context,
             self.gbuffer,
-            &images,
+            images,
             self.indirect_radiance,
         )?;
         cost.submit(recorder)
     }
 
-    /// Gathers some pixels twice and compares the image with that.
+    /// Chooses the sample.
+    fn sample(&self, cost: &mut Cost) -> Result<Sample> {
+        let device = self.context.device;
+        let pixels = scattered(self.context.plan.resolution_px, APPRAISED_PIXELS);
+        let refinement = Refinement::with_candidates(device, &pixels)?;
+        let mut recorder = Recorder::new(device, 4)?;
+        refine::list(&mut recorder, self.context, self.gbuffer, &refinement)?;
+        cost.submit(recorder)?;
+        let runs = refinement.runs()?;
+        let count = runs.iter().map(|run| run.count).sum();
+        Ok(Sample {
+            refinement,
+            runs,
+            count,
+            results: results(device, 2 * count)?,
+            is_exact: false,
+        })
+    }
+
+    /// Compares the image with gathers of the sample: two with draws of their own, or the one that is exact.
     fn appraise(
         &self,
-        bounce: &mut Bounce,
+        source: &mut impl Source,
+        sample: &mut Sample,
         draws: u32,
         progress: &mut ProgressReport,
         cost: &mut Cost,
     ) -> Result<Appraisal> {
         let device = self.context.device;
-        let pixels = scattered(self.context.plan.resolution_px, APPRAISED_PIXELS);
-        let sample = Refinement::with_candidates(device, &pixels)?;
-        let mut recorder = Recorder::new(device, 4)?;
-        refine::list(&mut recorder, self.context, self.gbuffer, &sample)?;
-        cost.submit(recorder)?;
-        let runs = sample.runs()?;
-        let count = runs.iter().map(|run| run.count).sum();
+        let count = sample.count;
         let mut report = || progress.report_attempt("appraise", 1.0);
-        for gather in 0..2 {
-            // Other draws than those of the image and of other appraisals.
-            let seed = 0x5eed_0000 + 2 * draws + gather;
-            for run in runs {
-                let first_result = gather * count + run.first;
-                bounce.gather(&sample, run, first_result, draws, seed, &mut report)?;
+        let gathers = match (source.is_exact(), sample.is_exact) {
+            (false, _) => 2,
+            (true, false) => 1,
+            (true, true) => 0,
+        };
+        for gather in 0..gathers {
+            let draws = Draws {
+                count: draws,
+                // Other draws than those of the image and of other appraisals.
+                seed: 0x5eed_0000 + 2 * draws + gather,
+            };
+            for run in sample.runs {
+                let results = (&sample.results, gather * count + run.first);
+                source.gather((&sample.refinement, run), results, draws, &mut report)?;
             }
         }
+        sample.is_exact = source.is_exact();
         let bytes = u64::from(count) * size_of::<[f32; 4]>() as u64;
         let appraisals = Buffer::new(device, "appraisals", bytes, BufferUse::Readback)?;
+        let second_result = if sample.is_exact { 0 } else { count };
         let mut recorder = Recorder::new(device, 1)?;
         appraise::appraise(
             &mut recorder,
             self.context,
             self.gbuffer,
             self.indirect_radiance,
-            &sample,
-            &bounce.results,
+            &sample.refinement,
+            (&sample.results, second_result),
             (&appraisals, count),
         )?;
         cost.submit(recorder)?;
-        let mut sum = Appraisal {
-            pixels: count,
-            ..Appraisal::default()
-        };
+        let mut sum = Appraisal::default();
         for &[error, signal, noise, _] in appraisals.mapped::<[f32; 4]>(count as usize)? {
             sum.error += f64::from(error);
             sum.signal += f64::from(signal);
@@ -214,6 +295,12 @@ impl Adaptive<'_> {
         }
         Ok(sum)
     }
+}
+
+/// Room for the results of so many receivers: diffuse and specular.
+fn results(device: &Device, receiver_count: u32) -> Result<Buffer> {
+    let bytes = u64::from(receiver_count) * 2 * size_of::<[f32; 4]>() as u64;
+    Buffer::new(device, "bounced light", bytes, BufferUse::Device)
 }
 
 /// Draws that bring the noise of the pilot's down by a factor.

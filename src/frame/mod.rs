@@ -4,17 +4,18 @@ mod adaptive;
 mod cost;
 mod progress;
 mod readback;
+mod source;
 
 use std::time::Duration;
 
 use crate::{
-    Error, IndirectMethod, IndirectPlan, Result, ShadowPlan,
+    Error, IndirectMethod, IndirectPlan, Result, ShadowPlan, SumPlan,
     intermediates::{Intermediates, LightIntermediates},
     passes::{
         Context,
         bounce::Bounce,
         direct::{self, Occluders},
-        gather::{self, Gather},
+        gather::{Gather, GatherStats, ListedVpls, Sums},
         gbuffer::{self, GBuffer},
         hits::HitSurfaces,
         light::DeviceLight,
@@ -36,6 +37,7 @@ pub(crate) use cost::Cost;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
 pub(crate) use readback::{Readback, read_layers};
+use source::SumOfLights;
 
 /// Passes of one submission but the gather's: as many have timestamps.
 const TIMED_PASSES: u32 = 16;
@@ -94,13 +96,14 @@ pub(crate) fn draw(
         recorder.clear_image(&indirect.radiance);
         if let Some(receivers) = &indirect.receivers {
             receivers::list(&mut recorder, context, &gbuffer, receivers)?;
-        } else {
+        } else if plan.bounce().is_some() {
             recorder.prepare_images(&[&indirect.vpls.matte]);
         }
     }
     cost.submit(recorder)?;
 
     let mut listed_lights = Vec::new();
+    let mut listed_vpls = Vec::new();
     for (index, (light, light_plan)) in scene.lights.iter().zip(&plan.lights).enumerate() {
         progress.begin_light(index, "direct")?;
         let place = match &indirect {
@@ -154,48 +157,77 @@ pub(crate) fn draw(
         if let Some(indirect) = &indirect {
             let lengths = indirect.vpls.lengths()?;
             cost.vpl_count += u64::from(lengths.matte) + u64::from(lengths.glossy);
-            match (indirect.plan.method, &indirect.receivers) {
-                (IndirectMethod::Sum(kernel), Some(receivers)) => {
-                    let gather = Gather {
-                        context,
-                        estimator: indirect.plan.estimator,
-                        kernel,
-                        gbuffer: &gbuffer,
-                        receivers,
-                        receiver_lengths: receivers.lengths()?,
-                        indirect_radiance: &indirect.radiance,
-                        submission_target,
-                    };
-                    let report = &mut |share| progress.report("gather", share);
-                    let gathered = gather::accumulate(&gather, &indirect.vpls, lengths, report)?;
-                    cost.add_gather(gathered);
-                }
-                _ => listed_lights.push(ListedLight::new(&light, &indirect.vpls)?),
+            if let IndirectMethod::Bounce(_) = indirect.plan.method {
+                listed_lights.push(ListedLight::new(&light, &indirect.vpls)?);
+            }
+            let listed = ListedVpls {
+                first: place[0],
+                lengths,
+            };
+            listed_vpls.push(listed);
+            if let (IndirectMethod::Sum(sum), Some(receivers)) =
+                (indirect.plan.method, &indirect.receivers)
+            {
+                let mut gather = indirect.gather(context, sum, &gbuffer, submission_target);
+                let runs = receivers.runs()?;
+                gather.accumulate(
+                    &[listed],
+                    (&receivers.pixels, &runs),
+                    Sums::Image(&indirect.radiance),
+                    &mut |share| progress.report("gather", share),
+                )?;
+                cost.add_gather(gather.stats);
+                // What is exact is within every error that is asked for.
+                let asked = scene.indirect.and_then(|indirect| indirect.target_error);
+                cost.estimated_error = asked.map(|_| 0.0);
             }
         }
     }
 
-    if let (Some(indirect), Some(bounce_plan), Some(tree), Some(hit_surfaces)) =
-        (&indirect, plan.bounce(), &ray_tree, &hit_surfaces)
-        && listed_lights.iter().any(ListedLight::has_vpls)
+    if let Some(indirect) = &indirect
+        && let Some(refinement) = indirect.plan.refinement()
+        && listed_vpls.iter().any(|listed| listed.count() > 0)
     {
-        let mut bounce = Bounce::new(
-            context,
-            &gbuffer,
-            (tree, hit_surfaces),
-            &indirect.vpls,
-            &listed_lights,
-            bounce_plan.kernel,
-            submission_target,
-        )?;
         let adaptive = Adaptive {
             context,
-            plan: bounce_plan,
+            plan: refinement,
             gbuffer: &gbuffer,
             indirect_radiance: &indirect.radiance,
         };
-        cost.estimated_error = adaptive.gather(&mut bounce, progress, cost)?;
-        cost.add_bounce(bounce.stats);
+        match (indirect.plan.method, &ray_tree, &hit_surfaces) {
+            (IndirectMethod::Sum(sum), ..) => {
+                let mut sums = SumOfLights {
+                    gather: indirect.gather(context, sum, &gbuffer, submission_target),
+                    lights: &listed_vpls,
+                };
+                let estimated = if sums.may_pay() {
+                    adaptive.gather(&mut sums, progress, cost)?
+                } else {
+                    None
+                };
+                if estimated.is_none() {
+                    sums.gather_everywhere(&indirect.radiance, progress, cost)?;
+                }
+                cost.estimated_error = estimated.or(Some(0.0));
+                cost.add_gather(sums.gather.stats);
+            }
+            (IndirectMethod::Bounce(bounce_plan), Some(tree), Some(hit_surfaces)) => {
+                let mut bounce = Bounce::new(
+                    context,
+                    &gbuffer,
+                    (tree, hit_surfaces),
+                    &indirect.vpls,
+                    &listed_lights,
+                    bounce_plan.kernel,
+                    submission_target,
+                )?;
+                cost.estimated_error = adaptive.gather(&mut bounce, progress, cost)?;
+                cost.add_bounce(bounce.stats);
+            }
+            (IndirectMethod::Bounce(_), ..) => {
+                return Err(Error::internal("there are no triangles for rays"));
+            }
+        }
     }
     let mut frame = DrawnFrame {
         gbuffer,
@@ -221,14 +253,15 @@ pub(crate) fn draw(
     Ok(frame)
 }
 
-/// What indirect light takes beside the G-buffer. RSM and VPLs are room that the lights use in turn.
+/// What indirect light takes beside the G-buffer. The RSM is room that the lights use in turn.
 struct Indirect<'c> {
     plan: &'c IndirectPlan,
     rsm: Rsm,
     vpls: VplLists,
-    /// With rays: VPLs and tiles of a light's RSM at most, in lists that all lights share.
+    /// Where lists are kept: from one light's place in those of VPLs, and of tiles of its RSM, to the next one's. 0: the lights
+    /// use them in turn.
     room_per_light: [u32; 2],
-    /// Every pixel; `None` with rays.
+    /// Every pixel; `None` where few are gathered.
     receivers: Option<Receivers>,
     radiance: Image,
 }
@@ -243,21 +276,46 @@ impl<'c> Indirect<'c> {
         let faces = frame.max_faces();
         let shape = ImageShape::plain(frame.resolution_px);
         let texels = faces * plan.rsm_size * plan.rsm_size;
-        let is_by_rays = plan.bounce().is_some();
-        let vpls = if is_by_rays {
-            VplLists::for_bounce(device, frame, frame.lights.len() as u32, texels)?
-        } else {
-            VplLists::new(device, frame, texels)?
+        let is_refined = plan.refinement().is_some();
+        let light_count = frame.lights.len() as u32;
+        let vpls = match plan.method {
+            IndirectMethod::Bounce(_) => VplLists::for_bounce(device, frame, light_count, texels)?,
+            IndirectMethod::Sum(_) => {
+                let lists = if is_refined { light_count } else { 1 };
+                VplLists::new(device, frame, lists, texels)?
+            }
         };
         Ok(Indirect {
             plan,
             rsm: Rsm::new(device, frame, plan.rsm_size, faces)?,
-            room_per_light: [texels.next_multiple_of(1024), texels / 64],
+            room_per_light: if is_refined {
+                [texels.next_multiple_of(1024), texels / 64]
+            } else {
+                [0; 2]
+            },
             vpls,
-            receivers: (!is_by_rays)
+            receivers: (!is_refined)
                 .then(|| Receivers::new(device, frame))
                 .transpose()?,
             radiance: Image::new(device, "indirect radiance", shape)?,
         })
+    }
+
+    fn gather<'g>(
+        &'g self,
+        context: &'g Context<'g>,
+        SumPlan { kernel, .. }: SumPlan,
+        gbuffer: &'g GBuffer,
+        submission_target: Duration,
+    ) -> Gather<'g> {
+        Gather {
+            context,
+            estimator: self.plan.estimator,
+            kernel,
+            gbuffer,
+            vpls: &self.vpls,
+            submission_target,
+            stats: GatherStats::default(),
+        }
     }
 }

@@ -23,8 +23,8 @@ pub(crate) struct ProgressReport<'a> {
     attempt: i32,
 }
 
-/// Of that share, where the bounce is gathered for all lights together.
-const LIGHTS_SHARE_BEFORE_BOUNCE: f64 = 0.05;
+/// Of that share, where few pixels are gathered, for all lights together.
+const LIGHTS_SHARE_BEFORE_REFINEMENT: f64 = 0.05;
 /// Attempts that need another one.
 const FAILED_ATTEMPTS: f64 = 0.2;
 
@@ -32,14 +32,14 @@ impl<'a> ProgressReport<'a> {
     pub fn new(
         report: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
         light_count: usize,
-        has_bounce: bool,
+        is_refined: bool,
     ) -> Self {
         ProgressReport {
             report,
             light: 0,
             light_count,
-            lights_share: if has_bounce {
-                LIGHTS_SHARE_BEFORE_BOUNCE
+            lights_share: if is_refined {
+                LIGHTS_SHARE_BEFORE_REFINEMENT
             } else {
                 1.0
             },

@@ -6,14 +6,15 @@ use crate::{
     vulkan::{Buffer, Image, Recorder, Resource, shaders::AppraiseParameters},
 };
 
-/// Compares the receivers of a list, `count` in all, whose two results lie one list behind the other.
+/// Compares the receivers of a list, `count` in all, whose results begin at the first of `results`, and those of a second gather
+/// at `second_result`.
 pub(crate) fn appraise<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
     gbuffer: &'r GBuffer,
     indirect_radiance: &'r Image,
     sample: &'r Refinement,
-    results: &'r Buffer,
+    (results, second_result): (&'r Buffer, u32),
     (appraisals, count): (&'r Buffer, u32),
 ) -> Result<()> {
     let pipeline = context
@@ -28,6 +29,7 @@ pub(crate) fn appraise<'r>(
     ]);
     let parameters = AppraiseParameters {
         receiver_count: count,
+        second_result,
     };
     let groups = count.div_ceil(pipeline.module.workgroup_size[0]);
     recorder.pass("appraise", |recorder| {

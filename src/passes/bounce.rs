@@ -19,8 +19,6 @@ use crate::{
     },
 };
 
-/// Receivers whose results there is room for.
-pub(crate) const MAX_RESULTS: u32 = 1 << 16;
 /// Workgroups of a dispatch that every Vulkan device takes.
 const MAX_GROUPS: u32 = 65_535;
 /// Rays of the first submission, before the device's speed is known.
@@ -40,8 +38,6 @@ pub(crate) struct Bounce<'b> {
     nothing: Buffer,
     light_count: u32,
     kernel: RayKernel,
-    /// Two vectors a receiver: irradiance by the bounce, and the same weighted by the Phong lobe.
-    pub results: Buffer,
     lattice: Lattice,
     submission_target: Duration,
     rays_per_second: Option<f64>,
@@ -73,7 +69,6 @@ impl<'b> Bounce<'b> {
     ) -> Result<Bounce<'b>> {
         let device = context.device;
         let parameters: Vec<shaders::Light> = lights.iter().map(|light| light.parameters).collect();
-        let bytes = u64::from(MAX_RESULTS) * 2 * size_of::<[f32; 4]>() as u64;
         Ok(Bounce {
             context,
             gbuffer,
@@ -86,7 +81,6 @@ impl<'b> Bounce<'b> {
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             light_count: lights.len() as u32,
             kernel,
-            results: Buffer::new(device, "bounced light", bytes, BufferUse::Device)?,
             lattice: Lattice::new(device, 64)?,
             submission_target,
             rays_per_second: None,
@@ -114,12 +108,13 @@ impl<'b> Bounce<'b> {
         Ok(())
     }
 
-    /// Gathers at the receivers of a run, with `draws` draws of each way. The results go to `first_result` and on.
+    /// Gathers at the receivers of a run, with `draws` draws of each way. The results go to `first_result` and on: two vectors
+    /// a receiver, irradiance by the bounce and the same weighted by the Phong lobe.
     pub fn gather(
         &mut self,
         refinement: &Refinement,
         run: Run,
-        first_result: u32,
+        (results, first_result): (&Buffer, u32),
         draws: u32,
         seed: u32,
         proceed: &mut dyn FnMut() -> Result<()>,
@@ -171,7 +166,7 @@ impl<'b> Bounce<'b> {
             ("vpls", Resource::Image(&self.vpls.matte)),
             ("lattice", Resource::Buffer(&self.lattice.points)),
             ("receivers", Resource::Buffer(&refinement.receivers)),
-            ("bounced", Resource::Buffer(&self.results)),
+            ("bounced", Resource::Buffer(results)),
         ]);
 
         let mut done = 0;

@@ -103,8 +103,11 @@ mod tests {
             for estimator in Estimator::ALL.map(estimator_word) {
                 asked.push(("vpl", vec!["write", brdf, estimator]));
                 for kernel in GatherKernel::ALL {
-                    let words = |vpl| ("gather", vec![kernel.name(), estimator, brdf, vpl]);
-                    asked.extend(["matte", "glossy"].map(words));
+                    let words =
+                        |vpl, sums| ("gather", vec![kernel.name(), estimator, brdf, vpl, sums]);
+                    for sums in ["", "list"] {
+                        asked.extend(["matte", "glossy"].map(|vpl| words(vpl, sums)));
+                    }
                 }
             }
         }

@@ -82,8 +82,8 @@ impl Step {
     }
 }
 
-/// Interpolates the pixels of a step where that is good enough; the others become candidates. `tolerance` is the radiance that
-/// an interpolated pixel may be off by, W/sr/m²; `None`: all become candidates.
+/// Interpolates the pixels of a step where that is good enough; the others become candidates. `tolerance` is what an
+/// interpolated pixel may be off by, over the image's radiance; `None`: all become candidates that were not gathered before.
 pub(crate) fn predict<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,

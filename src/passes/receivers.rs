@@ -1,10 +1,10 @@
 //! Receivers pass: the pixels that show a surface, those with a specular lobe apart.
 
-use super::{Context, compact::Compactor, gbuffer::GBuffer};
+use super::{Context, compact::Compactor, gbuffer::GBuffer, refine::Run};
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Buffer, BufferUse, Device, Recorder, Resource, shaders::ListLengths},
+    vulkan::{Buffer, BufferUse, Device, Recorder, Resource},
 };
 
 /// Pixels as column + 65536 · row: matte ones, then glossy ones.
@@ -28,9 +28,9 @@ impl Receivers {
         })
     }
 
-    /// How many pixels there are of either kind, after the submission.
-    pub fn lengths(&self) -> Result<ListLengths> {
-        self.compactor.lengths()
+    /// The matte pixels and the glossy ones, after the submission.
+    pub fn runs(&self) -> Result<[Run; 2]> {
+        Ok(Run::of_list(self.compactor.lengths()?))
     }
 }
 

@@ -40,13 +40,7 @@ impl Refinement {
 
     /// The matte receivers and the glossy ones, after the submission.
     pub fn runs(&self) -> Result<[Run; 2]> {
-        let ListLengths { matte, glossy } = self.compactor.lengths()?;
-        let run = |is_glossy, first, count| Run {
-            is_glossy,
-            first,
-            count,
-        };
-        Ok([run(false, 0, matte), run(true, matte, glossy)])
+        Ok(Run::of_list(self.compactor.lengths()?))
     }
 }
 
@@ -59,6 +53,17 @@ pub(crate) struct Run {
 }
 
 impl Run {
+    /// The two runs of a list of pixels: matte ones, then glossy ones.
+    pub fn of_list(lengths: ListLengths) -> [Run; 2] {
+        let ListLengths { matte, glossy } = lengths;
+        let run = |is_glossy, first, count| Run {
+            is_glossy,
+            first,
+            count,
+        };
+        [run(false, 0, matte), run(true, matte, glossy)]
+    }
+
     /// The same receivers in runs of at most `max_count`.
     pub fn split(self, max_count: u32) -> impl Iterator<Item = Run> {
         let starts = (0..self.count).step_by(max_count as usize);

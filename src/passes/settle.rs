@@ -11,7 +11,7 @@ use crate::{
     vulkan::{Buffer, Recorder, Resource, shaders::SettleParameters},
 };
 
-/// Takes the first results for the receivers of a run.
+/// Takes the first results for the receivers of a run. Errors count over `radiance`, that of the image, W/sr/m².
 pub(crate) fn settle<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
@@ -19,6 +19,7 @@ pub(crate) fn settle<'r>(
     images: &'r BounceImages,
     (refinement, run): (&'r Refinement, Run),
     results: &'r Buffer,
+    radiance: f64,
 ) -> Result<()> {
     let pipeline = context
         .pipelines
@@ -32,6 +33,7 @@ pub(crate) fn settle<'r>(
     let parameters = SettleParameters {
         first_receiver: run.first,
         receiver_count: run.count,
+        inverse_radiance: (1.0 / radiance) as f32,
     };
     let groups = run.count.div_ceil(pipeline.module.workgroup_size[0]);
     recorder.pass("settle", |recorder| {

@@ -21,12 +21,17 @@ pub(crate) struct VplLists {
 }
 
 impl VplLists {
-    /// Room for `texel_count` VPLs of either kind, rounded up to whole fetches of the gather.
-    pub fn new(device: &Device, plan: &Plan, texel_count: u32) -> Result<VplLists> {
+    /// Room for up to `texel_count` VPLs of either kind for each of `light_count` lights, rounded up to whole fetches of the gather.
+    pub fn new(
+        device: &Device,
+        plan: &Plan,
+        light_count: u32,
+        texel_count: u32,
+    ) -> Result<VplLists> {
         let module = Module::find("gather", &["tile", "average", "lambert", "glossy"])?;
         let fetch_vpls = module.constant("FETCH_VPLS")?;
         let columns = module.constant("VPLS_PER_ROW")?;
-        let rows = texel_count.next_multiple_of(fetch_vpls).div_ceil(columns);
+        let rows = light_count * texel_count.next_multiple_of(fetch_vpls).div_ceil(columns);
         let list = |what, layers| {
             let shape = ImageShape {
                 size_px: [columns, rows],
@@ -99,7 +104,7 @@ pub(crate) fn estimator_word(estimator: Estimator) -> &'static str {
 
 /// Lists the VPLs of an RSM. What is left of the last fetch is zero: a VPL without power.
 ///
-/// For rays the list keeps what it has, and the light's VPLs go to a place of their own.
+/// Where the lights share lists, these keep what they have, and the light's VPLs go to a place of their own.
 pub(crate) fn extract<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
@@ -108,7 +113,7 @@ pub(crate) fn extract<'r>(
     rsm: &'r Rsm,
     vpls: &'r VplLists,
 ) -> Result<()> {
-    if indirect.bounce().is_none() {
+    if indirect.bounce().is_none() && light.parameters.first_vpl == 0 {
         for list in [Some(&vpls.matte), vpls.glossy.as_ref()]
             .into_iter()
             .flatten()

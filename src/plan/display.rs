@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{IndirectMethod, LightPlan, Plan, ShadowPlan};
+use super::{IndirectMethod, LightPlan, Plan, RefinementPlan, ShadowPlan, SumPlan};
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -40,25 +40,39 @@ impl fmt::Display for Plan {
         if let Some(indirect) = self.indirect {
             let name = indirect.estimator.name();
             writeln!(f, "  vpl        texels with flux, compacted")?;
+            if let Some(RefinementPlan {
+                coarsest_stride, ..
+            }) = indirect.refinement()
+            {
+                writeln!(
+                    f,
+                    "  predict    every {coarsest_stride}th pixel, and those between where they vary"
+                )?;
+            }
             match indirect.method {
-                IndirectMethod::Sum(kernel) => {
-                    writeln!(f, "  receivers  pixels with a surface, compacted")?;
+                IndirectMethod::Sum(SumPlan { kernel, refinement }) => {
                     let kernel = kernel.name();
-                    writeln!(f, "  gather     {name}, no visibility, kernel {kernel}")?;
+                    if let Some(RefinementPlan { target_error, .. }) = refinement {
+                        writeln!(
+                            f,
+                            "  gather     {name}, no visibility, target error {target_error} against the exact sum, kernel {kernel}"
+                        )?;
+                    } else {
+                        writeln!(f, "  receivers  pixels with a surface, compacted")?;
+                        writeln!(f, "  gather     {name}, no visibility, kernel {kernel}")?;
+                    }
                 }
                 IndirectMethod::Bounce(bounce) => {
                     let kernel = bounce.kernel.name();
-                    let (asked, stride) = (bounce.target_error, bounce.coarsest_stride);
-                    writeln!(
-                        f,
-                        "  predict    every {stride}th pixel, and those between where they vary"
-                    )?;
+                    let asked = bounce.refinement.target_error;
                     writeln!(
                         f,
                         "  bounce     {name}, visibility by rays, target error {asked}, kernel {kernel}"
                     )?;
-                    writeln!(f, "  appraise   the error made, on a sample of pixels")?;
                 }
+            }
+            if indirect.refinement().is_some() {
+                writeln!(f, "  appraise   the error made, on a sample of pixels")?;
             }
         }
         if self.joule_per_irradiance.is_some() {

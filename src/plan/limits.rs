@@ -43,7 +43,8 @@ impl Plan {
             limits.max_allocation_bytes,
             smaller_image,
         )?;
-        if let Some(IndirectPlan { rsm_size, .. }) = self.indirect {
+        if let Some(indirect) = self.indirect {
+            let IndirectPlan { rsm_size, .. } = indirect;
             check(
                 "the list of pixels (bytes)",
                 pixels * 4,
@@ -63,13 +64,13 @@ impl Plan {
                 limits.max_allocation_bytes,
                 smaller_rsm,
             )?;
-            // With rays the lists of all lights are one.
-            let (lists, what, mend) = match self.bounce() {
+            // Where few pixels are gathered, the lists of all lights are one.
+            let (lists, what, mend) = match indirect.refinement() {
                 None => (1, "the list of VPLs", smaller_rsm),
                 Some(_) => (
                     self.lights.len() as u64,
                     "the list of all lights' VPLs",
-                    "set a smaller rsm_size or visibility = \"none\" in [indirect], use fewer lights, or choose another device",
+                    "set a smaller rsm_size, or visibility = \"none\" without target_error, in [indirect], use fewer lights, or choose another device",
                 ),
             };
             let rows = lists * texels.div_ceil(ROW_TEXELS);

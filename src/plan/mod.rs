@@ -10,7 +10,9 @@ pub use kernels::{GatherKernel, RayKernel};
 use crate::{
     Result,
     emission::EmissionDomain,
-    scene::{BoundingSphere, Estimator, Indirect, Light, Scene, Shadow, Visibility},
+    scene::{
+        BoundingSphere, DEFAULT_TARGET_ERROR, Estimator, Indirect, Light, Scene, Shadow, Visibility,
+    },
     vulkan::DeviceInfo,
 };
 
@@ -20,6 +22,9 @@ const PIXEL_BYTES: u64 = 16;
 const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
 /// Texels of such a map per triangle of the scene: fewer, and many triangles are not in the map.
 const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
+/// Points of the coarsest lattice along the shorter edge. By rays these are also to average their noise.
+const BOUNCE_POINTS: u32 = 50;
+const SUM_POINTS: u32 = 25;
 /// Triangles that a pixel can tell apart: whole numbers that are exact in f32.
 const MAX_TRIANGLES: u64 = 1 << 24;
 
@@ -88,20 +93,34 @@ pub struct IndirectPlan {
 /// How pixels come to their indirect light.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum IndirectMethod {
-    /// Each sums over all VPLs of a light, and nothing is in the way of these.
-    Sum(GatherKernel),
+    /// Sums over all VPLs, and nothing is in the way of these.
+    Sum(SumPlan),
     /// By rays, at as many pixels as it takes.
     Bounce(BouncePlan),
+}
+
+/// How VPLs are summed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SumPlan {
+    pub kernel: GatherKernel,
+    /// `None`: at every pixel.
+    pub refinement: Option<RefinementPlan>,
 }
 
 /// How the bounce is gathered by rays.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BouncePlan {
-    /// relRMSE of the indirect light that is asked for.
+    pub kernel: RayKernel,
+    pub refinement: RefinementPlan,
+}
+
+/// How few pixels are gathered and the others interpolated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RefinementPlan {
+    /// relRMSE of the indirect light that is asked for: of a sum against that at every pixel, by rays against the true bounce.
     pub target_error: f64,
     /// Pixels between the first ones that are gathered; a power of two.
     pub coarsest_stride: u32,
-    pub kernel: RayKernel,
 }
 
 impl IndirectPlan {
@@ -110,6 +129,14 @@ impl IndirectPlan {
         match self.method {
             IndirectMethod::Bounce(bounce) => Some(bounce),
             IndirectMethod::Sum(_) => None,
+        }
+    }
+
+    /// How few pixels are gathered; `None`: all are. Where there is one, the VPLs of all lights are kept.
+    pub fn refinement(&self) -> Option<RefinementPlan> {
+        match self.method {
+            IndirectMethod::Sum(sum) => sum.refinement,
+            IndirectMethod::Bounce(bounce) => Some(bounce.refinement),
         }
     }
 }
@@ -164,14 +191,7 @@ impl Plan {
             indirect: scene.indirect.map(|indirect| IndirectPlan {
                 estimator: indirect.estimator,
                 rsm_size: planned_rsm_size(indirect, scene.lights.len()),
-                method: match indirect.asked_error() {
-                    None => IndirectMethod::Sum(GatherKernel::best_for(device)),
-                    Some(target_error) => IndirectMethod::Bounce(BouncePlan {
-                        target_error,
-                        coarsest_stride: coarsest_stride(scene.camera.resolution_px),
-                        kernel: RayKernel::best_for(device),
-                    }),
-                },
+                method: planned_method(indirect, scene.camera.resolution_px, device),
             }),
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
         };
@@ -213,10 +233,39 @@ impl Plan {
     }
 }
 
-/// Pixels between those that are gathered in any case: some 50 along the shorter edge, to see what the image is like.
-fn coarsest_stride(resolution_px: [u32; 2]) -> u32 {
+/// Who casts rays is a matter of visibility alone.
+fn planned_method(
+    indirect: Indirect,
+    resolution_px: [u32; 2],
+    device: &DeviceInfo,
+) -> IndirectMethod {
+    let refinement = |target_error, points| RefinementPlan {
+        target_error,
+        coarsest_stride: coarsest_stride(resolution_px, points),
+    };
+    match indirect.visibility {
+        Visibility::None => IndirectMethod::Sum(SumPlan {
+            kernel: GatherKernel::best_for(device),
+            // The 1/d² of a near VPL makes spikes of a pixel or two that neither the lattice nor a sample of pixels sees.
+            refinement: indirect
+                .target_error
+                .filter(|_| indirect.estimator == Estimator::RsmAverage)
+                .map(|target_error| refinement(target_error, SUM_POINTS)),
+        }),
+        Visibility::Rays => IndirectMethod::Bounce(BouncePlan {
+            kernel: RayKernel::best_for(device),
+            refinement: refinement(
+                indirect.target_error.unwrap_or(DEFAULT_TARGET_ERROR),
+                BOUNCE_POINTS,
+            ),
+        }),
+    }
+}
+
+/// Pixels between those that are gathered in any case: so many points along the shorter edge, to see what the image is like.
+fn coarsest_stride(resolution_px: [u32; 2], points: u32) -> u32 {
     let [width, height] = resolution_px;
-    let stride = (width.min(height) / 50).clamp(2, 16);
+    let stride = (width.min(height) / points).clamp(2, 16);
     1 << stride.ilog2()
 }
 

@@ -115,8 +115,9 @@ pub struct Indirect {
     /// [`Visibility::Rays`].
     pub rsm_size: Option<u32>,
     pub visibility: Visibility,
-    /// relRMSE of the indirect light that is asked for, sqrt(Σ(x−t)²/Σt²), within [`TARGET_ERRORS`]; only with
-    /// [`Visibility::Rays`]. `None` there: [`DEFAULT_TARGET_ERROR`].
+    /// relRMSE of the indirect light that is asked for, sqrt(Σ(x−t)²/Σt²), within [`TARGET_ERRORS`]. With [`Visibility::Rays`]
+    /// t is the true bounce, and `None` is [`DEFAULT_TARGET_ERROR`]; with [`Visibility::None`] t is the sum over all VPLs, and
+    /// `None` is that sum itself at every pixel.
     pub target_error: Option<f64>,
 }
 
@@ -126,7 +127,7 @@ pub const DEFAULT_TARGET_ERROR: f64 = 0.02;
 pub const TARGET_ERRORS: RangeInclusive<f64> = 0.002..=0.5;
 
 impl Indirect {
-    /// The estimator's sum over a reflective shadow map of this size, without visibility.
+    /// The estimator's sum over a reflective shadow map of this size at every pixel, without visibility.
     pub const fn plain_sum(estimator: Estimator, rsm_size: u32) -> Self {
         Indirect {
             estimator,
@@ -136,10 +137,10 @@ impl Indirect {
         }
     }
 
-    /// The target error in force; `None` for a plain sum, which has none.
+    /// The target error in force; `None` for a plain sum at every pixel.
     pub fn asked_error(&self) -> Option<f64> {
         match self.visibility {
-            Visibility::None => None,
+            Visibility::None => self.target_error,
             Visibility::Rays => Some(self.target_error.unwrap_or(DEFAULT_TARGET_ERROR)),
         }
     }

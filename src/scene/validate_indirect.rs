@@ -20,19 +20,6 @@ pub(super) fn check(indirect: &Indirect) -> Check {
         format!("set visibility = \"none\", or estimator = \"{radiosity}\""),
     )?;
     if let Some(target_error) = target_error {
-        let mend = match estimator {
-            Estimator::RsmAverage => {
-                format!("remove target_error, or set estimator = \"{radiosity}\"")
-            }
-            Estimator::InstantRadiosity => {
-                "set visibility = \"rays\", or remove target_error".into()
-            }
-        };
-        part.require(
-            has_rays,
-            || format!("target_error is {target_error}, but {name} without visibility has none"),
-            mend,
-        )?;
         let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
         part.require(
             TARGET_ERRORS.contains(&target_error),

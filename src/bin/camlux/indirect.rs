@@ -17,7 +17,7 @@ pub struct IndirectArgs {
     /// Visibility between the points that light each other: rays or none; turns indirect light on where the scene has none
     #[arg(long, value_name = "NAME", value_parser = parse_visibility)]
     pub visibility: Option<Visibility>,
-    /// relRMSE of the indirect light to aim at, 0.002 to 0.5, by rays; turns indirect light on where the scene has none
+    /// relRMSE of the indirect light to aim at, 0.002 to 0.5: by rays against the true bounce, without against the exact sum; turns indirect light on where the scene has none
     #[arg(long, value_name = "SHARE")]
     pub target_error: Option<f64>,
 }
@@ -75,8 +75,9 @@ impl IndirectArgs {
             rsm_size = Some(RSM_SIZE);
             filled_in.push(format!("rsm_size is {RSM_SIZE} (--rsm-size sets it)"));
         }
+        // Against what an error counts depends on the visibility.
         let scene_error = in_scene
-            .filter(|_| has_rays)
+            .filter(|indirect| indirect.visibility == visibility)
             .and_then(|indirect| indirect.target_error);
         let indirect = Indirect {
             estimator,
@@ -104,14 +105,11 @@ impl IndirectArgs {
         }
     }
 
-    /// The visibility where the command line names none: rays for a target error, which means nothing without; that of the
-    /// scene unless the estimator is another one.
+    /// The visibility where the command line names none: that of the scene unless the estimator is another one.
     fn visibility_of(&self, estimator: Estimator, in_scene: Option<Indirect>) -> Visibility {
         let default = estimator.default_visibility();
         match in_scene {
-            Some(indirect) if indirect.estimator == estimator && self.target_error.is_none() => {
-                indirect.visibility
-            }
+            Some(indirect) if indirect.estimator == estimator => indirect.visibility,
             _ => default,
         }
     }
@@ -190,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn a_target_error_casts_rays() {
+    fn a_target_error_leaves_the_visibility_to_the_scene() {
         let args = IndirectArgs {
             target_error: Some(0.1),
             ..NOTHING
@@ -200,13 +198,25 @@ mod tests {
             ..RAYS
         };
         assert_gives(args, RAYS, asked);
-        assert_gives(args, Indirect::plain_sum(InstantRadiosity, 32), asked);
-        // Refused by the scene's validation, not by turning the estimator over.
-        let refused = Indirect {
+        for estimator in Estimator::ALL {
+            let sum = Indirect::plain_sum(estimator, 32);
+            let asked = Indirect {
+                target_error: Some(0.1),
+                ..sum
+            };
+            assert_gives(args, sum, asked);
+            assert_gives(NOTHING, asked, asked);
+        }
+        // The error of a sum is none against the truth.
+        let sum = Indirect {
             target_error: Some(0.1),
             ..Indirect::plain_sum(RsmAverage, 32)
         };
-        assert_gives(args, Indirect::plain_sum(RsmAverage, 32), refused);
+        let args = IndirectArgs {
+            estimator: Some(InstantRadiosity),
+            ..NOTHING
+        };
+        assert_gives(args, sum, RAYS);
     }
 
     #[test]

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use camlux::output::{Frame, PngPreview, PngView};
+use camlux::scene::Visibility;
 
 use crate::render::Args;
 
@@ -80,8 +81,11 @@ pub fn text(run: &Run) -> String {
         }
         line("VPLs", counts);
         if let Some(asked) = indirect.asked_error() {
-            line("rays", with_prefix(stats.ray_count as f64));
-            line("error", describe_error(asked, stats.estimated_error));
+            if indirect.visibility == Visibility::Rays {
+                line("rays", with_prefix(stats.ray_count as f64));
+            }
+            let description = describe_error(indirect.visibility, asked, stats.estimated_error);
+            line("error", description);
         }
     }
     let WallTimes {
@@ -104,16 +108,17 @@ pub fn text(run: &Run) -> String {
     text
 }
 
-/// relRMSE of the indirect light: what was asked for, and what the engine says that it is.
-fn describe_error(asked: f64, estimated: Option<f64>) -> String {
+/// relRMSE of the indirect light: what was asked for, what the engine says that it is, and against what.
+fn describe_error(visibility: Visibility, asked: f64, estimated: Option<f64>) -> String {
     let percent = |share: f64| format!("{:.2} %", 100.0 * share);
     let estimated = estimated.map_or("not estimated".into(), |share| {
         format!("estimated {}", percent(share))
     });
-    format!(
-        "{estimated}, asked {} (relRMSE of the indirect light)",
-        percent(asked)
-    )
+    let of = match visibility {
+        Visibility::Rays => "of the indirect light",
+        Visibility::None => "against the exact sum",
+    };
+    format!("{estimated}, asked {} (relRMSE {of})", percent(asked))
 }
 
 fn list_times<'name>(times_ms: impl Iterator<Item = (&'name str, f64)>) -> String {
@@ -133,12 +138,14 @@ fn with_prefix(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::describe_error;
+    use super::{Visibility, describe_error};
 
     #[test]
     fn the_error_line_says_whether_there_is_an_estimate() {
-        let of = |estimated| describe_error(0.02, estimated);
+        let of = |estimated| describe_error(Visibility::Rays, 0.02, estimated);
         assert!(of(Some(0.0173)).starts_with("estimated 1.73 %, asked 2.00 %"));
         assert!(of(None).starts_with("not estimated, asked 2.00 %"));
+        let sum = describe_error(Visibility::None, 0.02, Some(0.01));
+        assert!(sum.ends_with("against the exact sum)"), "{sum}");
     }
 }

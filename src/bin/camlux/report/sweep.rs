@@ -207,7 +207,7 @@ fn spread(kept: &Intermediates, count: usize) -> Vec<usize> {
         .collect()
 }
 
-/// What the next setting of the series will take, at least. A plain sum: four times the pairs, and the rest as it is.
+/// What the next setting of the series will take, at least. A plain sum at every pixel: four times the pairs, and the rest as it is.
 fn next_seconds(entry: &Entry) -> f64 {
     let sums = entry.engine.iter().filter(|e| e.asked_error.is_none());
     let gather_ms = sums
