@@ -3,8 +3,8 @@
 // P, and n_i and p_i the number of draws of each way and their density (the balance heuristic, Veach & Guibas 1995). So neither
 // the 1/d² of a near VPL nor a small bright spot that few directions find makes noise, and nothing is clamped.
 //
-// A subgroup takes a receiver. The draws are sets that fall evenly: directions are a rank-1 lattice and VPLs are taken at equal
-// steps of their list, which is in Morton order; each receiver shifts both by numbers of its own.
+// A subgroup takes a receiver. The draws are sets that fall evenly: directions are a rank-1 lattice, and VPLs are taken at equal
+// steps of their shares of the draws, along their list, which is in Morton order; each receiver shifts both by numbers of its own.
 
 struct BounceParameters {
     // C
@@ -259,7 +259,7 @@ fn follow_directions() {
     }
 }
 
-fn follow_to_vpls(first: u32, end: u32, shift: f32, first_record: u32) {
+fn follow_to_vpls(first: u32, end: u32, shift: f32, first_record: u32, is_receiver: bool) {
     for (var i = 0u; i < RAYS; i++) {
         let draw = draw_of(first, i);
         let x = (f32(draw) + shift) / f32(parameters.draws);
@@ -283,14 +283,14 @@ fn follow_to_vpls(first: u32, end: u32, shift: f32, first_record: u32) {
 #endif
         let found = bring(direction, distance_squared, radiance, -dot(normal_shininess.xyz, direction), position_area.w, share);
         put_brought(i, found);
-        let is_wanted = draw < end && any(found.irradiance > vec3<f32>(0.0));
+        let is_wanted = draw < end && parameters.range_count > 0u && any(found.irradiance > vec3<f32>(0.0));
         put_ray(i, position_area.xyz - receiver_start, select(NOT_WANTED, 1.0, is_wanted));
     }
     trace(receiver_start, true);
     add_unblocked();
     if (parameters.is_pilot == 1u) {
 #repeat SLOT 8
-        if (draw_of(first, SLOTu) < end) {
+        if (is_receiver && draw_of(first, SLOTu) < end) {
             let sum_SLOT = dot(brought[SLOT], vec3<f32>(1.0));
             brought_by_vpls[first_record + draw_of(first, SLOTu)] = select(sum_SLOT, 0.0, ray_nearness[SLOT] > 1.0);
         }
@@ -369,7 +369,7 @@ fn compute_main(
         }
         follow_directions();
 #endif
-        follow_to_vpls(first, end, shift_of_vpls, first_record);
+        follow_to_vpls(first, end, shift_of_vpls, first_record, is_receiver);
     }
 
     let diffuse_sum = subgroupAdd(diffuse);
@@ -380,8 +380,12 @@ fn compute_main(
         let place = 2u * (parameters.first_result + slot);
         let is_first = parameters.first_draw == 0u;
         bounced[place] = select(bounced[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse_sum, 0.0);
+#if PHONG
+        var specular_sum_or_none = vec3<f32>(0.0);
 #if GLOSSY
-        bounced[place + 1u] = select(bounced[place + 1u], vec4<f32>(0.0), is_first) + vec4<f32>(specular_sum, 0.0);
+        specular_sum_or_none = specular_sum;
+#endif
+        bounced[place + 1u] = select(bounced[place + 1u], vec4<f32>(0.0), is_first) + vec4<f32>(specular_sum_or_none, 0.0);
 #endif
     }
 }

@@ -38,8 +38,14 @@ fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hi
     let c0 = corner0.xyz - origin;
     let c1 = corner1.xyz - origin;
     let c2 = corner2.xyz - origin;
-    let weight = vec3<f32>(dot(direction, cross(c1, c2)), dot(direction, cross(c2, c0)), dot(direction, cross(c0, c1)));
-    let b = weight / (weight.x + weight.y + weight.z);
+    // As in trace.wgsl: from sums and differences of corners, whose products do not cancel in small triangles.
+    let weight = vec3<f32>(dot(direction, cross(c1 + c2, c2 - c1)), dot(direction, cross(c2 + c0, c0 - c2)),
+        dot(direction, cross(c0 + c1, c1 - c0)));
+    let total = weight.x + weight.y + weight.z;
+    let shares = weight / select(total, 1.0, total == 0.0);
+    let b1 = clamp(shares.y, 0.0, 1.0);
+    let b2 = clamp(shares.z, 0.0, 1.0 - b1);
+    let b = vec3<f32>(1.0 - b1 - b2, b1, b2);
 
     var hit: Hit;
     hit.position = corner0.xyz + b.y * (corner1.xyz - corner0.xyz) + b.z * (corner2.xyz - corner0.xyz);

@@ -32,11 +32,6 @@ var<immediate> parameters: PredictParameters;
 const BASE: u32 = 0u;
 const CENTRES: u32 = 1u;
 const EDGES: u32 = 2u;
-const NO_PIXEL: u32 = 0xffffffffu;
-// Gathered, but there was no prediction to be judged by it.
-const UNJUDGED: f32 = 0.5;
-const WITH_PREDICTION: f32 = -1.0;
-const WITHOUT_PREDICTION: f32 = -2.0;
 const INTERPOLATED: f32 = -3.0;
 // Of a neighbour's normal with the pixel's.
 const MIN_COSINE: f32 = 0.9;
@@ -75,8 +70,12 @@ fn is_same_surface(position: vec3<f32>, normal: vec3<f32>, pixel: vec2<u32>) -> 
 }
 
 @compute @workgroup_size(64)
-fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let item = id.x;
+fn compute_main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let item = 64u * (group.y * groups.x + group.x) + local;
     if (item >= parameters.item_count) {
         return;
     }

@@ -7,7 +7,6 @@
 // The same, matte ones first, then glossy ones.
 @group(0) @binding(5) var<storage, read_write> receivers: array<u32>;
 
-const NO_PIXEL: u32 = 0xffffffffu;
 
 fn list_of(item: u32) -> u32 {
     let packed = candidates[item];

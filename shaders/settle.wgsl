@@ -16,8 +16,6 @@ struct SettleParameters {
 @group(0) @binding(6) var<storage, read> bounced: array<vec4<f32>>;
 var<immediate> parameters: SettleParameters;
 
-const UNJUDGED: f32 = 0.5;
-const WITH_PREDICTION: f32 = -1.0;
 
 @compute @workgroup_size(64)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {

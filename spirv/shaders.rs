@@ -2572,7 +2572,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "candidates", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("BASE", 0), ("CENTRES", 1), ("EDGES", 2), ("NO_PIXEL", 4294967295), ("NEIGHBOURS", 12), ],
+        constants: &[("NO_PIXEL", 4294967295), ("BASE", 0), ("CENTRES", 1), ("EDGES", 2), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_lambert.spv"),
     },
     Module {
@@ -2588,7 +2588,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "candidates", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("BASE", 0), ("CENTRES", 1), ("EDGES", 2), ("NO_PIXEL", 4294967295), ("NEIGHBOURS", 12), ],
+        constants: &[("NO_PIXEL", 4294967295), ("BASE", 0), ("CENTRES", 1), ("EDGES", 2), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_phong.spv"),
     },
     Module {
@@ -2660,7 +2660,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
         ],
-        constants: &[],
+        constants: &[("NO_PIXEL", 4294967295), ],
         spirv: include_bytes!("settle_lambert.spv"),
     },
     Module {
@@ -2676,7 +2676,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
         ],
-        constants: &[],
+        constants: &[("NO_PIXEL", 4294967295), ],
         spirv: include_bytes!("settle_phong.spv"),
     },
     Module {

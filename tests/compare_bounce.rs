@@ -8,7 +8,7 @@ mod rooms;
 use std::ops::ControlFlow;
 
 use camlux::{
-    RayKernel, RenderOptions, Scene,
+    Error, Progress, RayKernel, RenderOptions, Scene,
     metrics::{Comparison, Pixels},
     output::{Frame, Layer},
     reference::Reference,
@@ -61,7 +61,7 @@ fn error_and_bias(image: &Frame, truth: &Frame) -> (f64, f64) {
 
 /// Renders, prints and checks: the true error at most 1.3 times the one asked for, no bias over 1 %, and an estimate that is not far off.
 #[track_caller]
-fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) {
+fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) -> Frame {
     let frame = gpu.render(&by_rays(scene.clone(), asked));
     let (error, bias) = error_and_bias(&frame, truth);
     let estimated = frame.stats.estimated_error.expect("it is estimated");
@@ -75,6 +75,7 @@ fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) {
         estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005,
         "{name}: {estimated} for {error}"
     );
+    frame
 }
 
 #[test]
@@ -85,6 +86,61 @@ fn the_error_asked_for_is_met_in_the_demo_scenes() {
         let truth = reference_of(&scene, 256);
         check(&mut gpu, name, &scene, &truth, 0.05);
     }
+}
+
+/// Large enough for a lattice whose pixels lie apart: most pixels are interpolated, and the error is still the one asked for.
+#[test]
+fn most_pixels_are_interpolated() {
+    let mut gpu = Gpu::open();
+    for name in ["cornell", "cornell_spot"] {
+        let scene = demo_scene(name, [224, 224]);
+        let truth = reference_of(&scene, 32);
+        let frame = check(&mut gpu, name, &scene, &truth, 0.04);
+        // A pixel that is gathered takes 192 rays or more.
+        let rays_per_pixel = frame.stats.ray_count as f64 / (224.0 * 224.0);
+        println!("{name}: {rays_per_pixel:.0} rays a pixel");
+        assert!(rays_per_pixel < 192.0, "{name}");
+    }
+}
+
+/// Progress never goes back, and where it is answered with a break, nothing but an error comes of it.
+#[test]
+fn progress_and_cancelling() {
+    let mut gpu = Gpu::open();
+    let scene = by_rays(demo_scene("cornell", [64, 64]), 0.05);
+    let mut seen = Vec::new();
+    let mut report = |progress: Progress| {
+        seen.push(progress.fraction);
+        ControlFlow::Continue(())
+    };
+    let mut options = RenderOptions {
+        progress: Some(&mut report),
+        ..RenderOptions::default()
+    };
+    gpu.renderer
+        .render(&scene, &mut options)
+        .expect("it renders");
+    assert!(seen.len() > 10);
+    assert!(
+        seen.is_sorted() && seen.iter().all(|f| (0.0..=1.0).contains(f)),
+        "{seen:?}"
+    );
+    let mut left = seen.len() / 2;
+    let mut cancel = |_| {
+        left -= 1;
+        if left == 0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let mut options = RenderOptions {
+        progress: Some(&mut cancel),
+        ..RenderOptions::default()
+    };
+    let cancelled = gpu.renderer.render(&scene, &mut options);
+    assert!(matches!(cancelled, Err(Error::Cancelled)));
+    gpu.render(&scene);
 }
 
 /// The lamp is in the next room. What it sends through the slit is hard to find from either end.

@@ -26,6 +26,8 @@ use crate::{
 const APPRAISED_PIXELS: u32 = 1024;
 /// Draws of the first look at the scene.
 const PILOT_DRAWS: u32 = 64;
+/// Draws of a second one, where the first has seen no light.
+const SECOND_LOOK_DRAWS: u32 = 1024;
 /// The noise of a gather falls with this power of its draws (measured: 0.68 to 0.77).
 const NOISE_RATE: f64 = 0.72;
 /// Draws of a gather at most.
@@ -51,15 +53,29 @@ struct Appraisal {
     error: f64,
     signal: f64,
     noise: f64,
+    /// Of `error`, from how it scatters over the pixels.
+    standard_error: f64,
+    /// Of the gathers.
+    draws: u32,
 }
 
 impl Appraisal {
+    /// Not below its own standard error: few pixels may show none by chance.
     fn relative_error(&self) -> f64 {
-        (self.error.max(0.0) / self.signal).sqrt()
+        (self.error.max(self.standard_error) / self.signal).sqrt()
     }
 
-    fn relative_noise(&self) -> f64 {
-        (self.noise / self.signal).sqrt()
+    /// Of a gather with so many draws.
+    fn relative_noise(&self, draws: u32) -> f64 {
+        let fewer = f64::from(self.draws) / f64::from(draws);
+        (self.noise / self.signal).sqrt() * fewer.powf(NOISE_RATE)
+    }
+
+    /// Draws whose noise is this.
+    fn draws_for(&self, noise: f64) -> u32 {
+        let more = (self.relative_noise(PILOT_DRAWS) / noise).powf(1.0 / NOISE_RATE);
+        let steps = (f64::from(PILOT_DRAWS) * more / f64::from(DRAWS_STEP)).ceil();
+        (steps.clamp(1.0, f64::from(MAX_DRAWS / DRAWS_STEP)) as u32) * DRAWS_STEP
     }
 }
 
@@ -81,10 +97,13 @@ struct Effort {
 impl Effort {
     /// For an error aimed at, with rays whose noise the pilot measured.
     fn by_rays(aim: f64, pilot: &Appraisal) -> Effort {
-        let noise = NOISE_OVER_TARGET * aim;
+        let wanted = NOISE_OVER_TARGET * aim;
+        let draws = pilot.draws_for(wanted);
+        // More than the draws can do is not wanted of interpolation either.
+        let noise = wanted.max(pilot.relative_noise(draws));
         Effort {
-            draws: draws_for(pilot.relative_noise() / noise),
-            tolerance: Some((TOLERANCE_OVER_NOISE * noise).clamp(0.02, 0.2)),
+            draws,
+            tolerance: Some((TOLERANCE_OVER_NOISE * noise).min(0.2)),
         }
     }
 
@@ -118,15 +137,22 @@ impl Adaptive<'_> {
     ) -> Result<Option<f64>> {
         let target = self.plan.target_error;
         let mut sample = self.sample(cost)?;
-        source.begin_pilot(2 * sample.count, PILOT_DRAWS)?;
-        let mut pilot = self.appraise(source, &mut sample, PILOT_DRAWS, progress, cost)?;
-        if source.learn(2 * sample.count, PILOT_DRAWS)? {
-            pilot = self.appraise(source, &mut sample, PILOT_DRAWS, progress, cost)?;
+        let sample_count = sample.count;
+        source.begin_pilot(2 * sample_count, PILOT_DRAWS)?;
+        let mut look = |draws, progress: &mut _, source: &mut _| {
+            self.appraise(source, &mut sample, (draws, 0.0), progress, cost)
+        };
+        let mut pilot = look(PILOT_DRAWS, progress, source)?;
+        if source.learn(2 * sample_count, PILOT_DRAWS)? {
+            pilot = look(PILOT_DRAWS, progress, source)?;
+        }
+        if pilot.signal <= 0.0 && !source.is_exact() {
+            pilot = look(SECOND_LOOK_DRAWS, progress, source)?;
         }
         if pilot.signal <= 0.0 {
             return Ok(None);
         }
-        let radiance = (pilot.signal / (3.0 * f64::from(sample.count))).sqrt();
+        let radiance = (pilot.signal / (3.0 * f64::from(sample_count))).sqrt();
         let images = BounceImages::new(self.context.device, self.context.plan)?;
         let mut aim = target;
         let mut attempt = 0;
@@ -146,7 +172,7 @@ impl Adaptive<'_> {
             }
             self.refine(source, &images, &effort, radiance, progress, cost)?;
             let error = self
-                .appraise(source, &mut sample, effort.draws, progress, cost)?
+                .appraise(source, &mut sample, (effort.draws, 1.0), progress, cost)?
                 .relative_error();
             if error <= target || attempt == MAX_ATTEMPTS || effort.draws == MAX_DRAWS {
                 return Ok(Some(error));
@@ -228,20 +254,30 @@ impl Adaptive<'_> {
     /// Chooses the sample.
     fn sample(&self, cost: &mut Cost) -> Result<Sample> {
         let device = self.context.device;
-        let pixels = scattered(self.context.plan.resolution_px, APPRAISED_PIXELS);
-        let refinement = Refinement::with_candidates(device, &pixels)?;
-        let mut recorder = Recorder::new(device, 4)?;
-        refine::list(&mut recorder, self.context, self.gbuffer, &refinement)?;
-        cost.submit(recorder)?;
-        let runs = refinement.runs()?;
-        let count = runs.iter().map(|run| run.count).sum();
-        Ok(Sample {
-            refinement,
-            runs,
-            count,
-            results: results(device, 2 * count)?,
-            is_exact: false,
-        })
+        let [width, height] = self.context.plan.resolution_px;
+        let mut asked = APPRAISED_PIXELS;
+        loop {
+            let pixels = scattered([width, height], asked);
+            let refinement = Refinement::with_candidates(device, &pixels)?;
+            let mut recorder = Recorder::new(device, 4)?;
+            refine::list(&mut recorder, self.context, self.gbuffer, &refinement)?;
+            cost.submit(recorder)?;
+            let runs = refinement.runs()?;
+            let count = runs.iter().map(|run| run.count).sum();
+            // Where little of the image shows a surface, more places are looked at.
+            if count >= APPRAISED_PIXELS / 4
+                || u64::from(asked) >= u64::from(width) * u64::from(height)
+            {
+                return Ok(Sample {
+                    refinement,
+                    runs,
+                    count,
+                    results: results(device, 2 * count)?,
+                    is_exact: false,
+                });
+            }
+            asked = asked.saturating_mul(4);
+        }
     }
 
     /// Compares the image with gathers of the sample: two with draws of their own, or the one that is exact.
@@ -249,13 +285,13 @@ impl Adaptive<'_> {
         &self,
         source: &mut impl Source,
         sample: &mut Sample,
-        draws: u32,
+        (draws, fraction): (u32, f64),
         progress: &mut ProgressReport,
         cost: &mut Cost,
     ) -> Result<Appraisal> {
         let device = self.context.device;
         let count = sample.count;
-        let mut report = || progress.report_attempt("appraise", 1.0);
+        let mut report = || progress.report_attempt("appraise", fraction);
         let gathers = match (source.is_exact(), sample.is_exact) {
             (false, _) => 2,
             (true, false) => 1,
@@ -287,12 +323,19 @@ impl Adaptive<'_> {
             (&appraisals, count),
         )?;
         cost.submit(recorder)?;
-        let mut sum = Appraisal::default();
+        let mut sum = Appraisal {
+            draws: draws.max(1),
+            ..Appraisal::default()
+        };
+        let mut squares = 0.0;
         for &[error, signal, noise, _] in appraisals.mapped::<[f32; 4]>(count as usize)? {
             sum.error += f64::from(error);
             sum.signal += f64::from(signal);
             sum.noise += 0.5 * f64::from(noise);
+            squares += f64::from(error).powi(2);
         }
+        let mean_square = sum.error * sum.error / f64::from(count.max(1));
+        sum.standard_error = (squares - mean_square).max(0.0).sqrt();
         Ok(sum)
     }
 }
@@ -301,13 +344,6 @@ impl Adaptive<'_> {
 fn results(device: &Device, receiver_count: u32) -> Result<Buffer> {
     let bytes = u64::from(receiver_count) * 2 * size_of::<[f32; 4]>() as u64;
     Buffer::new(device, "bounced light", bytes, BufferUse::Device)
-}
-
-/// Draws that bring the noise of the pilot's down by a factor.
-fn draws_for(factor: f64) -> u32 {
-    let draws = f64::from(PILOT_DRAWS) * factor.powf(1.0 / NOISE_RATE);
-    let steps = (draws / f64::from(DRAWS_STEP)).ceil();
-    (steps.clamp(1.0, f64::from(MAX_DRAWS / DRAWS_STEP)) as u32) * DRAWS_STEP
 }
 
 /// About `count` pixels, one at a place of its own in each cell of a grid over the image; as column + 65536 · row.
@@ -358,8 +394,15 @@ mod tests {
 
     #[test]
     fn half_the_noise_takes_draws_in_whole_packets() {
-        assert_eq!(draws_for(0.1), DRAWS_STEP);
-        assert_eq!(draws_for(2.0), 192);
-        assert_eq!(draws_for(1e9), MAX_DRAWS);
+        let pilot = Appraisal {
+            signal: 1.0,
+            noise: 0.01,
+            draws: PILOT_DRAWS,
+            ..Appraisal::default()
+        };
+        assert_eq!(pilot.draws_for(1.0), DRAWS_STEP);
+        assert_eq!(pilot.draws_for(0.05), 192);
+        assert_eq!(pilot.draws_for(1e-9), MAX_DRAWS);
+        assert!((pilot.relative_noise(PILOT_DRAWS) - 0.1).abs() < 1e-12);
     }
 }

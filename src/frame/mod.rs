@@ -186,7 +186,7 @@ pub(crate) fn draw(
 
     if let Some(indirect) = &indirect
         && let Some(refinement) = indirect.plan.refinement()
-        && listed_vpls.iter().any(|listed| listed.count() > 0)
+        && (indirect.plan.bounce().is_some() || listed_vpls.iter().any(|listed| listed.count() > 0))
     {
         let adaptive = Adaptive {
             context,

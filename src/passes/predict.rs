@@ -7,6 +7,9 @@ use crate::{
     vulkan::{Buffer, Device, Image, ImageShape, Recorder, Resource, shaders::PredictParameters},
 };
 
+/// Workgroups of a row that every Vulkan device takes.
+const MAX_GROUPS: u32 = 65_535;
+
 /// What is known of each pixel's bounce.
 pub(crate) struct BounceImages {
     /// Irradiance by the bounce, W/m²; and whether it is known, and how well.
@@ -112,7 +115,13 @@ pub(crate) fn predict<'r>(
     resources.extend(images.resources());
     resources.push(("candidates", Resource::Buffer(candidates)));
     let groups = (columns * rows).div_ceil(pipeline.module.workgroup_size[0]);
+    let groups_per_row = groups.min(MAX_GROUPS);
     recorder.pass("predict", |recorder| {
-        recorder.dispatch(&pipeline, &resources, &parameters, [groups, 1, 1])
+        recorder.dispatch(
+            &pipeline,
+            &resources,
+            &parameters,
+            [groups_per_row, groups.div_ceil(groups_per_row.max(1)), 1],
+        )
     })
 }

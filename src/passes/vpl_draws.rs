@@ -68,7 +68,12 @@ impl VplDraws {
         let power_w: f64 = lit().map(|light| light.power_w).sum();
         let mut tiles = Vec::new();
         for light in lights {
-            let light_share = 0.5 / lit().count() as f64 + 0.5 * light.power_w / power_w;
+            let by_power = if power_w > 0.0 {
+                light.power_w / power_w
+            } else {
+                0.0
+            };
+            let light_share = 0.5 / lit().count().max(1) as f64 + 0.5 * by_power;
             let vpl_count: u32 = light.tile_lengths.iter().sum();
             let mut first_vpl = light.parameters.first_vpl;
             // A light with fewer faces than another leaves room.

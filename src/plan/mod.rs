@@ -285,7 +285,9 @@ fn planned_rsm_size(indirect: Indirect, light_count: usize) -> u32 {
     match (indirect.visibility, indirect.rsm_size) {
         (Visibility::None, size) => size.unwrap_or(1),
         // At least a tile.
-        (Visibility::Rays, Some(size)) => size.next_power_of_two().max(8),
+        (Visibility::Rays, Some(size)) => {
+            size.checked_next_power_of_two().unwrap_or(1 << 31).max(8)
+        }
         // Many lights share the room that one has.
         (Visibility::Rays, None) => match light_count {
             0..=4 => 128,
