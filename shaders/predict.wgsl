@@ -20,8 +20,7 @@ struct PredictParameters {
 @group(0) @binding(2) var ks_shininess: texture_2d<f32>;
 @group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read_write>;
 #endif
-// Irradiance by the bounce, W/m²; state: 0 (unknown), WITH_PREDICTION or WITHOUT_PREDICTION (to be gathered), UNJUDGED or 1 + the
-// error seen (gathered), INTERPOLATED − the error expected. Errors are over the image's radiance.
+// Irradiance by the bounce, W/m²; the pixel's state.
 @group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
 // Pixels to gather as column + 65536 · row, or NO_PIXEL.
 @group(0) @binding(5) var<storage, read_write> candidates: array<u32>;
@@ -32,7 +31,6 @@ var<immediate> parameters: PredictParameters;
 const BASE: u32 = 0u;
 const CENTRES: u32 = 1u;
 const EDGES: u32 = 2u;
-const INTERPOLATED: f32 = -3.0;
 // Of a neighbour's normal with the pixel's.
 const MIN_COSINE: f32 = 0.9;
 // How far a neighbour may lie off the pixel's tangent plane, over its distance.

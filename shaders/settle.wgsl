@@ -16,7 +16,6 @@ struct SettleParameters {
 @group(0) @binding(6) var<storage, read> bounced: array<vec4<f32>>;
 var<immediate> parameters: SettleParameters;
 
-
 @compute @workgroup_size(64)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= parameters.receiver_count) {

@@ -1,13 +1,15 @@
 //! Speed as ratios of things measured in one run: `cargo bench --bench speed`.
 //!
 //! `gather`: the gather kernels, by GPU timestamps, against a hand-vectorised loop of the same formula on as many threads;
-//! both take turns, so that what else the machine does hits both. `frame`: the whole program, from its start to its end,
-//! with an OpenEXR file written.
+//! both take turns, so that what else the machine does hits both. `sums`: sums at few pixels against those at every pixel.
+//! `frame`: the whole program, from its start to its end, with an OpenEXR file written. One of these words runs that part alone:
+//! `cargo bench --bench speed -- sums`.
 
 mod frame;
 mod gather;
 #[cfg(target_arch = "x86_64")]
 mod native;
+mod sums;
 
 use std::{
     env, fs,
@@ -56,9 +58,20 @@ fn report() -> Result<(), Failure> {
     println!("CPU      {}", cpu_model());
     println!("threads  {threads} ({DRIVER_THREADS}, and as many for the native loop)");
     println!();
-    gather::report(&device, threads)?;
-    println!();
-    frame::report()
+    let only = env::args().skip(1).find(|word| !word.starts_with('-'));
+    let is_wanted = |part: &str| only.as_ref().is_none_or(|only| only == part);
+    if is_wanted("gather") {
+        gather::report(&device, threads)?;
+        println!();
+    }
+    if is_wanted("sums") {
+        sums::report(&device)?;
+        println!();
+    }
+    if is_wanted("frame") {
+        frame::report()?;
+    }
+    Ok(())
 }
 
 fn cpu_model() -> String {

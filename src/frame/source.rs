@@ -13,7 +13,7 @@ use crate::{
 };
 
 /// Pixels of an image of which a sample is but a small part.
-const LEAST_PIXELS: u32 = 1 << 14;
+const LEAST_PIXELS: u32 = 1 << 15;
 /// VPLs of a sum that takes longer than interpolation: predicting, listing and resolving all pixels costs about as much as 400 VPLs
 /// on lavapipe.
 const LEAST_VPLS: u32 = 1024;
