@@ -11,8 +11,6 @@ use crate::{LocalSpace, Scene};
 
 /// Triangles that stand alone come in groups of as many.
 const GROUP: usize = 8;
-/// Texels of the boxes before the first node.
-const HEADER_TEXELS: u64 = 3;
 /// Texels of a triangle: its corners, each with a component of the unit normal; its place in the scene.
 const TRIANGLE_TEXELS: usize = 4;
 /// Triangles of a scene without a tree, and those beside a tree, at most.
@@ -30,12 +28,7 @@ const BOX_SLACK: f32 = 6e-6;
 
 pub(crate) type Texel = [f32; 4];
 
-/// Texels of the boxes over so many triangles at most.
-pub(crate) fn max_box_texels(triangle_count: u64) -> u64 {
-    HEADER_TEXELS + 2 * triangle_count
-}
-
-/// Texels of so many triangles at most.
+/// Texels of so many triangles at most. Boxes have fewer.
 pub(crate) fn max_triangle_texels(triangle_count: u64) -> u64 {
     TRIANGLE_TEXELS as u64 * (triangle_count + GROUP as u64)
 }

@@ -209,7 +209,8 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     scene.lights = vec![scene.lights[0]; 10];
     assert!(Plan::new(&scene, &device).is_ok());
     scene.lights = vec![scene.lights[0]; 11];
-    let mend = "set a smaller rsm_size or visibility = \"none\" in [indirect], use fewer lights";
+    let mend =
+        "set a smaller rsm_size, or visibility = \"none\" without target_error, in [indirect], use";
     let says = "the list of all lights' VPLs (rows) is 66, over the limit of 64";
     assert_refused(&scene, &device, &[says, mend]);
     device.limits.max_image_px = 16_384;

@@ -5,12 +5,12 @@ use crate::{
     vulkan::{DeviceInfo, DeviceKind},
 };
 
-/// How rays go through the tree of boxes.
+/// How rays meet the scene's large triangles; through the tree of boxes each lane goes by itself in any case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RayKernel {
-    /// The rays of a subgroup go together, for which it takes eight lanes; these load a node's words and broadcast them.
+    /// The rays of a subgroup together, for which it takes eight lanes: each works one triangle out and broadcasts it.
     Packet,
-    /// Every ray goes by itself.
+    /// The rays of each lane by themselves.
     Single,
 }
 

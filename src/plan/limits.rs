@@ -3,7 +3,7 @@
 use super::{IndirectPlan, MAX_TRIANGLES, PIXEL_BYTES, Plan};
 use crate::{
     Error, Result,
-    ray_tree::{max_box_texels, max_triangle_texels},
+    ray_tree::max_triangle_texels,
     scene::{Scene, Texture},
     vulkan::DeviceInfo,
 };
@@ -168,21 +168,22 @@ impl Plan {
             "set {}, simplify the meshes, or choose another device",
             without_rays.join(" and ")
         );
-        for (what, texels) in [
-            ("the tree of boxes for rays", max_box_texels(triangles)),
-            ("the triangles for rays", max_triangle_texels(triangles)),
-        ] {
-            let rows = texels.div_ceil(ROW_TEXELS);
-            let max_rows = limits.max_image_px.into();
-            check_limit(device, &format!("{what} (rows)"), rows, max_rows, &mend)?;
-            check_limit(
-                device,
-                &format!("{what} (bytes)"),
-                rows * ROW_TEXELS * PIXEL_BYTES,
-                limits.max_allocation_bytes,
-                &mend,
-            )?;
-        }
+        // Their boxes take half of that.
+        let rows = max_triangle_texels(triangles).div_ceil(ROW_TEXELS);
+        check_limit(
+            device,
+            "the triangles for rays (rows)",
+            rows,
+            limits.max_image_px.into(),
+            &mend,
+        )?;
+        check_limit(
+            device,
+            "the triangles for rays (bytes)",
+            rows * ROW_TEXELS * PIXEL_BYTES,
+            limits.max_allocation_bytes,
+            &mend,
+        )?;
         if self.bounce().is_none() {
             return Ok(());
         }

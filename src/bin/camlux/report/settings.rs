@@ -70,7 +70,7 @@ mod tests {
             [
                 "rsm-average: 8², 16², 32², 64², 128², 256²",
                 "instant-radiosity, no visibility: 8², 16², 32², 64², 128², 256²",
-                "instant-radiosity: asked 20 %, asked 10 %, asked 5 %, asked 2 %, asked 1 %",
+                "instant-radiosity: asked 10 %, asked 5 %, asked 3 %, asked 2 %, asked 1 %, asked 0.5 %",
             ]
         );
         assert_eq!(
