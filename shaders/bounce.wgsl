@@ -6,6 +6,11 @@
 // A subgroup takes a receiver. The draws are sets that fall evenly: directions are a rank-1 lattice, and VPLs are taken at equal
 // steps of their shares of the draws, along their list, which is in Morton order; each receiver shifts both by numbers of its own.
 
+// Parts of 0 to 1 in which the range of a draw is known.
+const GUIDE_CELLS: u32 = 4096u;
+// Texels along the edge of a tile; compact.wgsl takes as many together.
+const TILE_TEXELS: u32 = 8u;
+
 struct BounceParameters {
     // C
     camera_position: vec3<f32>,
@@ -65,10 +70,6 @@ var<private> receiver_normal: vec3<f32>;
 var<private> receiver_geometric: vec3<f32>;
 var<private> receiver_mirror: vec3<f32>;
 var<private> receiver_shininess: f32;
-const GUIDE_CELLS: u32 = 4096u;
-// Texels along the edge of a tile; compact.wgsl takes as many together.
-const TILE_TEXELS: u32 = 8u;
-
 var<private> own_lane: u32;
 var<private> diffuse: vec3<f32>;
 var<private> specular: vec3<f32>;

@@ -1,8 +1,6 @@
 // The pixels that show a surface, those with a specular term apart from those without: the gather spends no pair on the
 // background and no lobe on a matte surface.
 
-@group(0) @binding(2) var position_mesh: texture_2d<f32>;
-@group(0) @binding(3) var ks_shininess: texture_2d<f32>;
 // Pixels as column + 65536 · row, matte ones first, then glossy ones.
 @group(0) @binding(4) var<storage, read_write> receivers: array<u32>;
 
@@ -12,16 +10,7 @@ fn pixel_of(item: u32) -> vec2<u32> {
 }
 
 fn list_of(item: u32) -> u32 {
-    let pixel = pixel_of(item);
-    if (textureLoad(position_mesh, pixel, 0).w == 0.0) {
-        return NOTHING;
-    }
-#if PHONG
-    if (any(textureLoad(ks_shininess, pixel, 0).rgb > vec3<f32>(0.0))) {
-        return GLOSSY;
-    }
-#endif
-    return MATTE;
+    return list_of_pixel(pixel_of(item));
 }
 
 #if WRITE

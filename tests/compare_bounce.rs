@@ -69,6 +69,8 @@ fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) ->
         "{name}: asked {asked}, estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}, {} k rays",
         frame.stats.ray_count / 1000
     );
+    // Nor is more done than was asked for.
+    assert!(error >= asked / 3.0, "{name}: {error} for {asked}");
     assert!(error <= 1.3 * asked, "{name}: {error} for {asked}");
     assert!(bias.abs() <= 0.01, "{name}: bias {bias}");
     assert!(
@@ -259,7 +261,8 @@ fn light_comes_from_afar() {
 #[test]
 fn kernels_agree() {
     let mut gpu = Gpu::open();
-    for name in ["cornell", "glossy"] {
+    // No ray of the box differs; in the glossy room one may, and the noise asked for is the bound.
+    for (name, bound) in [("cornell", 1e-3), ("glossy", 0.1)] {
         let scene = by_rays(demo_scene(name, [48, 48]), 0.1);
         let images = RayKernel::ALL.map(|kernel| {
             let mut options = RenderOptions {
@@ -281,7 +284,7 @@ fn kernels_agree() {
         let square: f64 = one.iter().map(|a| f64::from(*a).powi(2)).sum();
         let apart = (difference / square).sqrt();
         println!("{name}: {apart:.1e} apart");
-        assert!(apart < 0.1);
+        assert!(apart < bound);
     }
 }
 

@@ -6,27 +6,22 @@
 
 mod embree;
 mod rays;
+#[path = "../two_threads.rs"]
+mod two_threads;
 
-use std::{
-    env, fs,
-    path::Path,
-    process::{Command, ExitCode},
-};
+use std::{env, fs, path::Path, process::ExitCode};
 
 use camlux::{Device, DeviceOptions, RayKernel, Scene, ray_probe::RayProbe};
 use embree::Embree;
 use rays::Rays;
+use two_threads::{DRIVER_THREADS, Failure};
 
-/// Threads of lavapipe, read when the driver is loaded.
-const DRIVER_THREADS: &str = "LP_NUM_THREADS";
 /// Turns of either side, after one to warm up; the fastest counts, for others use the machine too.
 const TURNS: usize = 9;
 /// Scenes, and the least any-hit rate over Embree's.
 const BARS: [(&str, f64); 2] = [("cornell", 1.0), ("knot", 0.7)];
 /// Rays that both sides may tell apart: those within rounding of an edge.
 const MAX_DIFFERENT: f64 = 1e-4;
-
-type Failure = Box<dyn std::error::Error>;
 
 /// What tracing all rays took.
 #[derive(Clone, Copy)]
@@ -58,29 +53,7 @@ impl Time {
 }
 
 fn main() -> ExitCode {
-    // The environment of a running process cannot be changed safely.
-    if env::var_os(DRIVER_THREADS).is_none() {
-        return run_again().unwrap_or_else(fail);
-    }
-    report().map_or_else(fail, |()| ExitCode::SUCCESS)
-}
-
-fn fail(failure: Failure) -> ExitCode {
-    eprintln!("rays: {failure}");
-    ExitCode::FAILURE
-}
-
-/// Runs this program with two threads for the driver.
-fn run_again() -> Result<ExitCode, Failure> {
-    let status = Command::new(env::current_exe()?)
-        .args(env::args_os().skip(1))
-        .env(DRIVER_THREADS, "2")
-        .status()?;
-    Ok(if status.success() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    })
+    two_threads::run("rays", report)
 }
 
 fn report() -> Result<(), Failure> {

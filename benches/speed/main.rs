@@ -10,43 +10,16 @@ mod gather;
 #[cfg(target_arch = "x86_64")]
 mod native;
 mod sums;
+#[path = "../two_threads.rs"]
+mod two_threads;
 
-use std::{
-    env, fs,
-    process::{Command, ExitCode},
-};
+use std::{env, fs, process::ExitCode};
 
 use camlux::{Device, DeviceOptions};
-
-/// Threads of lavapipe, read when the driver is loaded.
-const DRIVER_THREADS: &str = "LP_NUM_THREADS";
-
-type Failure = Box<dyn std::error::Error>;
+use two_threads::{DRIVER_THREADS, Failure};
 
 fn main() -> ExitCode {
-    // The environment of a running process cannot be changed safely.
-    if env::var_os(DRIVER_THREADS).is_none() {
-        return run_again().unwrap_or_else(fail);
-    }
-    report().map_or_else(fail, |()| ExitCode::SUCCESS)
-}
-
-fn fail(failure: Failure) -> ExitCode {
-    eprintln!("speed: {failure}");
-    ExitCode::FAILURE
-}
-
-/// Runs this program with two threads for the driver.
-fn run_again() -> Result<ExitCode, Failure> {
-    let status = Command::new(env::current_exe()?)
-        .args(env::args_os().skip(1))
-        .env(DRIVER_THREADS, "2")
-        .status()?;
-    Ok(if status.success() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    })
+    two_threads::run("speed", report)
 }
 
 fn report() -> Result<(), Failure> {

@@ -107,7 +107,7 @@ pub(crate) fn draw(
     for (index, (light, light_plan)) in scene.lights.iter().zip(&plan.lights).enumerate() {
         progress.begin_light(index, "direct")?;
         let place = match &indirect {
-            Some(indirect) => indirect.room_per_light.map(|room| index as u32 * room),
+            Some(indirect) => indirect.vpls.room_per_light.map(|room| index as u32 * room),
             None => [0; 2],
         };
         let light = DeviceLight::new(context, light, light_plan, place)?;
@@ -258,9 +258,6 @@ struct Indirect<'c> {
     plan: &'c IndirectPlan,
     rsm: Rsm,
     vpls: VplLists,
-    /// Where lists are kept: from one light's place in those of VPLs, and of tiles of its RSM, to the next one's. 0: the lights
-    /// use them in turn.
-    room_per_light: [u32; 2],
     /// Every pixel; `None` where few are gathered.
     receivers: Option<Receivers>,
     radiance: Image,
@@ -288,11 +285,6 @@ impl<'c> Indirect<'c> {
         Ok(Indirect {
             plan,
             rsm: Rsm::new(device, frame, plan.rsm_size, faces)?,
-            room_per_light: if is_refined {
-                [texels.next_multiple_of(1024), texels / 64]
-            } else {
-                [0; 2]
-            },
             vpls,
             receivers: (!is_refined)
                 .then(|| Receivers::new(device, frame))

@@ -52,6 +52,11 @@ impl Compactor {
         })
     }
 
+    /// Runs that one invocation takes each.
+    pub fn run_count(&self) -> u32 {
+        self.run_count
+    }
+
     /// The same for fewer items.
     pub fn set_item_count(&mut self, item_count: u32) -> Result<()> {
         let run_count = runs_of(item_count)?;

@@ -18,6 +18,8 @@ pub(crate) struct VplLists {
     /// Only where some material is specular.
     pub glossy: Option<Image>,
     compactor: Compactor,
+    /// From one light's place to the next one's, in the lists of all lights' VPLs and of the tiles of their RSMs.
+    pub room_per_light: [u32; 2],
 }
 
 impl VplLists {
@@ -47,6 +49,10 @@ impl VplLists {
                 .then(|| list("glossy VPLs", "GLOSSY_VPL_LAYERS"))
                 .transpose()?,
             compactor: Compactor::new(device, texel_count)?,
+            room_per_light: match light_count {
+                1 => [0; 2],
+                _ => [rows / light_count * columns, 0],
+            },
         })
     }
 
@@ -59,20 +65,23 @@ impl VplLists {
     ) -> Result<VplLists> {
         let module = Module::find("vpl", &["write", plan.brdf_word(), "bounce"])?;
         let columns = module.constant("VPLS_PER_ROW")?;
+        let rows_per_light = texel_count.div_ceil(columns);
+        let compactor = Compactor::with_run_places(device, texel_count)?;
         let layers = if plan.is_specular {
             "GLOSSY_VPL_LAYERS"
         } else {
             "VPL_LAYERS"
         };
         let shape = ImageShape {
-            size_px: [columns, light_count * texel_count.div_ceil(columns)],
+            size_px: [columns, light_count * rows_per_light],
             layers: Some(module.constant(layers)?),
             is_depth: false,
         };
         Ok(VplLists {
             matte: Image::new(device, "VPLs", shape)?,
             glossy: None,
-            compactor: Compactor::with_run_places(device, texel_count)?,
+            room_per_light: [rows_per_light * columns, compactor.run_count()],
+            compactor,
         })
     }
 
