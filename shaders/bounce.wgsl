@@ -32,33 +32,26 @@ struct BounceParameters {
     seed: u32,
 }
 
-// VPLs of a tile of 8 x 8 texels of an RSM, which lie next to each other in the list, and the draws that fall to them.
-struct VplRange {
-    first_vpl: u32,
-    vpl_count: u32,
-    // first_share ≤ x < first_share + share of 0 to 1.
-    first_share: f32,
-    share: f32,
-}
-
 @group(0) @binding(0) var position_mesh: texture_2d<f32>;
 @group(0) @binding(1) var normal_geometric: texture_2d<f32>;
 #if GLOSSY
 @group(0) @binding(3) var ks_shininess: texture_2d<f32>;
 #endif
-@group(0) @binding(4) var<storage, read> lights: array<Light>;
+// Lists in images, as that of triangles in trace.wgsl. LIGHT_TEXELS a light, as a Light lies in a buffer.
+@group(0) @binding(4) var lights: texture_storage_2d<rgba32float, read>;
 @group(0) @binding(5) var<storage, read> receivers: array<u32>;
 @group(0) @binding(6) var vpls: texture_2d_array<f32>;
-// The tiles that have VPLs.
-@group(0) @binding(7) var<storage, read> vpl_ranges: array<VplRange>;
+// The tiles of 8 x 8 texels that have VPLs, which lie next to each other: the first VPL, their number; and the draws that fall to
+// them: from which share of 0 to 1, and how much of it.
+@group(0) @binding(7) var vpl_ranges: texture_storage_2d<rgba32float, read>;
 // For every GUIDE_CELLS-th part of 0 to 1 the range in which it begins.
-@group(0) @binding(15) var<storage, read> vpl_guide: array<u32>;
+@group(0) @binding(15) var vpl_guide: texture_storage_2d<rgba32float, read>;
 // For every tile of every light the share of the draws that falls to each of its VPLs; 0: it has none.
-@group(0) @binding(16) var<storage, read> vpl_shares: array<f32>;
+@group(0) @binding(16) var vpl_shares: texture_storage_2d<rgba32float, read>;
 // What each draw of a VPL has brought; only where the parameters say so.
 @group(0) @binding(17) var<storage, read_write> brought_by_vpls: array<f32>;
 // Rank-1 lattice on the unit square in Morton order.
-@group(0) @binding(8) var<storage, read> lattice: array<vec2<f32>>;
+@group(0) @binding(8) var lattice: texture_storage_2d<rgba32float, read>;
 // Two a receiver: the irradiance by the bounce; the same weighted by the Phong lobe, Σ L·lobe·cosθ.
 @group(0) @binding(14) var<storage, read_write> bounced: array<vec4<f32>>;
 var<immediate> parameters: BounceParameters;
@@ -133,36 +126,75 @@ fn spread_bits(number: u32) -> u32 {
     return (x | (x << 1u)) & 0x55555555u;
 }
 
-fn illuminate(index: u32, position: vec3<f32>) -> Illumination {
+const LIGHT_TEXELS: u32 = 23u;
+
+// The light that rays lead to.
+var<private> held_light: Light;
+
+fn light_texel(index: u32, texel: u32) -> vec4<f32> {
+    return textureLoad(lights, list_place(LIGHT_TEXELS * index + texel));
+}
+
+// Once for all rays of a packet: it takes as long as to trace some.
+fn hold_light(index: u32) {
+    let position = light_texel(index, 0u);
+    let axis = light_texel(index, 1u);
+    let intensity = light_texel(index, 2u);
+    held_light.position = position.xyz;
+    held_light.half_extent = position.w;
+    held_light.axis = axis.xyz;
+    held_light.outer_half_angle = axis.w;
+    held_light.intensity = intensity.xyz;
+    held_light.inverse_penumbra = intensity.w;
+#repeat FACE 6
+    held_light.faces[FACE].right = light_texel(index, 3u * FACEu + 3u).xyz;
+    held_light.faces[FACE].up = light_texel(index, 3u * FACEu + 4u).xyz;
+    held_light.faces[FACE].forward = light_texel(index, 3u * FACEu + 5u).xyz;
+#endrepeat
+    let counts = bitcast<vec4<u32>>(light_texel(index, 21u));
+    let places = bitcast<vec4<u32>>(light_texel(index, 22u));
+    held_light.rsm_size = counts.z;
+    held_light.is_parallel = places.x;
+    held_light.first_tile = places.z;
+}
+
+// By the held light.
+fn illuminate(position: vec3<f32>) -> Illumination {
     var result: Illumination;
-    let from_light = position - lights[index].position;
-    let is_parallel = lights[index].is_parallel == 1u;
+    let from_light = position - held_light.position;
+    let is_parallel = held_light.is_parallel == 1u;
     var face = 0u;
-    var depth = dot(from_light, lights[index].faces[0].forward);
-    for (var other = 1u; other < lights[index].face_count; other++) {
-        let along = dot(from_light, lights[index].faces[other].forward);
-        face = select(face, other, along > depth);
-        depth = max(depth, along);
-    }
-    let size = lights[index].rsm_size;
-    let across = vec2<f32>(dot(from_light, lights[index].faces[face].right), -dot(from_light, lights[index].faces[face].up));
-    let place = across / (lights[index].half_extent * select(depth, 1.0, is_parallel));
+    var depth = dot(from_light, held_light.faces[0].forward);
+    var right = held_light.faces[0].right;
+    var up = held_light.faces[0].up;
+    // A light with fewer faces has copies of its first.
+#repeat FACE 6
+    let along_FACE = dot(from_light, held_light.faces[FACE].forward);
+    let is_deeper_FACE = along_FACE > depth;
+    face = select(face, FACEu, is_deeper_FACE);
+    depth = select(depth, along_FACE, is_deeper_FACE);
+    right = select(right, held_light.faces[FACE].right, is_deeper_FACE);
+    up = select(up, held_light.faces[FACE].up, is_deeper_FACE);
+#endrepeat
+    let size = held_light.rsm_size;
+    let across = vec2<f32>(dot(from_light, right), -dot(from_light, up));
+    let place = across / (held_light.half_extent * select(depth, 1.0, is_parallel));
     let texel = clamp((0.5 + 0.5 * place) * f32(size), vec2<f32>(0.0), vec2<f32>(f32(size) - 0.5));
     let tile = vec2<u32>(texel) / TILE_TEXELS;
     let tiles = size / TILE_TEXELS;
-    let tile_index = lights[index].first_tile + face * tiles * tiles + spread_bits(tile.x) + 2u * spread_bits(tile.y);
-    result.vpl_share = f32(parameters.draws) * vpl_shares[tile_index];
-    result.facing_area = facing_texel_area(lights[index].is_parallel, lights[index].half_extent, size, from_light, depth);
+    let tile_index = held_light.first_tile + face * tiles * tiles + spread_bits(tile.x) + 2u * spread_bits(tile.y);
+    result.vpl_share = f32(parameters.draws) * textureLoad(vpl_shares, list_place(tile_index)).x;
+    result.facing_area = facing_texel_area(held_light.is_parallel, held_light.half_extent, size, from_light, depth);
     if (is_parallel) {
-        result.to_light = -lights[index].axis;
-        result.irradiance = lights[index].intensity;
+        result.to_light = -held_light.axis;
+        result.irradiance = held_light.intensity;
         return result;
     }
     let distance_squared = max(dot(from_light, from_light), 1e-18);
     result.to_light = -from_light * inverseSqrt(distance_squared);
-    result.irradiance = select(vec3<f32>(0.0), lights[index].intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
-    if (lights[index].outer_half_angle > 0.0) {
-        result.irradiance *= spot_falloff(lights[index].axis, lights[index].outer_half_angle, lights[index].inverse_penumbra, -result.to_light);
+    result.irradiance = select(vec3<f32>(0.0), held_light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
+    if (held_light.outer_half_angle > 0.0) {
+        result.irradiance *= spot_falloff(held_light.axis, held_light.outer_half_angle, held_light.inverse_penumbra, -result.to_light);
     }
     return result;
 }
@@ -228,6 +260,7 @@ fn follow_directions() {
     met_hit[SLOT] = select(ray_hit[SLOT], NOTHING_HIT, ray_nearness[SLOT] >= NOT_WANTED);
 #endrepeat
     for (var light = 0u; light < parameters.light_count; light++) {
+        hold_light(light);
         for (var i = 0u; i < RAYS; i++) {
             var direction = met_direction[0];
             var met = met_hit[0];
@@ -237,7 +270,7 @@ fn follow_directions() {
 #endrepeat
             let is_hit = met != NOTHING_HIT;
             let hit = hit_surface(select(0u, met, is_hit), receiver_start, direction);
-            let illumination = illuminate(light, hit.position);
+            let illumination = illuminate(hit.position);
             let cosine_light = dot(hit.shading_normal, illumination.to_light);
             let geometric_cosine_light = dot(hit.geometric_normal, illumination.to_light);
             var brdf = hit.kd / PI;
@@ -254,8 +287,8 @@ fn follow_directions() {
             let end = before_surface(hit.position, hit.geometric_normal, END_SHIFT) - END_SHIFT * direction;
             put_ray(i, end, select(NOT_WANTED, 1.0, is_lit));
         }
-        let is_parallel = lights[light].is_parallel == 1u;
-        trace_to_light(select(vec4<f32>(lights[light].position, 1.0), vec4<f32>(-REACH * lights[light].axis, 0.0), is_parallel));
+        let is_parallel = held_light.is_parallel == 1u;
+        trace_to_light(select(vec4<f32>(held_light.position, 1.0), vec4<f32>(-REACH * held_light.axis, 0.0), is_parallel));
         add_unblocked();
     }
 }
@@ -264,14 +297,15 @@ fn follow_to_vpls(first: u32, end: u32, shift: f32, first_record: u32, is_receiv
     for (var i = 0u; i < RAYS; i++) {
         let draw = draw_of(first, i);
         let x = (f32(draw) + shift) / f32(parameters.draws);
-        var index = vpl_guide[min(u32(x * f32(GUIDE_CELLS)), GUIDE_CELLS - 1u)];
-        while (index + 1u < parameters.range_count && x >= vpl_ranges[index + 1u].first_share) {
+        var index = u32(textureLoad(vpl_guide, list_place(min(u32(x * f32(GUIDE_CELLS)), GUIDE_CELLS - 1u))).x);
+        var range = textureLoad(vpl_ranges, list_place(index));
+        while (index + 1u < parameters.range_count && x >= range.z + range.w) {
             index++;
+            range = textureLoad(vpl_ranges, list_place(index));
         }
-        let range = vpl_ranges[index];
-        let step = u32(max((x - range.first_share) / range.share * f32(range.vpl_count), 0.0));
-        let place = vpl_place(range.first_vpl + min(step, range.vpl_count - 1u));
-        let share = f32(parameters.draws) * range.share / f32(range.vpl_count);
+        let step = min(max((x - range.z) / range.w * range.y, 0.0), range.y - 1.0);
+        let place = vpl_place(u32(range.x) + u32(step));
+        let share = f32(parameters.draws) * range.w / range.y;
         let position_area = textureLoad(vpls, place, 0, 0);
         let normal_shininess = textureLoad(vpls, place, 1, 0);
         let offset = position_area.xyz - receiver_position;
@@ -297,6 +331,10 @@ fn follow_to_vpls(first: u32, end: u32, shift: f32, first_record: u32, is_receiv
         }
 #endrepeat
     }
+}
+
+fn lattice_point(draw: u32) -> vec2<f32> {
+    return textureLoad(lattice, list_place(min(draw, parameters.draws - 1u))).xy;
 }
 
 // The draw of a lane's ray: neighbours go together.
@@ -349,7 +387,7 @@ fn compute_main(
     for (var first = parameters.first_draw; first < end; first += lanes * RAYS) {
         for (var i = 0u; i < RAYS; i++) {
             let draw = draw_of(first, i);
-            let disc = to_disc(fract(lattice[min(draw, parameters.draws - 1u)] + shift));
+            let disc = to_disc(fract(lattice_point(draw) + shift));
             let direction = disc.x * around_normal.right + disc.y * around_normal.up
                 + sqrt(max(1.0 - dot(disc, disc), 0.0)) * receiver_normal;
             let is_wanted = draw < end && dot(receiver_geometric, direction) > 0.0;
@@ -359,7 +397,7 @@ fn compute_main(
 #if GLOSSY
         for (var i = 0u; i < RAYS; i++) {
             let draw = draw_of(first, i);
-            let disc = to_disc(fract(lattice[min(draw, parameters.draws - 1u)] + shift.yx));
+            let disc = to_disc(fract(lattice_point(draw) + shift.yx));
             // 1 − |disc|² is uniform in 0 to 1: cosθ = (1 − |disc|²)^(1/(s+1)).
             let inner = dot(disc, disc);
             let cosine = exp2(log2(max(1.0 - inner, 1e-30)) / (receiver_shininess + 1.0));

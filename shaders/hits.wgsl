@@ -1,23 +1,13 @@
 // What a ray finds on a triangle.
 
-struct Material {
-    // k_d per band; a textured surface multiplies its texture in.
-    kd: vec3<f32>,
-    // s, the Phong exponent.
-    shininess: f32,
-    // k_s per band.
-    ks: vec3<f32>,
-    // Where its texture's texels begin, and their rows and columns; a width of 0: none.
-    first_texel: u32,
-    width: u32,
-    height: u32,
-}
-
-// Sixteen words a triangle, in the order of the scene: the corners' normals (0: flat), their texture coordinates, the material.
-@group(0) @binding(11) var<storage, read> triangle_shading: array<vec4<f32>>;
-@group(0) @binding(12) var<storage, read> materials: array<Material>;
+// Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of the scene: the corners' normals
+// (0: flat), their texture coordinates, the material.
+@group(0) @binding(11) var triangle_shading: texture_storage_2d<rgba32float, read>;
+// Three a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band, and where the texture's
+// texels begin; their columns and rows, 0 for none.
+@group(0) @binding(12) var materials: texture_storage_2d<rgba32float, read>;
 #if TEXTURED
-@group(0) @binding(13) var<storage, read> texels: array<vec4<f32>>;
+@group(0) @binding(13) var texels: texture_storage_2d<rgba32float, read>;
 #endif
 
 struct Hit {
@@ -53,10 +43,10 @@ fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hi
     hit.geometric_normal = select(normal, -normal, dot(normal, direction) > 0.0);
     hit.shading_normal = hit.geometric_normal;
     let triangle = scene_triangle(hit_triangle);
-    let word0 = triangle_shading[4u * triangle];
-    let word1 = triangle_shading[4u * triangle + 1u];
-    let word2 = triangle_shading[4u * triangle + 2u];
-    let word3 = triangle_shading[4u * triangle + 3u];
+    let word0 = textureLoad(triangle_shading, list_place(4u * triangle));
+    let word1 = textureLoad(triangle_shading, list_place(4u * triangle + 1u));
+    let word2 = textureLoad(triangle_shading, list_place(4u * triangle + 2u));
+    let word3 = textureLoad(triangle_shading, list_place(4u * triangle + 3u));
 #if SMOOTH
     let blend = b.x * word0.xyz + b.y * vec3<f32>(word0.w, word1.xy) + b.z * vec3<f32>(word1.zw, word2.x);
     let length_squared = dot(blend, blend);
@@ -64,15 +54,17 @@ fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hi
     let turned = select(smooth_normal, -smooth_normal, dot(smooth_normal, hit.geometric_normal) < 0.0);
     hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
 #endif
-    let material = bitcast<u32>(word3.w);
-    hit.kd = materials[material].kd;
-    hit.ks = materials[material].ks;
-    hit.shininess = materials[material].shininess;
+    let material = 3u * u32(word3.w);
+    let kd_shininess = textureLoad(materials, list_place(material));
+    let ks_first_texel = textureLoad(materials, list_place(material + 1u));
+    hit.kd = kd_shininess.rgb;
+    hit.ks = ks_first_texel.rgb;
+    hit.shininess = kd_shininess.w;
 #if TEXTURED
-    let width = materials[material].width;
-    if (width > 0u) {
+    let size = vec2<u32>(textureLoad(materials, list_place(material + 2u)).xy);
+    if (size.x > 0u) {
         let texcoord = b.x * word2.yz + b.y * vec2<f32>(word2.w, word3.x) + b.z * word3.yz;
-        hit.kd *= sample_kd(texcoord, materials[material].first_texel, vec2<u32>(width, materials[material].height));
+        hit.kd *= sample_kd(texcoord, u32(ks_first_texel.w), size);
     }
 #endif
     return hit;
@@ -86,8 +78,12 @@ fn sample_kd(texcoord: vec2<f32>, first: u32, size: vec2<u32>) -> vec3<f32> {
     let weight = place - corner;
     let low = (vec2<u32>(vec2<i32>(corner) + vec2<i32>(size))) % size;
     let high = (low + 1u) % size;
-    let above = mix(texels[first + low.y * size.x + low.x].rgb, texels[first + low.y * size.x + high.x].rgb, weight.x);
-    let below = mix(texels[first + high.y * size.x + low.x].rgb, texels[first + high.y * size.x + high.x].rgb, weight.x);
+    let above = mix(texel(first + low.y * size.x + low.x), texel(first + low.y * size.x + high.x), weight.x);
+    let below = mix(texel(first + high.y * size.x + low.x), texel(first + high.y * size.x + high.x), weight.x);
     return mix(above, below, weight.y);
+}
+
+fn texel(index: u32) -> vec3<f32> {
+    return textureLoad(texels, list_place(index)).rgb;
 }
 #endif

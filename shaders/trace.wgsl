@@ -3,7 +3,8 @@
 //
 // A packet meets the large triangles, which stand alone, one after the other: what depends on the triangle and the rays'
 // common end is worked out once, a triangle per lane, and broadcast. The others lie in a tree of boxes, where
-// each lane takes its own way with one of its rays after the other: rays that start together soon part among small triangles.
+// each lane takes its own way with one of its rays after the other: rays that start together soon part among small triangles. A scene
+// without small triangles has no tree, and its kernels none of that.
 //
 // Everything is meant to be right but for rounding, of which u = 2^-24 is the unit: errors are bounded as in Pharr, Jakob,
 // Humphreys, "Physically Based Rendering", section "Managing rounding error".
@@ -45,12 +46,17 @@ fn put_ray(ray: u32, vector: vec3<f32>, nearness: f32) {
 #endrepeat
 }
 
+// Of a texel in an image that holds a list.
+fn list_place(index: u32) -> vec2<u32> {
+    return vec2<u32>(index & ROW_MASK, index >> ROW_SHIFT);
+}
+
 fn box_texel(index: u32) -> vec4<f32> {
-    return textureLoad(ray_boxes, vec2<u32>(index & ROW_MASK, index >> ROW_SHIFT));
+    return textureLoad(ray_boxes, list_place(index));
 }
 
 fn triangle_texel(index: u32) -> vec4<f32> {
-    return textureLoad(ray_triangles, vec2<u32>(index & ROW_MASK, index >> ROW_SHIFT));
+    return textureLoad(ray_triangles, list_place(index));
 }
 
 // So that 0 times the inverse is 0 and not NaN.
@@ -103,14 +109,12 @@ fn way_to_light(start: vec3<f32>, light_end: vec4<f32>) -> vec3<f32> {
 
 // What all rays to one light share of a triangle.
 struct Screen {
-    // Twice the middle of an edge, and the normal of the plane through it and the light. A ray passes inside the triangle if
-    // twice its start less the middle has no negative product with any of the three. Neighbours have exactly opposite normals.
-    middle0: vec3<f32>,
-    middle1: vec3<f32>,
-    middle2: vec3<f32>,
+    // The normals of the planes through an edge and the light, and their products with a point of theirs. A ray passes inside
+    // the triangle if its start's product is less than none of these. Neighbours have exactly opposite ones.
     plane0: vec3<f32>,
     plane1: vec3<f32>,
     plane2: vec3<f32>,
+    offsets: vec3<f32>,
     corner: vec3<f32>,
     // On the light's side; 0 where the light lies in the plane.
     normal: vec3<f32>,
@@ -125,13 +129,15 @@ fn screen_of(triangle: u32, light_end: vec4<f32>) -> Screen {
     let turn = select(-1.0, 1.0, height > 0.0);
     let twice_light = turn * 2.0 * light_end.xyz;
     let weight = turn * light_end.w;
+    // Twice the edges' middles.
+    let middle0 = b.xyz + c.xyz;
+    let middle1 = c.xyz + a.xyz;
+    let middle2 = a.xyz + b.xyz;
     var screen: Screen;
-    screen.middle0 = b.xyz + c.xyz;
-    screen.middle1 = c.xyz + a.xyz;
-    screen.middle2 = a.xyz + b.xyz;
-    screen.plane0 = cross(twice_light - weight * screen.middle0, c.xyz - b.xyz);
-    screen.plane1 = cross(twice_light - weight * screen.middle1, a.xyz - c.xyz);
-    screen.plane2 = cross(twice_light - weight * screen.middle2, b.xyz - a.xyz);
+    screen.plane0 = cross(twice_light - weight * middle0, c.xyz - b.xyz);
+    screen.plane1 = cross(twice_light - weight * middle1, a.xyz - c.xyz);
+    screen.plane2 = cross(twice_light - weight * middle2, b.xyz - a.xyz);
+    screen.offsets = 0.5 * vec3<f32>(dot(screen.plane0, middle0), dot(screen.plane1, middle1), dot(screen.plane2, middle2));
     screen.corner = a.xyz;
     screen.normal = select(turn * normal, vec3<f32>(0.0), height == 0.0);
     return screen;
@@ -140,12 +146,12 @@ fn screen_of(triangle: u32, light_end: vec4<f32>) -> Screen {
 // BLOCKED or 0. Which side of the triangle's plane a ray's ends are on tell their heights over it, whose error does not
 // grow with the light's distance or the triangle's slimness.
 fn blocking_of(screen: Screen, start: vec3<f32>) -> f32 {
-    let twice = 2.0 * start;
-    let inside = min(min(dot(screen.plane0, twice - screen.middle0), dot(screen.plane1, twice - screen.middle1)),
-        dot(screen.plane2, twice - screen.middle2));
+    let inside = min(min(dot(screen.plane0, start) - screen.offsets.x, dot(screen.plane1, start) - screen.offsets.y),
+        dot(screen.plane2, start) - screen.offsets.z);
     return select(0.0, BLOCKED, (inside >= 0.0) & (dot(screen.normal, start - screen.corner) < 0.0));
 }
 
+#if TREE
 // A ray on its way through the tree, in the coordinates of the grid to which boxes are rounded.
 struct Walk {
     // Which ray: a bit.
@@ -236,13 +242,13 @@ fn greater1(a: f32, b: f32) -> f32 {
 
 // Takes each ray of the lane that is not yet done through the tree: `end` is the common origin, or the light. Lanes need
 // nothing of one another.
-fn walk_tree(end: vec4<f32>, node_count: u32, is_to_light: bool, is_any: bool) {
+fn walk_tree(end: vec4<f32>, is_to_light: bool, is_any: bool) {
+    let node_count = u32(box_texel(0u).y);
     var todo = 0u;
     for (var i = 0u; i < RAYS; i++) {
         let is_open = select(ray_nearness[i] < NOT_WANTED, ray_nearness[i] <= 1.0, is_any);
         todo |= select(0u, 1u << i, is_open);
     }
-    todo = select(0u, todo, node_count > 0u);
     for (var w = 0u; w < WALKS; w++) {
         walks[w].ray = 0u;
         walks[w].node = node_count;
@@ -292,6 +298,7 @@ fn walk_tree(end: vec4<f32>, node_count: u32, is_to_light: bool, is_any: bool) {
         }
     }
 }
+#endif
 
 #if PACKET
 var<private> lane: u32;
@@ -310,9 +317,9 @@ fn meet_facet_LANE(mine: Facet, first: u32) {
 
 #repeat LANE 8
 fn meet_screen_LANE(mine: Screen) {
-    let screen = Screen(subgroupBroadcast(mine.middle0, LANEu), subgroupBroadcast(mine.middle1, LANEu),
-        subgroupBroadcast(mine.middle2, LANEu), subgroupBroadcast(mine.plane0, LANEu), subgroupBroadcast(mine.plane1, LANEu),
-        subgroupBroadcast(mine.plane2, LANEu), subgroupBroadcast(mine.corner, LANEu), subgroupBroadcast(mine.normal, LANEu));
+    let screen = Screen(subgroupBroadcast(mine.plane0, LANEu), subgroupBroadcast(mine.plane1, LANEu),
+        subgroupBroadcast(mine.plane2, LANEu), subgroupBroadcast(mine.offsets, LANEu), subgroupBroadcast(mine.corner, LANEu),
+        subgroupBroadcast(mine.normal, LANEu));
     for (var i = 0u; i < RAYS; i++) {
         ray_nearness[i] = max(ray_nearness[i], blocking_of(screen, ray_vector[i]));
     }
@@ -338,7 +345,9 @@ fn trace(origin: vec3<f32>, is_any: bool) {
             break if first >= facet_end;
         }
     }
-    walk_tree(vec4<f32>(origin, 0.0), u32(header.y), false, is_any);
+#if TREE
+    walk_tree(vec4<f32>(origin, 0.0), false, is_any);
+#endif
 }
 
 // Finds for each ray of a packet whether something is between its start and the light, which is the same for all lanes.
@@ -357,7 +366,9 @@ fn trace_to_light(light_end: vec4<f32>) {
             break if first >= facet_end;
         }
     }
-    walk_tree(light_end, u32(header.y), true, true);
+#if TREE
+    walk_tree(light_end, true, true);
+#endif
 }
 #else
 // Traces the rays of one lane. The lanes need not have an origin in common.
@@ -375,7 +386,9 @@ fn trace(origin: vec3<f32>, is_any: bool) {
             ray_nearness[i] = max(ray_nearness[i], nearness);
         }
     }
-    walk_tree(vec4<f32>(origin, 0.0), u32(header.y), false, is_any);
+#if TREE
+    walk_tree(vec4<f32>(origin, 0.0), false, is_any);
+#endif
 }
 
 fn trace_to_light(light_end: vec4<f32>) {
@@ -386,7 +399,9 @@ fn trace_to_light(light_end: vec4<f32>) {
             ray_nearness[i] = max(ray_nearness[i], blocking_of(screen, ray_vector[i]));
         }
     }
-    walk_tree(light_end, u32(header.y), true, true);
+#if TREE
+    walk_tree(light_end, true, true);
+#endif
 }
 #endif
 

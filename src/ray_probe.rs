@@ -137,9 +137,10 @@ impl RayProbe {
         let points_list = TexelList::new(&self.device, "points", points_list)?;
         let ends = TexelList::new(&self.device, "ends of rays", ends)?;
         let found = Buffer::new(&self.device, "found", 4 * words as u64, BufferUse::Readback)?;
-        let pipeline = self
-            .pipelines
-            .compute("ray_probe", &[hit, self.kernel.name()])?;
+        let pipeline = self.pipelines.compute(
+            "ray_probe",
+            &[hit, self.kernel.name(), self.tree.kernel_word()],
+        )?;
         let packet_count = rays as u32 / pipeline.module.constant("PACKET_RAYS")?;
         let parameters = RayProbeParameters {
             rays_per_point: (rays / points.len().max(1)) as u32,

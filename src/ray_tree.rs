@@ -73,6 +73,11 @@ impl RayTree {
         tree
     }
 
+    /// 0 where all triangles stand alone.
+    pub fn node_count(&self) -> u32 {
+        self.boxes[0][1] as u32
+    }
+
     /// Adds the tree over some triangles.
     fn grow(&mut self, corners: &[[Vec3; 3]], places: &[u32]) {
         let inputs: Vec<Triangle> = places

@@ -168,32 +168,37 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     let mut device = small_device(&gpu);
     let mut scene = with_triangles(2000);
     scene.indirect = bounce_by_rays(8);
-    device.limits.max_storage_buffer_bytes = 64 * 2000;
+    device.limits.max_storage_images = 10;
     assert!(Plan::new(&scene, &device).is_ok());
-    device.limits.max_storage_buffer_bytes -= 1;
-    let says = "the shading of the triangles that rays hit (bytes) is 128000, over";
-    let mend = "set visibility = \"none\" in [indirect], simplify the meshes";
-    assert_refused(&scene, &device, &[says, mend]);
+    device.limits.max_storage_images = 9;
+    let says = "a kernel of the bounce reads (storage images) is 10, over the limit of 9";
+    assert_refused(&scene, &device, &[says, "set visibility = \"none\""]);
     // Nobody asks what a shadow ray hits.
     scene.direct.shadow = Shadow::Rays;
     scene.indirect = None;
     assert!(Plan::new(&scene, &device).is_ok());
 
+    let mut device = small_device(&gpu);
     let mut scene = demo_scene("textured", [8, 8]);
     scene.indirect = bounce_by_rays(8);
     let texture = Texture {
-        size_px: [500, 100],
-        linear_rgb: vec![[0.5; 3]; 50_000],
+        size_px: [600, 600],
+        linear_rgb: vec![[0.5; 3]; 360_000],
         ..scene.textures[0].clone()
     };
     scene.textures = vec![texture; scene.textures.len()];
-    let bytes = 16 * 50_000 * scene.textures.len() as u64;
-    device.limits.max_storage_buffer_bytes = bytes;
+    assert_eq!(scene.textures.len(), 2);
+    // 720 000 texels, 1024 a row.
+    device.limits.max_image_px = 704;
     assert!(Plan::new(&scene, &device).is_ok());
-    device.limits.max_storage_buffer_bytes -= 1;
-    let says = format!("the textures that rays hit (bytes, all together) is {bytes}, over");
+    device.limits.max_image_px = 703;
+    let says = "the textures that rays hit (rows, all together) is 704, over the limit of 703";
     let mend = "set visibility = \"none\" in [indirect], scale the textures down";
-    assert_refused(&scene, &device, &[&says, mend]);
+    assert_refused(&scene, &device, &[says, mend]);
+    device.limits.max_image_px = 704;
+    device.limits.max_allocation_bytes = 704 * 1024 * 16 - 1;
+    let says = "the textures that rays hit (bytes, all together) is 11534336, over";
+    assert_refused(&scene, &device, &[says, mend]);
 }
 
 /// With rays the lights' VPLs lie in one list.

@@ -88,6 +88,9 @@ pub(crate) fn draw(
     if let Some(tree) = &ray_tree {
         tree.record_copy(&mut recorder);
     }
+    if let Some(surfaces) = &hit_surfaces {
+        surfaces.record_copy(&mut recorder);
+    }
     recorder.prepare_images(&[&direct]);
     recorder.clear_image(&direct);
     gbuffer::draw(&mut recorder, context, &surfaces, &camera_view, &gbuffer)?;

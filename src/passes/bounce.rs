@@ -6,16 +6,16 @@ use super::{
     Context,
     gbuffer::GBuffer,
     hits::HitSurfaces,
-    rays::RayTreeImages,
+    rays::{RayTreeImages, TexelList},
     refine::{Refinement, Run},
     vpl::VplLists,
     vpl_draws::{ListedLight, VplDraws},
 };
 use crate::{
-    RayKernel, Result, lattice,
+    Error, RayKernel, Result, lattice,
     vulkan::{
         Buffer, BufferUse, Device, PassTimes, Recorder, Resource,
-        shaders::{self, BounceParameters, Module},
+        shaders::{self, BounceParameters, Module, bytes_of, values_in},
     },
 };
 
@@ -31,7 +31,7 @@ pub(crate) struct Bounce<'b> {
     pub tree: &'b RayTreeImages,
     pub surfaces: &'b HitSurfaces,
     pub vpls: &'b VplLists,
-    lights: Buffer,
+    lights: TexelList,
     draws_of_vpls: VplDraws,
     /// What each draw of a VPL brings: of a pilot only.
     brought: Option<Buffer>,
@@ -39,6 +39,8 @@ pub(crate) struct Bounce<'b> {
     light_count: u32,
     kernel: RayKernel,
     lattice: Lattice,
+    /// Whether the lists of draws have been copied to their images.
+    is_copied: Copied,
     submission_target: Duration,
     rays_per_second: Option<f64>,
     pub stats: BounceStats,
@@ -46,7 +48,15 @@ pub(crate) struct Bounce<'b> {
 
 struct Lattice {
     draws: u32,
-    points: Buffer,
+    points: TexelList,
+}
+
+/// Whether lists have been copied to their images.
+#[derive(Default)]
+struct Copied {
+    lights: bool,
+    draws_of_vpls: bool,
+    lattice: bool,
 }
 
 /// What it took.
@@ -69,19 +79,23 @@ impl<'b> Bounce<'b> {
     ) -> Result<Bounce<'b>> {
         let device = context.device;
         let parameters: Vec<shaders::Light> = lights.iter().map(|light| light.parameters).collect();
+        // As they would lie in a buffer.
+        let words = values_in::<[f32; 4]>(bytes_of(&parameters));
+        let words = words.ok_or_else(|| Error::internal("lights are not whole texels"))?;
         Ok(Bounce {
             context,
             gbuffer,
             tree,
             surfaces,
             vpls,
-            lights: Buffer::upload(device, "lights", &parameters)?,
+            lights: TexelList::new(device, "lights", words.to_vec())?,
             draws_of_vpls: VplDraws::even(device, lights, guide_cells()?)?,
             brought: None,
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             light_count: lights.len() as u32,
             kernel,
             lattice: Lattice::new(device, 64)?,
+            is_copied: Copied::default(),
             submission_target,
             rays_per_second: None,
             stats: BounceStats::default(),
@@ -104,6 +118,7 @@ impl<'b> Bounce<'b> {
             self.draws_of_vpls =
                 self.draws_of_vpls
                     .learned(device, brought, draws, guide_cells()?)?;
+            self.is_copied.draws_of_vpls = false;
         }
         Ok(())
     }
@@ -129,6 +144,7 @@ impl<'b> Bounce<'b> {
         }
         if self.lattice.draws != draws {
             self.lattice = Lattice::new(self.context.device, draws)?;
+            self.is_copied.lattice = false;
         }
         let plan = self.context.plan;
         let pipeline = self.context.pipelines.compute(
@@ -139,6 +155,7 @@ impl<'b> Bounce<'b> {
                 if plan.is_smooth { "smooth" } else { "flat" },
                 if plan.is_textured { "textured" } else { "" },
                 self.kernel.name(),
+                self.tree.kernel_word(),
             ],
         )?;
         let lanes = self
@@ -158,13 +175,13 @@ impl<'b> Bounce<'b> {
         resources.extend(self.surfaces.resources());
         resources.extend(self.draws_of_vpls.resources());
         resources.extend([
-            ("lights", Resource::Buffer(&self.lights)),
+            ("lights", self.lights.resource()),
             (
                 "brought_by_vpls",
                 Resource::Buffer(self.brought.as_ref().unwrap_or(&self.nothing)),
             ),
             ("vpls", Resource::Image(&self.vpls.matte)),
-            ("lattice", Resource::Buffer(&self.lattice.points)),
+            ("lattice", self.lattice.points.resource()),
             ("receivers", Resource::Buffer(&refinement.receivers)),
             ("bounced", Resource::Buffer(results)),
         ]);
@@ -180,6 +197,15 @@ impl<'b> Bounce<'b> {
                 .clamp(receivers_per_group, MAX_GROUPS * receivers_per_group)
                 .min(count - done);
             let mut recorder = Recorder::new(self.context.device, 1)?;
+            if !std::mem::replace(&mut self.is_copied.lights, true) {
+                self.lights.record_copy(&mut recorder);
+            }
+            if !std::mem::replace(&mut self.is_copied.draws_of_vpls, true) {
+                self.draws_of_vpls.record_copy(&mut recorder);
+            }
+            if !std::mem::replace(&mut self.is_copied.lattice, true) {
+                self.lattice.points.record_copy(&mut recorder);
+            }
             recorder.pass("bounce", |recorder| {
                 for first_draw in (0..draws).step_by(draws_per_dispatch as usize) {
                     let parameters = BounceParameters {
@@ -223,9 +249,11 @@ fn guide_cells() -> Result<u32> {
 
 impl Lattice {
     fn new(device: &Device, draws: u32) -> Result<Lattice> {
+        let points = lattice::rank1(draws);
+        let texels = points.iter().map(|&[x, y]| [x, y, 0.0, 0.0]);
         Ok(Lattice {
             draws,
-            points: Buffer::upload(device, "lattice", &lattice::rank1(draws))?,
+            points: TexelList::new(device, "lattice", texels.collect())?,
         })
     }
 }

@@ -53,7 +53,7 @@ pub(crate) fn shade<'r>(
             resources.push(("light_map", Resource::Image(map)));
         }
         Occluders::Rays(kernel, tree) => {
-            words.push(kernel.name());
+            words.extend([kernel.name(), tree.kernel_word()]);
             resources.extend(tree.resources());
         }
     }

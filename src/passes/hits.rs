@@ -1,16 +1,17 @@
 //! What rays find on the scene's triangles, on the device: shading normals, texture coordinates and materials.
 
+use super::rays::TexelList;
 use crate::{
     Plan, Result, Scene,
-    vulkan::{Buffer, Device, Resource, shaders::Material},
+    vulkan::{Device, Recorder, Resource},
 };
 
-/// The buffers of `shaders/hits.wgsl`.
+/// The lists of `shaders/hits.wgsl`.
 pub(crate) struct HitSurfaces {
     /// Sixteen words a triangle, in the order of the scene: three normals (0: flat), three texture coordinates, the material.
-    triangles: Buffer,
-    materials: Buffer,
-    texels: Buffer,
+    triangles: TexelList,
+    materials: TexelList,
+    texels: TexelList,
 }
 
 impl HitSurfaces {
@@ -22,29 +23,24 @@ impl HitSurfaces {
             first_texels.push(texels.len() as u32);
             texels.extend(texture.linear_rgb.iter().map(|&[r, g, b]| [r, g, b, 1.0]));
         }
-        let materials: Vec<Material> = scene
+        let mut materials: Vec<[[f32; 4]; 3]> = scene
             .materials
             .iter()
             .map(|material| {
                 let texture = material.kd_texture.filter(|_| plan.is_textured);
                 let [width, height] = texture.map_or([0, 0], |i| scene.textures[i].size_px);
-                Material {
-                    kd: material.kd.map(|kd| kd as f32),
-                    shininess: material.shininess as f32,
-                    ks: material.ks.map(|ks| ks as f32),
-                    first_texel: texture.map_or(0, |index| first_texels[index]),
-                    width,
-                    height,
-                    ..Material::default()
-                }
+                let first_texel = texture.map_or(0, |index| first_texels[index]);
+                let [kd, ks] = [material.kd, material.ks].map(|bands| bands.map(|k| k as f32));
+                [
+                    [kd[0], kd[1], kd[2], material.shininess as f32],
+                    [ks[0], ks[1], ks[2], first_texel as f32],
+                    [width as f32, height as f32, 0.0, 0.0],
+                ]
             })
             .collect();
         // A mesh without texture coordinates shows its materials plain.
-        let plain = materials.iter().map(|material| Material {
-            width: 0,
-            ..*material
-        });
-        let materials: Vec<Material> = materials.iter().copied().chain(plain).collect();
+        let plain = materials.clone();
+        materials.extend(plain.iter().map(|&[kd, ks, _]| [kd, ks, [0.0; 4]]));
         let mut triangles: Vec<[f32; 16]> = Vec::new();
         for mesh in &scene.meshes {
             let plain = if mesh.texcoords.is_empty() {
@@ -63,23 +59,32 @@ impl HitSurfaces {
                         words[9 + 2 * i..11 + 2 * i].copy_from_slice(&texcoord.map(|c| c as f32));
                     }
                 }
-                words[15] = f32::from_bits(material + plain);
+                words[15] = (material + plain) as f32;
                 triangles.push(words);
             }
         }
+        let words = triangles.as_flattened();
+        let triangles = words.as_chunks().0.to_vec();
         Ok(HitSurfaces {
-            triangles: Buffer::upload(device, "shading of triangles", &triangles)?,
-            materials: Buffer::upload(device, "materials", &materials)?,
-            texels: Buffer::upload(device, "texels", &texels)?,
+            triangles: TexelList::new(device, "shading of triangles", triangles)?,
+            materials: TexelList::new(device, "materials", materials.into_flattened())?,
+            texels: TexelList::new(device, "texels", texels)?,
         })
     }
 
-    /// The buffers under the names that the shaders give them.
+    /// Fills the images; once, before anything reads them.
+    pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        for list in [&self.triangles, &self.materials, &self.texels] {
+            list.record_copy(recorder);
+        }
+    }
+
+    /// The images under the names that the shaders give them.
     pub fn resources(&self) -> [(&'static str, Resource<'_>); 3] {
         [
-            ("triangle_shading", Resource::Buffer(&self.triangles)),
-            ("materials", Resource::Buffer(&self.materials)),
-            ("texels", Resource::Buffer(&self.texels)),
+            ("triangle_shading", self.triangles.resource()),
+            ("materials", self.materials.resource()),
+            ("texels", self.texels.resource()),
         ]
     }
 }

@@ -97,12 +97,16 @@ impl<'c> DeviceLight<'c> {
 
 /// What the shaders know of a light, but for its maps.
 fn parameters(light: &Light, domain: &EmissionDomain, space: &LocalSpace) -> shaders::Light {
-    let mut faces = [LightFace::default(); 6];
-    for (to, from) in faces.iter_mut().zip(&domain.faces) {
-        to.right = from.right.as_vec3().to_array();
-        to.up = from.up.as_vec3().to_array();
-        to.forward = from.forward.as_vec3().to_array();
-    }
+    // Where there are fewer, the others are as the first.
+    let faces = std::array::from_fn(|index| {
+        let face = domain.faces.get(index).or(domain.faces.first());
+        face.map_or_else(LightFace::default, |face| LightFace {
+            right: face.right.as_vec3().to_array(),
+            up: face.up.as_vec3().to_array(),
+            forward: face.forward.as_vec3().to_array(),
+            ..LightFace::default()
+        })
+    });
     let half_extent = domain.faces.first().map_or(1.0, |face| face.half_extent);
     let common = shaders::Light {
         position: space.to_local(domain.origin_m),

@@ -65,18 +65,22 @@ mod tests {
             ("sensor", vec![""]),
             ("sensor", vec!["indirect"]),
         ];
-        for kernel in RayKernel::ALL {
+        let trees = ["", "tree"];
+        for (kernel, tree) in RayKernel::ALL
+            .into_iter()
+            .flat_map(|kernel| trees.map(|tree| (kernel.name(), tree)))
+        {
             for (brdf, receiver) in [
                 ("lambert", "matte"),
                 ("phong", "matte"),
                 ("phong", "glossy"),
             ] {
                 for shading in ["flat", "smooth"] {
-                    let words = |texture| vec![brdf, receiver, shading, texture, kernel.name()];
+                    let words = |texture| vec![brdf, receiver, shading, texture, kernel, tree];
                     asked.extend(["", "textured"].map(|texture| ("bounce", words(texture))));
                 }
             }
-            asked.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel.name()])));
+            asked.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel, tree])));
         }
         for brdf in brdfs {
             for pass in ["gbuffer", "rsm"] {
@@ -87,8 +91,10 @@ mod tests {
             }
             let kinds = ["point", "spot", "directional"];
             for kind in kinds {
-                let rays = RayKernel::ALL.map(|kernel| vec![kind, brdf, kernel.name()]);
-                asked.extend(rays.map(|words| ("direct", words)));
+                for kernel in RayKernel::ALL.map(RayKernel::name) {
+                    let words = |tree| ("direct", vec![kind, brdf, kernel, tree]);
+                    asked.extend(trees.map(words));
+                }
                 asked.push(("direct", vec![kind, brdf]));
             }
             asked.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));

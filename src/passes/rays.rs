@@ -40,6 +40,7 @@ impl TexelList {
 pub(crate) struct RayTreeImages {
     boxes: TexelList,
     triangles: TexelList,
+    has_tree: bool,
 }
 
 impl RayTreeImages {
@@ -58,9 +59,15 @@ impl RayTreeImages {
     pub fn of(device: &Device, scene: &Scene, space: &LocalSpace) -> Result<RayTreeImages> {
         let tree = RayTree::of(scene, space);
         Ok(RayTreeImages {
+            has_tree: tree.node_count() > 0,
             boxes: TexelList::new(device, "boxes for rays", tree.boxes)?,
             triangles: TexelList::new(device, "triangles for rays", tree.triangles)?,
         })
+    }
+
+    /// The word of the kernels that go through these.
+    pub fn kernel_word(&self) -> &'static str {
+        if self.has_tree { "tree" } else { "" }
     }
 
     /// Fills the images; once, before anything reads them.

@@ -1,13 +1,10 @@
 //! Which VPLs the bounce draws: those more often that bring more to the image, as a pilot has seen.
 
-use super::{light::DeviceLight, vpl::VplLists};
+use super::{light::DeviceLight, rays::TexelList, vpl::VplLists};
 use crate::{
     Result,
     scene::Bands,
-    vulkan::{
-        Buffer, Device, Resource,
-        shaders::{self, VplRange},
-    },
+    vulkan::{Device, Recorder, Resource, shaders},
 };
 
 /// Share of the draws that goes to all VPLs alike, so that none is forgotten which the pilot has not seen.
@@ -56,9 +53,9 @@ pub(crate) struct VplDraws {
     tiles: Vec<Tile>,
     /// Of those that have VPLs, in order.
     first_shares: Vec<f32>,
-    ranges: Buffer,
-    guide: Buffer,
-    shares: Buffer,
+    ranges: TexelList,
+    guide: TexelList,
+    shares: TexelList,
 }
 
 impl VplDraws {
@@ -92,35 +89,39 @@ impl VplDraws {
 
     fn of(device: &Device, tiles: Vec<Tile>, guide_cells: u32) -> Result<VplDraws> {
         let mut first_share = 0.0;
-        let ranges: Vec<VplRange> = tiles
+        let ranges: Vec<[f32; 4]> = tiles
             .iter()
             .filter(|tile| tile.vpl_count > 0)
             .map(|tile| {
-                let range = VplRange {
-                    first_vpl: tile.first_vpl,
-                    vpl_count: tile.vpl_count,
-                    first_share: first_share as f32,
-                    share: tile.share as f32,
-                };
+                let from = first_share;
                 first_share += tile.share;
-                range
+                // Counts of less than 2^24 are exact.
+                let [first_vpl, vpl_count] = [tile.first_vpl, tile.vpl_count].map(|n| n as f32);
+                [first_vpl, vpl_count, from as f32, tile.share as f32]
             })
             .collect();
-        let first_shares: Vec<f32> = ranges.iter().map(|range| range.first_share).collect();
-        let guide: Vec<u32> = (0..guide_cells)
-            .map(|cell| range_at(&first_shares, cell as f32 / guide_cells as f32) as u32)
-            .collect();
-        let shares: Vec<f32> = tiles
+        let first_shares: Vec<f32> = ranges.iter().map(|range| range[2]).collect();
+        let guide = (0..guide_cells)
+            .map(|cell| range_at(&first_shares, cell as f32 / guide_cells as f32))
+            .map(|range| [range as f32, 0.0, 0.0, 0.0]);
+        let shares = tiles
             .iter()
-            .map(|tile| (tile.share / f64::from(tile.vpl_count.max(1))) as f32)
-            .collect();
+            .map(|tile| tile.share / f64::from(tile.vpl_count.max(1)))
+            .map(|share| [share as f32, 0.0, 0.0, 0.0]);
         Ok(VplDraws {
+            ranges: TexelList::new(device, "draws of VPLs", ranges)?,
+            guide: TexelList::new(device, "guide to the draws of VPLs", guide.collect())?,
+            shares: TexelList::new(device, "shares of VPLs", shares.collect())?,
             tiles,
             first_shares,
-            ranges: Buffer::upload(device, "draws of VPLs", &ranges)?,
-            guide: Buffer::upload(device, "guide to the draws of VPLs", &guide)?,
-            shares: Buffer::upload(device, "shares of VPLs", &shares)?,
         })
+    }
+
+    /// Fills the images; once, before anything reads them.
+    pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        for list in [&self.ranges, &self.guide, &self.shares] {
+            list.record_copy(recorder);
+        }
     }
 
     /// The same VPLs, drawn by what they have brought: `brought` has for every receiver what its `draws` draws brought,
@@ -169,12 +170,12 @@ impl VplDraws {
         self.first_shares.len() as u32
     }
 
-    /// The buffers under the names that the shaders give them.
+    /// The images under the names that the shaders give them.
     pub fn resources(&self) -> [(&'static str, Resource<'_>); 3] {
         [
-            ("vpl_ranges", Resource::Buffer(&self.ranges)),
-            ("vpl_guide", Resource::Buffer(&self.guide)),
-            ("vpl_shares", Resource::Buffer(&self.shares)),
+            ("vpl_ranges", self.ranges.resource()),
+            ("vpl_guide", self.guide.resource()),
+            ("vpl_shares", self.shares.resource()),
         ]
     }
 }

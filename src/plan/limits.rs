@@ -10,8 +10,8 @@ use crate::{
 
 /// Texels of a row of an image that holds a list.
 const ROW_TEXELS: u64 = 1024;
-/// Bytes of what rays know of a triangle that they hit.
-const TRIANGLE_SHADING_BYTES: u64 = 64;
+/// Storage images that a kernel of the bounce reads.
+const BOUNCE_STORAGE_IMAGES: u64 = 10;
 
 impl Plan {
     /// Refuses what the device cannot hold.
@@ -168,7 +168,7 @@ impl Plan {
             "set {}, simplify the meshes, or choose another device",
             without_rays.join(" and ")
         );
-        // Their boxes take half of that.
+        // Their boxes take half of that, and what rays find on them as much.
         let rows = max_triangle_texels(triangles).div_ceil(ROW_TEXELS);
         check_limit(
             device,
@@ -193,17 +193,26 @@ impl Plan {
             .sum();
         check_limit(
             device,
-            "the shading of the triangles that rays hit (bytes)",
-            triangles * TRIANGLE_SHADING_BYTES,
-            limits.max_storage_buffer_bytes,
-            "set visibility = \"none\" in [indirect], simplify the meshes, or choose another device",
+            "the lists that a kernel of the bounce reads (storage images)",
+            BOUNCE_STORAGE_IMAGES,
+            limits.max_storage_images.into(),
+            "set visibility = \"none\" in [indirect], or choose another device",
+        )?;
+        let rows = texels.div_ceil(ROW_TEXELS);
+        let smaller = "set visibility = \"none\" in [indirect], scale the textures down, or choose another device";
+        check_limit(
+            device,
+            "the textures that rays hit (rows, all together)",
+            rows,
+            limits.max_image_px.into(),
+            smaller,
         )?;
         check_limit(
             device,
             "the textures that rays hit (bytes, all together)",
-            texels * PIXEL_BYTES,
-            limits.max_storage_buffer_bytes,
-            "set visibility = \"none\" in [indirect], scale the textures down, or choose another device",
+            rows * ROW_TEXELS * PIXEL_BYTES,
+            limits.max_allocation_bytes,
+            smaller,
         )
     }
 }

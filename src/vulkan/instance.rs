@@ -64,6 +64,8 @@ pub struct DeviceLimits {
     /// Largest range of a storage buffer that a shader can see.
     pub max_storage_buffer_bytes: u64,
     pub max_allocation_bytes: u64,
+    /// Storage images that one shader can see.
+    pub max_storage_images: u32,
     /// Workgroup memory.
     pub shared_memory_bytes: u32,
     pub subgroup_lanes: u32,
@@ -219,6 +221,7 @@ impl Instance {
                 max_image_layers: limits.max_image_array_layers,
                 max_storage_buffer_bytes: limits.max_storage_buffer_range.into(),
                 max_allocation_bytes: maintenance3.max_memory_allocation_size,
+                max_storage_images: limits.max_per_stage_descriptor_storage_images,
                 shared_memory_bytes: limits.max_compute_shared_memory_size,
                 subgroup_lanes: subgroup.subgroup_size,
                 timestamp_period_ns: limits.timestamp_period,
