@@ -7,11 +7,11 @@ struct AppraiseParameters {
     second_result: u32,
 }
 
-@group(0) @binding(3) var indirect_radiance: texture_2d<f32>;
+@group(0) @binding(3) var indirect_radiance: texture_storage_2d<rgba32float, read>;
 @group(0) @binding(5) var<storage, read> receivers: array<u32>;
-// Two a receiver: diffuse, specular. Where gathers have no noise, the second may be the first.
+// Two a receiver: diffuse, specular; and the spread of their draws. Where gathers have no noise, the second may be the first.
 @group(0) @binding(6) var<storage, read> bounced: array<vec4<f32>>;
-// Σ over bands of (x − t₁)(x − t₂), t₁·t₂, (t₁ − t₂)².
+// Σ over bands of (x − t₁)(x − t₂), t₁·t₂, (t₁ − t₂)²; the spreads of both.
 @group(0) @binding(7) var<storage, read_write> appraisals: array<vec4<f32>>;
 var<immediate> parameters: AppraiseParameters;
 
@@ -23,8 +23,12 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let packed = receivers[id.x];
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
-    let first = reflect(pixel, bounced[2u * id.x].rgb, bounced[2u * id.x + 1u].rgb);
-    let second = reflect(pixel, bounced[2u * (id.x + parameters.second_result)].rgb, bounced[2u * (id.x + parameters.second_result) + 1u].rgb);
-    let image = textureLoad(indirect_radiance, pixel, 0).rgb;
-    appraisals[id.x] = vec4<f32>(dot(image - first, image - second), dot(first, second), dot(first - second, first - second), 0.0);
+    let first = 2u * id.x;
+    let second = 2u * (id.x + parameters.second_result);
+    let first_radiance = reflect(pixel, bounced[first].rgb, bounced[first + 1u].rgb);
+    let second_radiance = reflect(pixel, bounced[second].rgb, bounced[second + 1u].rgb);
+    let difference = first_radiance - second_radiance;
+    let image = textureLoad(indirect_radiance, pixel).rgb;
+    appraisals[id.x] = vec4<f32>(dot(image - first_radiance, image - second_radiance), dot(first_radiance, second_radiance), dot(difference, difference),
+        reflect_spread(pixel, vec2<f32>(bounced[first].w + bounced[second].w, bounced[first + 1u].w + bounced[second + 1u].w)));
 }

@@ -52,7 +52,7 @@ struct BounceParameters {
 @group(0) @binding(17) var<storage, read_write> brought_by_vpls: array<f32>;
 // Rank-1 lattice on the unit square in Morton order.
 @group(0) @binding(8) var lattice: texture_storage_2d<rgba32float, read>;
-// Two a receiver: the irradiance by the bounce; the same weighted by the Phong lobe, Σ L·lobe·cosθ.
+// Two a receiver: the irradiance by the bounce, and its spread; the irradiance weighted by the Phong lobe, Σ L·lobe·cosθ, and its.
 @group(0) @binding(14) var<storage, read_write> bounced: array<vec4<f32>>;
 var<immediate> parameters: BounceParameters;
 
@@ -66,6 +66,9 @@ var<private> receiver_shininess: f32;
 var<private> own_lane: u32;
 var<private> diffuse: vec3<f32>;
 var<private> specular: vec3<f32>;
+// Σ over pairs of neighbouring draws of their difference squared, all bands together, of each of these.
+var<private> diffuse_spread: f32;
+var<private> specular_spread: f32;
 
 fn hash(value: u32) -> u32 {
     // PCG (Jarzynski & Olano 2020).
@@ -246,10 +249,19 @@ fn add_unblocked() {
 #repeat SLOT 8
     let arrived_SLOT = select(brought[SLOT], vec3<f32>(0.0), ray_nearness[SLOT] > 1.0);
     diffuse += arrived_SLOT;
-#if GLOSSY
-    specular += arrived_SLOT * brought_lobe[SLOT];
-#endif
 #endrepeat
+    diffuse_spread += square(arrived_0 - arrived_1) + square(arrived_2 - arrived_3) + square(arrived_4 - arrived_5) + square(arrived_6 - arrived_7);
+#if GLOSSY
+#repeat SLOT 8
+    let in_lobe_SLOT = arrived_SLOT * brought_lobe[SLOT];
+    specular += in_lobe_SLOT;
+#endrepeat
+    specular_spread += square(in_lobe_0 - in_lobe_1) + square(in_lobe_2 - in_lobe_3) + square(in_lobe_4 - in_lobe_5) + square(in_lobe_6 - in_lobe_7);
+#endif
+}
+
+fn square(v: vec3<f32>) -> f32 {
+    return dot(v, v);
 }
 
 // Follows the directions in ray_vector from P and adds what they find.
@@ -411,20 +423,20 @@ fn compute_main(
         follow_to_vpls(first, end, shift_of_vpls, first_record, is_receiver);
     }
 
-    let diffuse_sum = subgroupAdd(diffuse);
+    let diffuse_sum = subgroupAdd(vec4<f32>(diffuse, diffuse_spread));
 #if GLOSSY
-    let specular_sum = subgroupAdd(specular);
+    let specular_sum = subgroupAdd(vec4<f32>(specular, specular_spread));
 #endif
     if (is_receiver && own_lane == 0u) {
         let place = 2u * (parameters.first_result + slot);
         let is_first = parameters.first_draw == 0u;
-        bounced[place] = select(bounced[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse_sum, 0.0);
+        bounced[place] = select(bounced[place], vec4<f32>(0.0), is_first) + diffuse_sum;
 #if PHONG
-        var specular_sum_or_none = vec3<f32>(0.0);
+        var specular_sum_or_none = vec4<f32>(0.0);
 #if GLOSSY
         specular_sum_or_none = specular_sum;
 #endif
-        bounced[place + 1u] = select(bounced[place + 1u], vec4<f32>(0.0), is_first) + vec4<f32>(specular_sum_or_none, 0.0);
+        bounced[place + 1u] = select(bounced[place + 1u], vec4<f32>(0.0), is_first) + specular_sum_or_none;
 #endif
     }
 }

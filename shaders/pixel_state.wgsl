@@ -7,3 +7,6 @@ const UNJUDGED: f32 = 0.5;
 const WITH_PREDICTION: f32 = -1.0;
 const WITHOUT_PREDICTION: f32 = -2.0;
 const INTERPOLATED: f32 = -3.0;
+fn is_gathered(state: f32) -> bool {
+    return state > 0.0;
+}

@@ -1,19 +1,28 @@
 // What a pixel reflects of its bounce.
+//
+// All images are storage images: lavapipe reads these in a third of the time that a texel of a sampled one takes it.
 
-@group(0) @binding(0) var position_mesh: texture_2d<f32>;
-@group(0) @binding(1) var kd_material: texture_2d<f32>;
+@group(0) @binding(0) var position_mesh: texture_storage_2d<rgba32float, read>;
+@group(0) @binding(1) var kd_material: texture_storage_2d<rgba32float, read>;
 #if PHONG
-@group(0) @binding(2) var ks_shininess: texture_2d<f32>;
+@group(0) @binding(2) var ks_shininess: texture_storage_2d<rgba32float, read>;
 #endif
 
 const PI: f32 = 3.14159265358979;
 
 // k_d/π · diffuse + k_s·(s+2)/(2π) · specular
 fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f32> {
-    var radiance = textureLoad(kd_material, pixel, 0).rgb / PI * diffuse;
+    var radiance = textureLoad(kd_material, pixel).rgb / PI * diffuse;
 #if PHONG
-    let gloss = textureLoad(ks_shininess, pixel, 0);
+    let gloss = textureLoad(ks_shininess, pixel);
     radiance += gloss.rgb * ((gloss.w + 2.0) / (2.0 * PI)) * specular;
 #endif
     return radiance;
+}
+
+// Spreads of draws, diffuse and specular, as squares of what is reflected, as if their bands were alike.
+fn reflect_spread(pixel: vec2<u32>, spread: vec2<f32>) -> f32 {
+    let diffuse = reflect(pixel, vec3<f32>(0.57735027), vec3<f32>(0.0));
+    let specular = reflect(pixel, vec3<f32>(0.0), vec3<f32>(0.57735027));
+    return dot(vec2<f32>(dot(diffuse, diffuse), dot(specular, specular)), spread);
 }

@@ -1,21 +1,21 @@
 // Indirect radiance of every pixel from its bounce.
 
 #if PHONG
-@group(0) @binding(3) var specular_bounce: texture_2d<f32>;
+@group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read>;
 #endif
-@group(0) @binding(4) var diffuse_bounce: texture_2d<f32>;
+@group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read>;
 @group(0) @binding(5) var indirect_radiance: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = id.xy;
-    if (any(pixel >= textureDimensions(position_mesh)) || textureLoad(position_mesh, pixel, 0).w == 0.0) {
+    if (any(pixel >= textureDimensions(position_mesh)) || textureLoad(position_mesh, pixel).w == 0.0) {
         return;
     }
     var specular = vec3<f32>(0.0);
 #if PHONG
-    specular = textureLoad(specular_bounce, pixel, 0).rgb;
+    specular = textureLoad(specular_bounce, pixel).rgb;
 #endif
-    let radiance = reflect(pixel, textureLoad(diffuse_bounce, pixel, 0).rgb, specular);
+    let radiance = reflect(pixel, textureLoad(diffuse_bounce, pixel).rgb, specular);
     textureStore(indirect_radiance, pixel, vec4<f32>(radiance, 0.0));
 }

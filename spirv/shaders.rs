@@ -200,16 +200,18 @@ pub struct PredictParameters {
     pub columns: u32,
     pub item_count: u32,
     pub tolerance: f32,
+    pub inverse_radiance: f32,
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for PredictParameters {}
 const _: () = {
-    assert!(size_of::<PredictParameters>() == 20);
+    assert!(size_of::<PredictParameters>() == 24);
     assert!(std::mem::offset_of!(PredictParameters, reach) == 0);
     assert!(std::mem::offset_of!(PredictParameters, pattern) == 4);
     assert!(std::mem::offset_of!(PredictParameters, columns) == 8);
     assert!(std::mem::offset_of!(PredictParameters, item_count) == 12);
     assert!(std::mem::offset_of!(PredictParameters, tolerance) == 16);
+    assert!(std::mem::offset_of!(PredictParameters, inverse_radiance) == 20);
 };
 
 #[repr(C)]
@@ -244,14 +246,36 @@ pub struct SettleParameters {
     pub first_receiver: u32,
     pub receiver_count: u32,
     pub inverse_radiance: f32,
+    pub is_lattice: u32,
+    pub variance_of_spread: f32,
 }
 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
 unsafe impl Plain for SettleParameters {}
 const _: () = {
-    assert!(size_of::<SettleParameters>() == 12);
+    assert!(size_of::<SettleParameters>() == 20);
     assert!(std::mem::offset_of!(SettleParameters, first_receiver) == 0);
     assert!(std::mem::offset_of!(SettleParameters, receiver_count) == 4);
     assert!(std::mem::offset_of!(SettleParameters, inverse_radiance) == 8);
+    assert!(std::mem::offset_of!(SettleParameters, is_lattice) == 12);
+    assert!(std::mem::offset_of!(SettleParameters, variance_of_spread) == 16);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SmoothParameters {
+    pub stride: u32,
+    pub columns: u32,
+    pub item_count: u32,
+    pub variance_of_spread: f32,
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for SmoothParameters {}
+const _: () = {
+    assert!(size_of::<SmoothParameters>() == 16);
+    assert!(std::mem::offset_of!(SmoothParameters, stride) == 0);
+    assert!(std::mem::offset_of!(SmoothParameters, columns) == 4);
+    assert!(std::mem::offset_of!(SmoothParameters, item_count) == 8);
+    assert!(std::mem::offset_of!(SmoothParameters, variance_of_spread) == 12);
 };
 
 #[repr(C)]
@@ -3354,12 +3378,13 @@ pub static MODULES: &[Module] = &[
         name: "predict_lambert",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 20,
+        immediate_bytes: 24,
         bindings: &[
-            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
-            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::StorageImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
             Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "candidates", kind: BindingKind::StorageWrite },
+            Binding { binding: 7, name: "normal_geometric", kind: BindingKind::StorageImage },
         ],
         constants: &[("NO_PIXEL", 4294967295), ("BASE", 0), ("CENTRES", 1), ("EDGES", 2), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_lambert.spv"),
@@ -3368,14 +3393,15 @@ pub static MODULES: &[Module] = &[
         name: "predict_phong",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 20,
+        immediate_bytes: 24,
         bindings: &[
-            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
-            Binding { binding: 1, name: "normal_geometric", kind: BindingKind::SampledImage },
-            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::StorageImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::StorageImage },
             Binding { binding: 3, name: "specular_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "candidates", kind: BindingKind::StorageWrite },
+            Binding { binding: 7, name: "normal_geometric", kind: BindingKind::StorageImage },
         ],
         constants: &[("NO_PIXEL", 4294967295), ("BASE", 0), ("CENTRES", 1), ("EDGES", 2), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_phong.spv"),
@@ -3439,34 +3465,123 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("refine_write_phong.spv"),
     },
     Module {
-        name: "settle_lambert",
+        name: "settle_lambert_exact",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 12,
+        immediate_bytes: 20,
         bindings: &[
-            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
             Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
         ],
         constants: &[("NO_PIXEL", 4294967295), ],
-        spirv: include_bytes!("settle_lambert.spv"),
+        spirv: include_bytes!("settle_lambert_exact.spv"),
     },
     Module {
-        name: "settle_phong",
+        name: "settle_lambert_noisy",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 12,
+        immediate_bytes: 20,
         bindings: &[
-            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
-            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
+            Binding { binding: 7, name: "bounce_spread", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("settle_lambert_noisy.spv"),
+    },
+    Module {
+        name: "settle_phong_exact",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 20,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::StorageImage },
             Binding { binding: 3, name: "specular_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
         ],
         constants: &[("NO_PIXEL", 4294967295), ],
-        spirv: include_bytes!("settle_phong.spv"),
+        spirv: include_bytes!("settle_phong_exact.spv"),
+    },
+    Module {
+        name: "settle_phong_noisy",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 20,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::StorageImage },
+            Binding { binding: 3, name: "specular_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
+            Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
+            Binding { binding: 7, name: "bounce_spread", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("settle_phong_noisy.spv"),
+    },
+    Module {
+        name: "smooth_fit_lambert",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 16,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::StorageImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 5, name: "bounce_spread", kind: BindingKind::StorageImage },
+            Binding { binding: 6, name: "smoothed", kind: BindingKind::StorageWrite },
+            Binding { binding: 7, name: "normal_geometric", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("smooth_fit_lambert.spv"),
+    },
+    Module {
+        name: "smooth_fit_phong",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 16,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::StorageImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::StorageImage },
+            Binding { binding: 3, name: "specular_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 5, name: "bounce_spread", kind: BindingKind::StorageImage },
+            Binding { binding: 6, name: "smoothed", kind: BindingKind::StorageWrite },
+            Binding { binding: 7, name: "normal_geometric", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("smooth_fit_phong.spv"),
+    },
+    Module {
+        name: "smooth_put_lambert",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 16,
+        bindings: &[
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 6, name: "smoothed", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("smooth_put_lambert.spv"),
+    },
+    Module {
+        name: "smooth_put_phong",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 16,
+        bindings: &[
+            Binding { binding: 3, name: "specular_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 6, name: "smoothed", kind: BindingKind::StorageWrite },
+        ],
+        constants: &[("NO_PIXEL", 4294967295), ],
+        spirv: include_bytes!("smooth_put_phong.spv"),
     },
     Module {
         name: "resolve_lambert",
@@ -3474,9 +3589,9 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [8, 8, 1],
         immediate_bytes: 0,
         bindings: &[
-            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
-            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
-            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::SampledImage },
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::StorageImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "indirect_radiance", kind: BindingKind::StorageImage },
         ],
         constants: &[],
@@ -3488,11 +3603,11 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [8, 8, 1],
         immediate_bytes: 0,
         bindings: &[
-            Binding { binding: 0, name: "position_mesh", kind: BindingKind::SampledImage },
-            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
-            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
-            Binding { binding: 3, name: "specular_bounce", kind: BindingKind::SampledImage },
-            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::SampledImage },
+            Binding { binding: 0, name: "position_mesh", kind: BindingKind::StorageImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::StorageImage },
+            Binding { binding: 3, name: "specular_bounce", kind: BindingKind::StorageImage },
+            Binding { binding: 4, name: "diffuse_bounce", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "indirect_radiance", kind: BindingKind::StorageImage },
         ],
         constants: &[],
@@ -3504,8 +3619,8 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [64, 1, 1],
         immediate_bytes: 8,
         bindings: &[
-            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
-            Binding { binding: 3, name: "indirect_radiance", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
+            Binding { binding: 3, name: "indirect_radiance", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
             Binding { binding: 7, name: "appraisals", kind: BindingKind::StorageWrite },
@@ -3519,9 +3634,9 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [64, 1, 1],
         immediate_bytes: 8,
         bindings: &[
-            Binding { binding: 1, name: "kd_material", kind: BindingKind::SampledImage },
-            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::SampledImage },
-            Binding { binding: 3, name: "indirect_radiance", kind: BindingKind::SampledImage },
+            Binding { binding: 1, name: "kd_material", kind: BindingKind::StorageImage },
+            Binding { binding: 2, name: "ks_shininess", kind: BindingKind::StorageImage },
+            Binding { binding: 3, name: "indirect_radiance", kind: BindingKind::StorageImage },
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "bounced", kind: BindingKind::StorageRead },
             Binding { binding: 7, name: "appraisals", kind: BindingKind::StorageWrite },

@@ -4,11 +4,13 @@
 const CANDIDATES: u32 = 64;
 
 /// A rank-1 lattice of `count` points (k/n, frac(k·g/n)) on the torus, in Morton order: neighbours in the list are
-/// neighbours on the square. Of the generators g near the golden ratio the one whose nearest points are farthest apart.
+/// neighbours on the square. Of the generators g near the golden ratio, and without a divisor in common with n, so that either
+/// coordinate alone falls evenly, too, the one whose nearest points are farthest apart.
 pub(crate) fn rank1(count: u32) -> Vec<[f32; 2]> {
     let golden = (f64::from(count) * 0.618_033_988_749_894_8) as u32;
     let first = golden.saturating_sub(CANDIDATES / 2).max(1);
     let generator = (first..first + CANDIDATES)
+        .filter(|&generator| greatest_common_divisor(generator, count) == 1)
         .max_by_key(|&generator| nearest_squared(count, generator))
         .unwrap_or(1);
     let mut points: Vec<[f32; 2]> = (0..u64::from(count))
@@ -19,6 +21,14 @@ pub(crate) fn rank1(count: u32) -> Vec<[f32; 2]> {
         .collect();
     points.sort_by_key(|&[x, y]| morton(x) | morton(y) << 1);
     points
+}
+
+fn greatest_common_divisor(a: u32, b: u32) -> u32 {
+    if b == 0 {
+        a
+    } else {
+        greatest_common_divisor(b, a % b)
+    }
 }
 
 /// Square of the least distance between two points on the torus, in units of 1/count.
@@ -64,6 +74,24 @@ mod tests {
             let spacing = nearest * (count as f32).sqrt();
             println!("{count}: {spacing}");
             assert!(spacing > 0.9);
+        }
+    }
+
+    /// With a divisor of 16 the bounce of the knot at 320 draws had twice the error of that at 256.
+    #[test]
+    fn each_coordinate_alone_falls_evenly() {
+        for count in (1..40).map(|packets| 64 * packets) {
+            for axis in 0..2 {
+                let mut places: Vec<u32> = rank1(count)
+                    .iter()
+                    .map(|point| (point[axis] * count as f32).round() as u32)
+                    .collect();
+                places.sort_unstable();
+                assert!(
+                    places.into_iter().eq(0..count),
+                    "{count} points, axis {axis}"
+                );
+            }
         }
     }
 

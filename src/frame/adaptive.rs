@@ -14,9 +14,10 @@ use crate::{
     passes::{
         Context, appraise,
         gbuffer::GBuffer,
-        predict::{self, BounceImages, Step},
+        predict::{self, BounceImages, Judgement, Step},
         refine::{self, Refinement, Run},
         resolve, settle,
+        smooth::Smoothing,
     },
     plan::RefinementPlan,
     vulkan::{Buffer, BufferUse, Device, Image, Recorder},
@@ -34,15 +35,20 @@ const NOISE_RATE: f64 = 0.72;
 const MAX_DRAWS: u32 = 1 << 14;
 /// Draws come in packets of rays.
 const DRAWS_STEP: u32 = 64;
-/// Noise of a gathered pixel over the error of the image: interpolation averages some of it away (measured: 1.2 to 2).
-const NOISE_OVER_TARGET: f64 = 1.3;
-/// What interpolation may be off by, over the noise of a gathered pixel; less, and pixels are gathered for their noise.
-const TOLERANCE_OVER_NOISE: f64 = 4.0;
-/// What interpolation of a sum may be off by where it is worst, over the error aimed at (measured: the image's is then 0.2 to 0.7
-/// of the latter; half of this takes a tenth more pixels).
+/// The variance of a gather over the spread of its draws, which is that of points at random, falls with this power of their number
+/// (measured: 0.1 to 0.4).
+const EVENNESS_RATE: f64 = 0.2;
+/// Noise of a gathered pixel over the error of the image: smoothing and interpolation take some of it away (measured: 1.5 to 2.6).
+const NOISE_OVER_TARGET: f64 = 1.7;
+/// What an interpolated pixel may be off by where it is worst, over the error aimed at (measured of sums: the image's is then 0.2 to
+/// 0.7 of the latter; half of this takes a tenth more pixels).
 const TOLERANCE_OVER_AIM: f64 = 4.0;
+/// What an interpolated pixel may be off by at most.
+const MAX_TOLERANCE: f64 = 0.2;
 /// Attempts to meet the target. The last one of a sum leaves nothing to interpolation.
 const MAX_ATTEMPTS: u32 = 4;
+/// The lattice that is gathered whatever the light: it and the first step between its pixels show what is to be expected.
+const LATTICE_STEPS: usize = 3;
 /// Receivers whose results there is room for.
 const MAX_RESULTS: u32 = 1 << 16;
 
@@ -53,6 +59,8 @@ struct Appraisal {
     error: f64,
     signal: f64,
     noise: f64,
+    /// Of the draws of one gather.
+    spread: f64,
     /// Of `error`, from how it scatters over the pixels.
     standard_error: f64,
     /// Of the gathers.
@@ -69,6 +77,12 @@ impl Appraisal {
     fn relative_noise(&self, draws: u32) -> f64 {
         let fewer = f64::from(self.draws) / f64::from(draws);
         (self.noise / self.signal).sqrt() * fewer.powf(NOISE_RATE)
+    }
+
+    /// Variance of a gather with so many draws over their spread.
+    fn variance_of_spread(&self, draws: u32) -> f64 {
+        let fewer = f64::from(self.draws) / f64::from(draws);
+        self.noise / self.spread.max(f64::MIN_POSITIVE) * fewer.powf(EVENNESS_RATE)
     }
 
     /// Draws whose noise is this.
@@ -90,6 +104,8 @@ pub(crate) struct Adaptive<'a> {
 /// How hard an attempt tries.
 struct Effort {
     draws: u32,
+    /// Variance of a gather over the spread of its draws.
+    variance_of_spread: f64,
     /// What an interpolated pixel may be off by, over the image's radiance; `None`: none is interpolated.
     tolerance: Option<f64>,
 }
@@ -97,13 +113,11 @@ struct Effort {
 impl Effort {
     /// For an error aimed at, with rays whose noise the pilot measured.
     fn by_rays(aim: f64, pilot: &Appraisal) -> Effort {
-        let wanted = NOISE_OVER_TARGET * aim;
-        let draws = pilot.draws_for(wanted);
-        // More than the draws can do is not wanted of interpolation either.
-        let noise = wanted.max(pilot.relative_noise(draws));
+        let draws = pilot.draws_for(NOISE_OVER_TARGET * aim);
         Effort {
             draws,
-            tolerance: Some((TOLERANCE_OVER_NOISE * noise).min(0.2)),
+            variance_of_spread: pilot.variance_of_spread(draws),
+            tolerance: Some((TOLERANCE_OVER_AIM * aim).min(MAX_TOLERANCE)),
         }
     }
 
@@ -111,6 +125,7 @@ impl Effort {
     fn by_sums(aim: f64, is_last: bool) -> Effort {
         Effort {
             draws: 0,
+            variance_of_spread: 0.0,
             tolerance: (!is_last).then_some(TOLERANCE_OVER_AIM * aim),
         }
     }
@@ -153,7 +168,7 @@ impl Adaptive<'_> {
             return Ok(None);
         }
         let radiance = (pilot.signal / (3.0 * f64::from(sample_count))).sqrt();
-        let images = BounceImages::new(self.context.device, self.context.plan)?;
+        let images = BounceImages::new(self.context.device, self.context.plan, !source.is_exact())?;
         let mut aim = target;
         let mut attempt = 0;
         loop {
@@ -177,10 +192,14 @@ impl Adaptive<'_> {
             if error <= target || attempt == MAX_ATTEMPTS || effort.draws == MAX_DRAWS {
                 return Ok(Some(error));
             }
-            let shrink = 0.9 * target / error;
-            // Of sums the error falls more slowly than what is aimed at; and what was gathered is not lost.
-            let power = if source.is_exact() { 2 } else { 1 };
-            aim *= shrink.powi(power).max(0.25);
+            let shrink = if source.is_exact() {
+                // The error falls more slowly than what is aimed at; and what was gathered is not lost.
+                (0.9 * target / error).powi(2)
+            } else {
+                // To miss again costs more than to do a little too much.
+                0.8 * target / error
+            };
+            aim *= shrink.max(0.25);
         }
     }
 
@@ -203,11 +222,20 @@ impl Adaptive<'_> {
         });
         let counts: Vec<u32> = counts.collect();
         let mut refinement = Refinement::new(device, counts.iter().copied().max().unwrap_or(1))?;
+        // Every pixel of this lattice is gathered.
+        let lattice_steps = steps.len().min(LATTICE_STEPS);
+        let lattice_stride = (self.plan.coarsest_stride / 2).max(1);
+        let smoothing = (!source.is_exact())
+            .then(|| Smoothing::new(self.context, lattice_stride))
+            .transpose()?;
         for (index, (&step, &count)) in steps.iter().zip(&counts).enumerate() {
             refinement.set_candidate_count(count)?;
             let mut recorder = Recorder::new(device, 8)?;
-            // The lattice and the first step between its pixels show what is to be expected.
-            let tolerance = effort.tolerance.filter(|_| index > 2);
+            let judgement = Judgement {
+                radiance,
+                tolerance: effort.tolerance.filter(|_| index >= lattice_steps),
+                variance_of_spread: effort.variance_of_spread,
+            };
             predict::predict(
                 &mut recorder,
                 self.context,
@@ -215,7 +243,7 @@ impl Adaptive<'_> {
                 images,
                 &refinement.candidates,
                 step,
-                tolerance,
+                judgement,
             )?;
             refine::list(&mut recorder, self.context, self.gbuffer, &refinement)?;
             cost.submit(recorder)?;
@@ -237,10 +265,15 @@ impl Adaptive<'_> {
                         images,
                         (&refinement, run),
                         &results,
-                        radiance,
+                        judgement,
                     )?;
                     cost.submit(recorder)?;
                 }
+            }
+            if let Some(smoothing) = smoothing.as_ref().filter(|_| index + 1 == lattice_steps) {
+                let mut recorder = Recorder::new(device, 1)?;
+                smoothing.smooth(&mut recorder, self.context, self.gbuffer, images, judgement)?;
+                cost.submit(recorder)?;
             }
         }
         let mut recorder = Recorder::new(device, 1)?;
@@ -331,10 +364,11 @@ impl Adaptive<'_> {
             ..Appraisal::default()
         };
         let mut squares = 0.0;
-        for &[error, signal, noise, _] in appraisals.mapped::<[f32; 4]>(count as usize)? {
+        for &[error, signal, noise, spreads] in appraisals.mapped::<[f32; 4]>(count as usize)? {
             sum.error += f64::from(error);
             sum.signal += f64::from(signal);
             sum.noise += 0.5 * f64::from(noise);
+            sum.spread += 0.5 * f64::from(spreads);
             squares += f64::from(error).powi(2);
         }
         let mean_square = sum.error * sum.error / f64::from(count.max(1));

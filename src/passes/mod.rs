@@ -22,6 +22,7 @@ pub(crate) mod rsm;
 pub(crate) mod sensor;
 pub(crate) mod settle;
 pub(crate) mod shadow;
+pub(crate) mod smooth;
 pub(crate) mod surface;
 pub(crate) mod view;
 pub(crate) mod vpl;
@@ -103,9 +104,9 @@ mod tests {
             }
             asked.push(("vpl", vec!["write", brdf, "bounce"]));
             asked.extend(["count", "write"].map(|kernel| ("refine", vec![kernel, brdf])));
-            asked.extend(
-                ["predict", "settle", "resolve", "appraise"].map(|pass| (pass, vec![brdf])),
-            );
+            asked.extend(["predict", "resolve", "appraise"].map(|pass| (pass, vec![brdf])));
+            asked.extend(["exact", "noisy"].map(|noise| ("settle", vec![brdf, noise])));
+            asked.extend(["fit", "put"].map(|kernel| ("smooth", vec![kernel, brdf])));
             for estimator in Estimator::ALL.map(estimator_word) {
                 asked.push(("vpl", vec!["write", brdf, estimator]));
                 for kernel in GatherKernel::ALL {

@@ -16,10 +16,12 @@ pub(crate) struct BounceImages {
     pub diffuse: Image,
     /// The same weighted by the Phong lobe; only where some material is specular.
     pub specular: Option<Image>,
+    /// How much the draws of gathered pixels scatter, diffuse and specular; only where gathers have noise.
+    pub spread: Option<Image>,
 }
 
 impl BounceImages {
-    pub fn new(device: &Device, plan: &Plan) -> Result<BounceImages> {
+    pub fn new(device: &Device, plan: &Plan, is_noisy: bool) -> Result<BounceImages> {
         let image = |what| Image::new(device, what, ImageShape::plain(plan.resolution_px));
         Ok(BounceImages {
             diffuse: image("bounced light")?,
@@ -27,15 +29,14 @@ impl BounceImages {
                 .is_specular
                 .then(|| image("bounced specular light"))
                 .transpose()?,
+            spread: is_noisy.then(|| image("spread of draws")).transpose()?,
         })
     }
 
     /// Nothing is known.
     pub fn clear<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        for image in [Some(&self.diffuse), self.specular.as_ref()]
-            .into_iter()
-            .flatten()
-        {
+        let others = self.specular.iter().chain(&self.spread);
+        for image in others.chain([&self.diffuse]) {
             recorder.prepare_images(&[image]);
             recorder.clear_image(image);
         }
@@ -46,8 +47,30 @@ impl BounceImages {
         if let Some(specular) = &self.specular {
             resources.push(("specular_bounce", Resource::Image(specular)));
         }
+        if let Some(spread) = &self.spread {
+            resources.push(("bounce_spread", Resource::Image(spread)));
+        }
         resources
     }
+
+    /// The word of the kernel that fills them.
+    pub fn noise_word(&self) -> &'static str {
+        match self.spread {
+            Some(_) => "noisy",
+            None => "exact",
+        }
+    }
+}
+
+/// What predictions are held against.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Judgement {
+    /// That of the image, W/sr/m²: errors count over it.
+    pub radiance: f64,
+    /// What an interpolated pixel may be off by; `None`: none is interpolated.
+    pub tolerance: Option<f64>,
+    /// Variance of a gather over the spread of its draws; 0: gathers have no noise.
+    pub variance_of_spread: f64,
 }
 
 /// Pixels that are visited together, between those before them.
@@ -75,6 +98,13 @@ impl Step {
         steps
     }
 
+    /// From its pixels to those known before, along an axis.
+    pub fn reach_px(self) -> u32 {
+        match self {
+            Step::Base { stride: reach } | Step::Centres { reach } | Step::Edges { reach } => reach,
+        }
+    }
+
     /// Columns and rows of its pixels; some may lie beyond the image.
     pub fn extent(self, [width, height]: [u32; 2]) -> [u32; 2] {
         match self {
@@ -85,8 +115,7 @@ impl Step {
     }
 }
 
-/// Interpolates the pixels of a step where that is good enough; the others become candidates. `tolerance` is what an
-/// interpolated pixel may be off by, over the image's radiance; `None`: all become candidates that were not gathered before.
+/// Interpolates the pixels of a step where that is good enough; the others become candidates that were not gathered before.
 pub(crate) fn predict<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
@@ -94,22 +123,23 @@ pub(crate) fn predict<'r>(
     images: &'r BounceImages,
     candidates: &'r Buffer,
     step: Step,
-    tolerance: Option<f64>,
+    judgement: Judgement,
 ) -> Result<()> {
     let plan = context.plan;
     let pipeline = context.pipelines.compute("predict", &[plan.brdf_word()])?;
     let [columns, rows] = step.extent(plan.resolution_px);
-    let (reach, pattern) = match step {
-        Step::Base { stride } => (stride, pipeline.module.constant("BASE")?),
-        Step::Centres { reach } => (reach, pipeline.module.constant("CENTRES")?),
-        Step::Edges { reach } => (reach, pipeline.module.constant("EDGES")?),
+    let pattern = match step {
+        Step::Base { .. } => "BASE",
+        Step::Centres { .. } => "CENTRES",
+        Step::Edges { .. } => "EDGES",
     };
     let parameters = PredictParameters {
-        reach,
-        pattern,
+        reach: step.reach_px(),
+        pattern: pipeline.module.constant(pattern)?,
         columns,
         item_count: columns * rows,
-        tolerance: tolerance.unwrap_or(-1.0) as f32,
+        tolerance: judgement.tolerance.unwrap_or(-1.0) as f32,
+        inverse_radiance: (1.0 / judgement.radiance) as f32,
     };
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());

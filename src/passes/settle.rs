@@ -3,7 +3,7 @@
 use super::{
     Context,
     gbuffer::GBuffer,
-    predict::BounceImages,
+    predict::{BounceImages, Judgement},
     refine::{Refinement, Run},
 };
 use crate::{
@@ -11,7 +11,8 @@ use crate::{
     vulkan::{Buffer, Recorder, Resource, shaders::SettleParameters},
 };
 
-/// Takes the first results for the receivers of a run. Errors count over `radiance`, that of the image, W/sr/m².
+/// Takes the first results for the receivers of a run. Where there is noise and pixels may be interpolated, a gather is trusted as far as
+/// it differs from its prediction by more than noise.
 pub(crate) fn settle<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
@@ -19,11 +20,11 @@ pub(crate) fn settle<'r>(
     images: &'r BounceImages,
     (refinement, run): (&'r Refinement, Run),
     results: &'r Buffer,
-    radiance: f64,
+    judgement: Judgement,
 ) -> Result<()> {
     let pipeline = context
         .pipelines
-        .compute("settle", &[context.plan.brdf_word()])?;
+        .compute("settle", &[context.plan.brdf_word(), images.noise_word()])?;
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
     resources.extend([
@@ -33,7 +34,9 @@ pub(crate) fn settle<'r>(
     let parameters = SettleParameters {
         first_receiver: run.first,
         receiver_count: run.count,
-        inverse_radiance: (1.0 / radiance) as f32,
+        inverse_radiance: (1.0 / judgement.radiance) as f32,
+        is_lattice: judgement.tolerance.is_none().into(),
+        variance_of_spread: judgement.variance_of_spread as f32,
     };
     let groups = run.count.div_ceil(pipeline.module.workgroup_size[0]);
     recorder.pass("settle", |recorder| {

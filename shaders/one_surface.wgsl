@@ -1,0 +1,57 @@
+// Which pixels show one surface, and planes over the image through their values.
+
+@group(0) @binding(7) var normal_geometric: texture_storage_2d<rgba32float, read>;
+
+// Of the normals of two pixels.
+const MIN_COSINE: f32 = 0.9;
+// How far a pixel's point may lie off the other's tangent plane, over their distance.
+const MAX_SLOPE: f32 = 0.08;
+
+// What a pixel shows.
+struct Facing {
+    position: vec3<f32>,
+    normal: vec3<f32>,
+#if PHONG
+    ks_shininess: vec4<f32>,
+#endif
+}
+
+fn facing_at(pixel: vec2<u32>) -> Facing {
+    var facing: Facing;
+    facing.position = textureLoad(position_mesh, pixel).xyz;
+    facing.normal = textureLoad(normal_geometric, pixel).xyz;
+#if PHONG
+    facing.ks_shininess = textureLoad(ks_shininess, pixel);
+#endif
+    return facing;
+}
+
+fn is_one_surface(a: Facing, b: Facing) -> bool {
+    let way = b.position - a.position;
+    let off_plane = max(abs(dot(way, a.normal)), abs(dot(way, b.normal)));
+    var is_one = dot(a.normal, b.normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(way);
+#if PHONG
+    let has_lobes = vec2<bool>(any(a.ks_shininess.rgb > vec3<f32>(0.0)), any(b.ks_shininess.rgb > vec3<f32>(0.0)));
+    is_one = is_one && a.ks_shininess.w == b.ks_shininess.w && has_lobes.x == has_lobes.y;
+#endif
+    return is_one;
+}
+
+// Sums over neighbours of weight · value, and of that times their places: enough for a plane through the values.
+struct Plane {
+    sum: vec3<f32>,
+    sum_x: vec3<f32>,
+    sum_y: vec3<f32>,
+}
+
+fn add(plane: ptr<function, Plane>, value: vec3<f32>, weight: f32, at: vec2<f32>) {
+    let weighted = weight * value;
+    (*plane).sum += weighted;
+    (*plane).sum_x += at.x * weighted;
+    (*plane).sum_y += at.y * weighted;
+}
+
+// `shares` are those of the three sums.
+fn value_of(plane: Plane, shares: vec3<f32>) -> vec3<f32> {
+    return shares.x * plane.sum + shares.y * plane.sum_x + shares.z * plane.sum_y;
+}

@@ -1,0 +1,128 @@
+// Noise of the gathers on a lattice, lowered: what a plane through the pixels around explains is kept, and of the rest as much as
+// is more than noise (after Lee, "Digital image enhancement and noise filtering by use of local statistics", 1980). How much noise
+// there is, the gathers say themselves.
+
+struct SmoothParameters {
+    // Pixels between those of the lattice.
+    stride: u32,
+    columns: u32,
+    item_count: u32,
+    // Variance of a gather over the spread of its draws.
+    variance_of_spread: f32,
+}
+
+#if PHONG
+@group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read_write>;
+#endif
+@group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
+// Spread of the draws: diffuse, specular.
+@group(0) @binding(5) var bounce_spread: texture_storage_2d<rgba32float, read>;
+// Two a pixel of the lattice: diffuse, specular.
+@group(0) @binding(6) var<storage, read_write> smoothed: array<vec4<f32>>;
+var<immediate> parameters: SmoothParameters;
+
+// Pixels of the lattice to either side. (2 is worse for less noise: light bends more than a plane.)
+const REACH: i32 = 1;
+// Noise around a pixel over its own.
+const MAX_OVER_OWN: f32 = 4.0;
+// Fewer do not make a plane.
+const LEAST_PIXELS: f32 = 6.0;
+
+#if FIT
+// The value on the plane through those around, moved towards the pixel's own by as much as they scatter for other reasons than noise.
+// `squares` is Σ value², `variance` that of a value's noise; all bands together.
+fn smooth_value(own: vec3<f32>, plane: Plane, fit: Fit, squares: f32, variance: f32) -> vec3<f32> {
+    let mean = plane.sum / fit.count;
+    let along_x = plane.sum_x / fit.count - fit.mean.x * mean;
+    let along_y = plane.sum_y / fit.count - fit.mean.y * mean;
+    let slope_x = (fit.spread.z * along_x - fit.spread.y * along_y) / fit.determinant;
+    let slope_y = (fit.spread.x * along_y - fit.spread.y * along_x) / fit.determinant;
+    let explained = dot(mean, mean) + dot(slope_x, along_x) + dot(slope_y, along_y);
+    let scatter = max(squares - fit.count * explained, 0.0) / (fit.count - 3.0);
+    let signal = max(scatter - variance, 0.0);
+    let fitted = mean - fit.mean.x * slope_x - fit.mean.y * slope_y;
+    return mix(fitted, own, signal / max(signal + variance, 1e-30));
+}
+
+// Places of the pixels around, in strides.
+struct Fit {
+    count: f32,
+    mean: vec2<f32>,
+    // Mean of x², x·y, y², less those of the mean.
+    spread: vec3<f32>,
+    determinant: f32,
+}
+#endif
+
+@compute @workgroup_size(64)
+fn compute_main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let item = 64u * (group.y * groups.x + group.x) + local;
+    if (item >= parameters.item_count) {
+        return;
+    }
+    let pixel = parameters.stride * vec2<u32>(item % parameters.columns, item / parameters.columns);
+    let own = textureLoad(diffuse_bounce, pixel);
+    if (!is_gathered(own.w)) {
+        return;
+    }
+#if FIT
+    let size = textureDimensions(position_mesh);
+    let facing = facing_at(pixel);
+    var diffuse_plane: Plane;
+    var diffuse_squares = 0.0;
+    var spread = vec2<f32>(0.0);
+    var fit: Fit;
+    var squares = vec3<f32>(0.0);
+#if PHONG
+    var specular_plane: Plane;
+    var specular_squares = 0.0;
+#endif
+    for (var y = -REACH; y <= REACH; y++) {
+        for (var x = -REACH; x <= REACH; x++) {
+            let place = vec2<i32>(pixel) + i32(parameters.stride) * vec2<i32>(x, y);
+            let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
+            let other_pixel = select(pixel, vec2<u32>(place), is_inside);
+            let other = textureLoad(diffuse_bounce, other_pixel);
+            // A point is always of one surface with itself, whatever rounding says.
+            let is_own = x == 0 && y == 0;
+            let is_one = is_inside && is_gathered(other.w) && (is_own || is_one_surface(facing, facing_at(other_pixel)));
+            let weight = select(0.0, 1.0, is_one);
+            let at = vec2<f32>(f32(x), f32(y));
+            fit.count += weight;
+            fit.mean += weight * at;
+            squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
+            add(&diffuse_plane, other.rgb, weight, at);
+            diffuse_squares += weight * dot(other.rgb, other.rgb);
+            spread += weight * textureLoad(bounce_spread, other_pixel).xy;
+#if PHONG
+            let specular = textureLoad(specular_bounce, other_pixel).rgb;
+            add(&specular_plane, specular, weight, at);
+            specular_squares += weight * dot(specular, specular);
+#endif
+        }
+    }
+    fit.mean /= fit.count;
+    fit.spread = squares / fit.count - vec3<f32>(fit.mean.x * fit.mean.x, fit.mean.x * fit.mean.y, fit.mean.y * fit.mean.y);
+    fit.determinant = fit.spread.x * fit.spread.z - fit.spread.y * fit.spread.y;
+    // A pixel that is dark without doubt stays so beside bright ones.
+    let own_spread = textureLoad(bounce_spread, pixel).xy;
+    let variance = parameters.variance_of_spread * min(spread / fit.count, MAX_OVER_OWN * own_spread);
+    let has_plane = fit.count >= LEAST_PIXELS && fit.determinant > 0.1;
+    let diffuse = smooth_value(own.rgb, diffuse_plane, fit, diffuse_squares, variance.x);
+    smoothed[2u * item] = vec4<f32>(max(select(own.rgb, diffuse, has_plane), vec3<f32>(0.0)), own.w);
+#if PHONG
+    let own_specular = textureLoad(specular_bounce, pixel).rgb;
+    let specular = smooth_value(own_specular, specular_plane, fit, specular_squares, variance.y);
+    smoothed[2u * item + 1u] = vec4<f32>(max(select(own_specular, specular, has_plane), vec3<f32>(0.0)), 0.0);
+#endif
+#else
+    textureStore(diffuse_bounce, pixel, smoothed[2u * item]);
+#if PHONG
+    textureStore(specular_bounce, pixel, smoothed[2u * item + 1u]);
+#endif
+#endif
+}
