@@ -10,3 +10,8 @@ const INTERPOLATED: f32 = -3.0;
 fn is_gathered(state: f32) -> bool {
     return state > 0.0;
 }
+
+// In a value that differs from what is expected of it: `signal` is the square of that, without the variance of noise.
+fn trust_in(signal: f32, variance: f32) -> f32 {
+    return select(1.0, signal / (signal + variance), signal + variance > 0.0);
+}

@@ -50,8 +50,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     error = sqrt(max(off * off - NOISE_SQUARED * variance, 0.0));
     if (parameters.is_lattice == 0u && predicted.w == WITH_PREDICTION) {
         // As much of the difference as is more than noise; the smooth pass does it for the lattice.
-        let signal = max(off * off - variance, 0.0);
-        let trust = signal / max(signal + variance, 1e-30);
+        let trust = trust_in(max(off * off - variance, 0.0), variance);
         diffuse = mix(predicted.rgb, diffuse, trust);
         specular = mix(predicted_specular, specular, trust);
     }

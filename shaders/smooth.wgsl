@@ -39,9 +39,9 @@ fn smooth_value(own: vec3<f32>, plane: Plane, fit: Fit, squares: f32, variance: 
     let slope_y = (fit.spread.x * along_y - fit.spread.y * along_x) / fit.determinant;
     let explained = dot(mean, mean) + dot(slope_x, along_x) + dot(slope_y, along_y);
     let scatter = max(squares - fit.count * explained, 0.0) / (fit.count - 3.0);
-    let signal = max(scatter - variance, 0.0);
+    let trust = trust_in(max(scatter - variance, 0.0), variance);
     let fitted = mean - fit.mean.x * slope_x - fit.mean.y * slope_y;
-    return mix(fitted, own, signal / max(signal + variance, 1e-30));
+    return mix(fitted, own, trust);
 }
 
 // Places of the pixels around, in strides.

@@ -21,7 +21,9 @@ fn direct_light_agrees_with_the_reference() {
         .flat_map(|name| Shadow::ALL.map(|shadow| (name, shadow)))
     {
         let scene = Scene {
-            direct: Direct { shadow },
+            direct: Direct {
+                shadow: Some(shadow),
+            },
             indirect: None,
             ..demo_scene(name, [160, 160])
         };

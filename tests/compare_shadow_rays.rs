@@ -18,7 +18,7 @@ use shadows::{
 
 fn by_rays(mut scene: Scene) -> Scene {
     scene.direct = Direct {
-        shadow: Shadow::Rays,
+        shadow: Some(Shadow::Rays),
     };
     scene
 }
@@ -135,7 +135,7 @@ fn rays_take_the_place_of_the_shadow_map() {
     let mut gpu = Gpu::open();
     let mut scene = demo_scene("cornell", [64, 64]);
     for shadow in Shadow::ALL {
-        scene.direct.shadow = shadow;
+        scene.direct.shadow = Some(shadow);
         let plan = Plan::new(&scene, gpu.device.info()).expect("the scene is valid");
         let text = plan.to_string();
         let frame = gpu.render(&scene);

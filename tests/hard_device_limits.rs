@@ -125,7 +125,7 @@ fn assert_refused(scene: &Scene, device: &DeviceInfo, parts: &[&str]) {
     }
     let mut without = scene.clone();
     if message.contains("shadow = \"map\"") {
-        without.direct.shadow = Shadow::Map;
+        without.direct.shadow = Some(Shadow::Map);
     }
     if message.contains("visibility = \"none\"") {
         without.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 8));
@@ -140,23 +140,23 @@ fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
     device.limits.max_image_px = 64;
     // Four texels a triangle and room for seven more, 1024 a row.
     let mut scene = with_triangles(16_376);
-    scene.direct.shadow = Shadow::Rays;
+    scene.direct.shadow = Some(Shadow::Rays);
     assert!(Plan::new(&scene, &device).is_ok());
     let mut scene = with_triangles(16_377);
     let rows = "the triangles for rays (rows) is 65, over the limit of 64";
-    scene.direct.shadow = Shadow::Rays;
+    scene.direct.shadow = Some(Shadow::Rays);
     let mend = "set shadow = \"map\" in [direct], simplify the meshes";
     assert_refused(&scene, &device, &[rows, mend]);
     scene.indirect = bounce_by_rays(8);
     let mend = "set shadow = \"map\" in [direct] and visibility = \"none\" in [indirect], simplify";
     assert_refused(&scene, &device, &[rows, mend]);
-    scene.direct.shadow = Shadow::Map;
+    scene.direct.shadow = Some(Shadow::Map);
     let mend = "set visibility = \"none\" in [indirect], simplify the meshes";
     assert_refused(&scene, &device, &[rows, mend]);
 
     device.limits.max_image_px = 16_384;
     device.limits.max_allocation_bytes = 1 << 20;
-    scene.direct.shadow = Shadow::Rays;
+    scene.direct.shadow = Some(Shadow::Rays);
     let message = Plan::new(&scene, &device).expect_err("that is too much");
     let bytes = "the triangles for rays (bytes) is 1064960, over the limit of 1048576";
     assert!(message.to_string().contains(bytes), "{message}");
@@ -174,7 +174,7 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     let says = "a kernel of the bounce reads (storage images) is 10, over the limit of 9";
     assert_refused(&scene, &device, &[says, "set visibility = \"none\""]);
     // Nobody asks what a shadow ray hits.
-    scene.direct.shadow = Shadow::Rays;
+    scene.direct.shadow = Some(Shadow::Rays);
     scene.indirect = None;
     assert!(Plan::new(&scene, &device).is_ok());
 
@@ -207,7 +207,7 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     let gpu = Gpu::open();
     let mut device = small_device(&gpu);
     let mut scene = demo_scene("cornell", [8, 8]);
-    scene.direct.shadow = Shadow::Rays;
+    scene.direct.shadow = Some(Shadow::Rays);
     scene.indirect = bounce_by_rays(32);
     // Six rows of 1024 a light.
     device.limits.max_image_px = 64;
@@ -231,7 +231,7 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
 fn other_lanes_take_no_packets() {
     let gpu = Gpu::open();
     let mut scene = demo_scene("cornell", [8, 8]);
-    scene.direct.shadow = Shadow::Rays;
+    scene.direct.shadow = Some(Shadow::Rays);
     let mut device = small_device(&gpu);
     for (lanes, kernel) in [
         (4, RayKernel::Single),

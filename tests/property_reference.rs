@@ -132,7 +132,7 @@ fn going_on_is_never_having_stopped() {
     assert!(refused.to_string().contains("another scene"), "{refused}");
     // How the engine would compute indirect light, and what the sensor makes of it, is not in it.
     let mut same = scene.clone();
-    same.direct.shadow = Shadow::Rays;
+    same.direct.shadow = Some(Shadow::Rays);
     same.indirect = None;
     same.sensor = None;
     Reference::resume(&same, &path).expect("the same light");

@@ -96,12 +96,12 @@ target_error = 0.05
 }
 
 #[test]
-fn shadows_are_from_maps_unless_the_file_says_rays() {
+fn how_shadows_are_found_is_left_to_the_engine_unless_the_file_says() {
     let shadow = |toml: &str| load(&format!("{CAMERA}{LIGHT}{toml}")).direct.shadow;
-    assert_eq!(shadow(""), Shadow::Map);
+    assert_eq!(shadow(""), None);
     for named in Shadow::ALL {
         let toml = format!("[direct]\nshadow = \"{}\"\n", named.name());
-        assert_eq!(shadow(&toml), named);
+        assert_eq!(shadow(&toml), Some(named));
     }
 }
 

@@ -42,7 +42,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 38] = [
+    let edits: [fn(&mut Scene); 39] = [
         |s| s.camera.resolution_px = [6, 8],
         |s| s.camera.position_m.x += 1e-15,
         |s| s.camera.look_at_m.y += 1e-9,
@@ -53,7 +53,8 @@ fn hash_changes_with_everything_but_names() {
         |s| s.sensor.as_mut().unwrap().pixel_pitch_um[1] = 11.0,
         |s| s.sensor.as_mut().unwrap().exposure_time_s = 2e-3,
         |s| s.sensor.as_mut().unwrap().duty_cycle = 0.4,
-        |s| s.direct.shadow = Shadow::Rays,
+        |s| s.direct.shadow = Some(Shadow::Map),
+        |s| s.direct.shadow = Some(Shadow::Rays),
         |s| s.indirect = None,
         |s| s.indirect.as_mut().unwrap().rsm_size = Some(65),
         |s| s.indirect.as_mut().unwrap().rsm_size = None,

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod cost;
+mod indirect;
 mod progress;
 mod readback;
 mod source;
@@ -9,35 +10,28 @@ mod source;
 use std::time::Duration;
 
 use crate::{
-    Error, IndirectMethod, IndirectPlan, Result, ShadowPlan, SumPlan,
+    Error, Result, ShadowPlan,
     intermediates::{Intermediates, LightIntermediates},
     passes::{
         Context,
-        bounce::Bounce,
         direct::{self, Occluders},
-        gather::{Gather, GatherStats, ListedVpls, Sums},
         gbuffer::{self, GBuffer},
         hits::HitSurfaces,
         light::DeviceLight,
         rays::RayTreeImages,
-        receivers::{self, Receivers},
-        rsm::{self, Rsm},
-        sensor,
+        receivers, rsm, sensor,
         shadow::{self, ShadowMap},
         surface::{Surfaces, upload_view},
-        view,
-        vpl::{self, VplLists},
-        vpl_draws::ListedLight,
+        view, vpl,
     },
     vulkan::{Image, ImageShape, Recorder},
 };
 
-use adaptive::Adaptive;
 pub(crate) use cost::Cost;
+use indirect::Indirect;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
 pub(crate) use readback::{Readback, read_layers};
-use source::SumOfLights;
 
 /// Passes of one submission but the gather's: as many have timestamps.
 const TIMED_PASSES: u32 = 16;
@@ -79,7 +73,7 @@ pub(crate) fn draw(
     let mut indirect = plan
         .indirect
         .as_ref()
-        .map(|indirect| Indirect::new(context, indirect))
+        .map(|indirect| Indirect::new(context, indirect, submission_target))
         .transpose()?;
 
     progress.report("gbuffer", 0.0)?;
@@ -105,8 +99,6 @@ pub(crate) fn draw(
     }
     cost.submit(recorder)?;
 
-    let mut listed_lights = Vec::new();
-    let mut listed_vpls = Vec::new();
     for (index, (light, light_plan)) in scene.lights.iter().zip(&plan.lights).enumerate() {
         progress.begin_light(index, "direct")?;
         let place = match &indirect {
@@ -157,80 +149,15 @@ pub(crate) fn draw(
             let kept = LightIntermediates::read(context, &light, occluders.map(), rsm)?;
             keep.lights.push(kept);
         }
-        if let Some(indirect) = &indirect {
-            let lengths = indirect.vpls.lengths()?;
-            cost.vpl_count += u64::from(lengths.matte) + u64::from(lengths.glossy);
-            if let IndirectMethod::Bounce(_) = indirect.plan.method {
-                listed_lights.push(ListedLight::new(&light, &indirect.vpls)?);
-            }
-            let listed = ListedVpls {
-                first: place[0],
-                lengths,
-            };
-            listed_vpls.push(listed);
-            if let (IndirectMethod::Sum(sum), Some(receivers)) =
-                (indirect.plan.method, &indirect.receivers)
-            {
-                let mut gather = indirect.gather(context, sum, &gbuffer, submission_target);
-                let runs = receivers.runs()?;
-                gather.accumulate(
-                    &[listed],
-                    (&receivers.pixels, &runs),
-                    Sums::Image(&indirect.radiance),
-                    &mut |share| progress.report("gather", share),
-                )?;
-                cost.add_gather(gather.stats);
-                // What is exact is within every error that is asked for.
-                let asked = scene.indirect.and_then(|indirect| indirect.target_error);
-                cost.estimated_error = asked.map(|_| 0.0);
-            }
+        if let Some(indirect) = &mut indirect {
+            indirect.take_vpls(&light, cost)?;
+            indirect.gather_everywhere(context, &gbuffer, progress, cost)?;
         }
     }
 
-    if let Some(indirect) = &indirect
-        && let Some(refinement) = indirect.plan.refinement()
-        && (indirect.plan.bounce().is_some() || listed_vpls.iter().any(|listed| listed.count() > 0))
-    {
-        let adaptive = Adaptive {
-            context,
-            plan: refinement,
-            gbuffer: &gbuffer,
-            indirect_radiance: &indirect.radiance,
-        };
-        match (indirect.plan.method, &ray_tree, &hit_surfaces) {
-            (IndirectMethod::Sum(sum), ..) => {
-                let mut sums = SumOfLights {
-                    gather: indirect.gather(context, sum, &gbuffer, submission_target),
-                    lights: &listed_vpls,
-                };
-                let estimated = if sums.may_pay() {
-                    adaptive.gather(&mut sums, progress, cost)?
-                } else {
-                    None
-                };
-                if estimated.is_none() {
-                    sums.gather_everywhere(&indirect.radiance, progress, cost)?;
-                }
-                cost.estimated_error = estimated.or(Some(0.0));
-                cost.add_gather(sums.gather.stats);
-            }
-            (IndirectMethod::Bounce(bounce_plan), Some(tree), Some(hit_surfaces)) => {
-                let mut bounce = Bounce::new(
-                    context,
-                    &gbuffer,
-                    (tree, hit_surfaces),
-                    &indirect.vpls,
-                    &listed_lights,
-                    bounce_plan.kernel,
-                    submission_target,
-                )?;
-                cost.estimated_error = adaptive.gather(&mut bounce, progress, cost)?;
-                cost.add_bounce(bounce.stats);
-            }
-            (IndirectMethod::Bounce(_), ..) => {
-                return Err(Error::internal("there are no triangles for rays"));
-            }
-        }
+    if let Some(indirect) = &indirect {
+        let rays = ray_tree.as_ref().zip(hit_surfaces.as_ref());
+        indirect.gather_where_it_varies(context, &gbuffer, rays, progress, cost)?;
     }
     let mut frame = DrawnFrame {
         gbuffer,
@@ -254,63 +181,4 @@ pub(crate) fn draw(
         frame.energy = Some(energy);
     }
     Ok(frame)
-}
-
-/// What indirect light takes beside the G-buffer. The RSM is room that the lights use in turn.
-struct Indirect<'c> {
-    plan: &'c IndirectPlan,
-    rsm: Rsm,
-    vpls: VplLists,
-    /// Every pixel; `None` where few are gathered.
-    receivers: Option<Receivers>,
-    radiance: Image,
-}
-
-impl<'c> Indirect<'c> {
-    fn new(context: &Context, plan: &'c IndirectPlan) -> Result<Self> {
-        let Context {
-            device,
-            plan: frame,
-            ..
-        } = *context;
-        let faces = frame.max_faces();
-        let shape = ImageShape::plain(frame.resolution_px);
-        let texels = faces * plan.rsm_size * plan.rsm_size;
-        let is_refined = plan.refinement().is_some();
-        let light_count = frame.lights.len() as u32;
-        let vpls = match plan.method {
-            IndirectMethod::Bounce(_) => VplLists::for_bounce(device, frame, light_count, texels)?,
-            IndirectMethod::Sum(_) => {
-                let lists = if is_refined { light_count } else { 1 };
-                VplLists::new(device, frame, lists, texels)?
-            }
-        };
-        Ok(Indirect {
-            plan,
-            rsm: Rsm::new(device, frame, plan.rsm_size, faces)?,
-            vpls,
-            receivers: (!is_refined)
-                .then(|| Receivers::new(device, frame))
-                .transpose()?,
-            radiance: Image::new(device, "indirect radiance", shape)?,
-        })
-    }
-
-    fn gather<'g>(
-        &'g self,
-        context: &'g Context<'g>,
-        SumPlan { kernel, .. }: SumPlan,
-        gbuffer: &'g GBuffer,
-        submission_target: Duration,
-    ) -> Gather<'g> {
-        Gather {
-            context,
-            estimator: self.plan.estimator,
-            kernel,
-            gbuffer,
-            vpls: &self.vpls,
-            submission_target,
-            stats: GatherStats::default(),
-        }
-    }
 }

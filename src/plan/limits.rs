@@ -4,7 +4,7 @@ use super::{IndirectPlan, MAX_TRIANGLES, PIXEL_BYTES, Plan};
 use crate::{
     Error, Result,
     ray_tree::max_triangle_texels,
-    scene::{Scene, Texture},
+    scene::{Scene, Shadow, Texture},
     vulkan::DeviceInfo,
 };
 
@@ -139,7 +139,8 @@ impl Plan {
             fewer,
         )?;
         check("the number of triangles", triangles, MAX_TRIANGLES, fewer)?;
-        self.check_ray_limits(triangles, textures, device)
+        let is_shadow_asked = scene.direct.shadow == Some(Shadow::Rays);
+        self.check_ray_limits(triangles, textures, is_shadow_asked, device)
     }
 
     /// What rays find the triangles in, and what they find on them.
@@ -147,6 +148,7 @@ impl Plan {
         &self,
         triangles: u64,
         textures: &[Texture],
+        is_shadow_asked: bool,
         device: &DeviceInfo,
     ) -> Result<()> {
         if !self.has_rays() {
@@ -154,7 +156,8 @@ impl Plan {
         }
         let limits = &device.limits;
         let without_rays = [
-            (self.has_shadow_rays(), "shadow = \"map\" in [direct]"),
+            // Shadows are not asked of rays by themselves.
+            (is_shadow_asked, "shadow = \"map\" in [direct]"),
             (
                 self.bounce().is_some(),
                 "visibility = \"none\" in [indirect]",

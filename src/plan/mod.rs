@@ -169,7 +169,16 @@ impl Plan {
         let rsm_size = scene
             .indirect
             .map(|indirect| planned_rsm_size(indirect, scene.lights.len()));
-        let shadow = match (scene.direct.shadow, rsm_size) {
+        let casts_rays = |indirect: Indirect| indirect.visibility == Visibility::Rays;
+        // Where there are rays, they cost less than a map, and their shadows are exact.
+        let shadow = scene.direct.shadow.unwrap_or({
+            if scene.indirect.is_some_and(casts_rays) {
+                Shadow::Rays
+            } else {
+                Shadow::Map
+            }
+        });
+        let shadow = match (shadow, rsm_size) {
             (Shadow::Rays, _) => ShadowPlan::Rays(RayKernel::best_for(device)),
             (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
             (Shadow::Map, _) => ShadowPlan::Map { size: fine_enough },

@@ -126,7 +126,9 @@ pub(super) fn direct(keys: &mut Keys) -> Result<Direct> {
     )?;
     let shadow = Shadow::from_name(word.text()?)
         .ok_or_else(|| keys.unknown_word(&word, word.text().unwrap_or_default(), &names))?;
-    Ok(Direct { shadow })
+    Ok(Direct {
+        shadow: Some(shadow),
+    })
 }
 
 pub(super) fn indirect(keys: &mut Keys) -> Result<Indirect> {

@@ -1,8 +1,8 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, SpotCone,
-    Texture,
+    Camera, Direct, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, Shadow,
+    SpotCone, Texture,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -114,7 +114,12 @@ impl Bytes {
 
     fn direct(&mut self, direct: &Direct) {
         let Direct { shadow } = direct;
-        self.name(shadow.name());
+        // The word for what the engine chooses is older than the choice; references are kept by it.
+        self.name(match shadow {
+            None => "map",
+            Some(Shadow::Map) => "map alone",
+            Some(Shadow::Rays) => "rays",
+        });
     }
 
     fn indirect(&mut self, indirect: &Indirect) {

@@ -76,14 +76,14 @@ impl Sensor {
 /// How direct light is computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Direct {
-    pub shadow: Shadow,
+    /// `None`: by rays where indirect light casts rays anyway, else from maps.
+    pub shadow: Option<Shadow>,
 }
 
 /// How V(L,P) of direct light is found. See `docs/model.md`.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shadow {
     /// From a map of what the light sees: its RSM where that is fine enough, else a map of its own.
-    #[default]
     Map,
     /// By a ray from P to L among all triangles: exact but for rounding.
     Rays,
