@@ -1,4 +1,4 @@
-//! Hard cases of geometry: `src/doctor/geometry.rs`.
+//! Hard cases: `src/doctor/geometry.rs`.
 #![cfg(feature = "reference")]
 
 mod gpu;

@@ -1,2 +1,416 @@
-use super::Case;
-pub(super) const CASES: &[Case] = &[];
+//! Lights on surfaces, in boxes, in the camera's place; needles and half spaces of cones; nothing, too much and too many.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use super::{
+    Case, Examiner, Measurement,
+    examiner::{DIRECT_BOUND, KERNEL_BOUND, error_of, largest, values},
+    scenes::{
+        COLOURED, GREY, amplified, cuboid, directional_light, grid, lit_by, point_light, quad, room,
+        scene_of, spot_light, with_rays, with_shadow, with_sum,
+    },
+};
+use crate::{
+    Result, Scene,
+    model::CompensatedSum,
+    output::Layer,
+    scene::{Bands, Estimator, Lens, Light, Shadow},
+    twin,
+};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "light_a_millimetre_above_a_surface",
+        hazard: "irradiance of 1e6 times the rest of the image, a depth of 1 mm in a map, a shadow bias that swallows it",
+        remedy: "shadow rays start from the surface, with errors that do not depend on how near the light is",
+        is_short: true,
+        known_issue: None,
+        run: light_a_millimetre_above,
+    },
+    Case {
+        name: "light_on_a_surface",
+        hazard: "rounding puts the light below its floor, which then hides the whole room",
+        remedy: "what a light lies in is not in its way",
+        is_short: true,
+        known_issue: None,
+        run: light_on_a_surface,
+    },
+    Case {
+        name: "light_inside_closed_geometry",
+        hazard: "light leaks through the edges and corners of a closed box",
+        remedy: "edges are decided alike by both neighbours",
+        is_short: true,
+        known_issue: None,
+        run: light_inside_a_box,
+    },
+    Case {
+        name: "light_at_the_camera",
+        hazard: "light and view along one ray: every pixel is its own shadow's edge (time-of-flight cameras)",
+        remedy: "the shadow test starts off the surface by its own rounding bound",
+        is_short: true,
+        known_issue: None,
+        run: light_at_the_camera,
+    },
+    Case {
+        name: "spot_of_half_a_degree",
+        hazard: "acos of a cosine loses half the digits; of a map over a hemisphere a few texels are lit",
+        remedy: "angles by the arctangent, an RSM over the cone and no more, ΔΩ by exact integrals",
+        is_short: true,
+        known_issue: None,
+        run: spot_of_half_a_degree,
+    },
+    Case {
+        name: "spot_of_179_degrees",
+        hazard: "a perspective map of 179° has texels of no use; wider than 180° there is none",
+        remedy: "cones over 60° are cut into the faces of a cube",
+        is_short: true,
+        known_issue: None,
+        run: wide_spots,
+    },
+    Case {
+        name: "spot_with_equal_cones",
+        hazard: "a penumbra of width 0 divides 0 by 0",
+        remedy: "its inverse is finite: 0 · 1e30 is no falloff",
+        is_short: true,
+        known_issue: None,
+        run: equal_cones,
+    },
+    Case {
+        name: "edge_of_the_cone_inside_one_texel",
+        hazard: "a texel counts as lit or not by its centre, and power is lost or made",
+        remedy: "the part of each texel inside the cone and the falloff over it are exact integrals",
+        is_short: true,
+        known_issue: None,
+        run: cone_inside_a_texel,
+    },
+    Case {
+        name: "spot_axis_along_every_edge_of_the_cube",
+        hazard: "a basis built from the axis and `up` vanishes where they are parallel; faces change hands at edges and corners",
+        remedy: "a basis without a preferred axis; faces that the cone only touches are counted",
+        is_short: false,
+        known_issue: None,
+        run: axes_of_the_cube,
+    },
+    Case {
+        name: "directional_light_at_89_99_degrees",
+        hazard: "cosines of 1.7e-4 keep four digits of f32, and shadows are 6 000 times as long as what throws them",
+        remedy: "f32 directions to 6e-8: the error is that over the cosine and no more",
+        is_short: true,
+        known_issue: None,
+        run: grazing_directional,
+    },
+    Case {
+        name: "power_from_a_trillionth_of_a_watt_to_a_trillion",
+        hazard: "products of power, solid angle and falloff leave the range of f32",
+        remedy: "lengths near 1 by the local space, so that only the power itself is large or small",
+        is_short: true,
+        known_issue: None,
+        run: extreme_powers,
+    },
+    Case {
+        name: "light_without_power",
+        hazard: "densities in proportion to power are 0/0",
+        remedy: "exactly 0, and a warning that names the light",
+        is_short: true,
+        known_issue: None,
+        run: no_power,
+    },
+    Case {
+        name: "sixty_four_lights",
+        hazard: "errors and memory that grow with the number of lights; noise shared out badly among them",
+        remedy: "lights share the draws by what they bring; sums keep their three levels",
+        is_short: true,
+        known_issue: None,
+        run: sixty_four_lights,
+    },
+];
+
+fn light_a_millimetre_above(examiner: &mut Examiner) -> Result<Measurement> {
+    let light_m = DVec3::new(-0.23, -0.999, 0.31);
+    let scene = lit_by(&room(), vec![point_light(light_m)]);
+    // f32 moves P and L by 6e-8 m each; over 1 mm that is 1.2e-4, and irradiance goes with the cube: d⁻³ times the height.
+    let bound = 3.0 * 1.2e-7 / 1e-3;
+    let mut parts = vec![
+        examiner.direct("1 mm", &scene, bound)?,
+        examiner.sums("1 mm", &scene, 24, KERNEL_BOUND + 1.2e-4)?,
+        examiner.bounce("1 mm", &scene)?,
+    ];
+    let by_map = with_shadow(&scene, Shadow::Map);
+    parts.push(examiner.direct("1 mm, shadow map", &by_map, bound)?);
+    Ok(Measurement::worst(parts))
+}
+
+/// In the floor itself, along the axes and tilted: the floor gets nothing, and everything else all of it.
+fn light_on_a_surface(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut parts = Vec::new();
+    for (what, tilt) in [("level floor", 0.0), ("tilted floor", 0.23)] {
+        let along = DVec3::new(1.6, tilt, 0.4 * tilt);
+        let across = DVec3::new(0.0, 0.31 * tilt, 1.6);
+        let corner = DVec3::new(-0.8, -0.63, -0.8);
+        let mut scene = room();
+        scene.meshes.truncate(1);
+        scene.meshes.push(quad("floor", corner, along, across, COLOURED));
+        scene.camera.look_at_m = DVec3::new(0.0, -0.2, -0.6);
+        for (u, v) in [(0.37, 0.61), (0.5, 0.5)] {
+            scene.lights = vec![point_light(corner + u * along + v * across)];
+            parts.push(examiner.direct(what, &scene, DIRECT_BOUND)?);
+        }
+    }
+    Ok(Measurement::worst(parts))
+}
+
+/// A lamp in a box in a room: outside the box everything is black.
+fn light_inside_a_box(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut scene = room();
+    let bright = largest(values(&examiner.render(&scene)?, Layer::Direct));
+    let size = DVec3::new(0.3, 0.2, 0.25);
+    let centre = DVec3::new(-0.2, 0.3, -0.1);
+    scene.meshes.push(cuboid("case", centre - 0.5 * size, size, COLOURED));
+    let mut parts = Vec::new();
+    for at in [DVec3::ZERO, DVec3::splat(0.01), 0.49 * size] {
+        scene.lights = vec![point_light(centre + at)];
+        for shadow in Shadow::ALL {
+            let frame = examiner.render(&with_shadow(&scene, shadow))?;
+            let leak = largest(values(&frame, Layer::Direct)) / bright;
+            let what = format!("shadow by {}, leak over lit radiance", shadow.name());
+            parts.push(Measurement::new(what, leak, 0.0));
+        }
+        let frame = examiner.render(&with_rays(&scene, 0.1))?;
+        let leak = largest(values(&frame, Layer::Indirect)) / bright;
+        parts.push(Measurement::new("bounce by rays, leak over lit radiance", leak, 0.0));
+    }
+    Ok(Measurement::worst(parts))
+}
+
+fn light_at_the_camera(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut scene = room();
+    scene.lights = vec![point_light(scene.camera.position_m)];
+    let mut parts = vec![examiner.all("no offset", &scene, 24)?];
+    let by_map = with_shadow(&scene, Shadow::Map);
+    parts.push(examiner.direct("shadow map", &by_map, DIRECT_BOUND)?);
+    scene.lights = vec![point_light(scene.camera.position_m + DVec3::new(0.0, 0.01, 0.0))];
+    parts.push(examiner.all("1 cm", &scene, 24)?);
+    Ok(Measurement::worst(parts))
+}
+
+/// f32 tells directions apart to 1e-7, over a penumbra of this width.
+fn penumbra_bound(penumbra_deg: f64) -> f64 {
+    2e-7 / penumbra_deg.to_radians()
+}
+
+fn spot_of_half_a_degree(examiner: &mut Examiner) -> Result<Measurement> {
+    let at = DVec3::new(0.33, 0.81, 0.2);
+    let spot = spot_light(at, DVec3::new(-0.1, -0.7, -0.3) - at, [0.1, 0.25]);
+    let mut scene = lit_by(&room(), vec![spot]);
+    let whole = scene.clone();
+    // Up close: the lit spot of 14 mm fills the image.
+    scene.camera.position_m = DVec3::new(0.0, -0.6, -0.2);
+    scene.camera.look_at_m = at + (DVec3::new(-0.1, -0.7, -0.3) - at) * 1.08;
+    scene.camera.lens = Lens::FovY { fov_y_deg: 4.0 };
+    let bound = DIRECT_BOUND + penumbra_bound(0.15);
+    Ok(Measurement::worst([
+        examiner.direct("the spot up close", &scene, bound)?,
+        examiner.sums("the whole room", &whole, 24, KERNEL_BOUND)?,
+        examiner.bounce("the whole room", &whole)?,
+    ]))
+}
+
+fn wide_spots(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut parts = Vec::new();
+    for half_angles_deg in [[10.0, 89.5], [89.0, 89.5], [100.0, 179.0], [180.0, 180.0]] {
+        let spot = spot_light(DVec3::new(0.23, 0.41, 0.17), DVec3::new(0.3, -0.8, -0.4), half_angles_deg);
+        let scene = lit_by(&room(), vec![spot]);
+        let [inner, outer] = half_angles_deg;
+        let what = format!("{inner}° to {outer}°");
+        let bound = DIRECT_BOUND + penumbra_bound(if inner < outer { outer - inner } else { 90.0 });
+        parts.push(examiner.direct(&what, &scene, bound)?);
+        parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND)?);
+        parts.push(examiner.bounce(&what, &scene)?);
+    }
+    Ok(Measurement::worst(parts))
+}
+
+fn equal_cones(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut parts = Vec::new();
+    for half_angle_deg in [0.25, 20.0, 90.0] {
+        let at = DVec3::new(0.23, 0.71, 0.17);
+        let spot = spot_light(at, DVec3::new(-0.2, -1.0, -0.4) - at, [half_angle_deg; 2]);
+        let scene = lit_by(&room(), vec![spot]);
+        let what = format!("{half_angle_deg}°");
+        if half_angle_deg > 1.0 {
+            parts.push(examiner.direct(&what, &scene, DIRECT_BOUND)?);
+        }
+        parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND)?);
+        parts.push(examiner.bounce(&what, &scene)?);
+    }
+    Ok(Measurement::worst(parts))
+}
+
+/// How far the power of all VPLs is from the light's: in a closed room every texel hits.
+fn lost_power(examiner: &mut Examiner, scene: &Scene, rsm_size: u32) -> Result<f64> {
+    let scene = with_sum(scene, Estimator::InstantRadiosity, rsm_size);
+    let (_, kept) = examiner.render_keeping(&scene)?;
+    let vpls = twin::vpls(&scene.lights[0], &kept.lights[0]);
+    let of_vpls: CompensatedSum = vpls.iter().map(|vpl| vpl.incident_power_w[0]).collect();
+    Ok((of_vpls.value() / scene.lights[0].emission()[0] - 1.0).abs())
+}
+
+fn cone_inside_a_texel(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut parts = Vec::new();
+    for rsm_size in [1, 2, 3, 5] {
+        for half_angles_deg in [[7.0, 8.0], [30.0, 30.0], [40.0, 100.0]] {
+            let at = DVec3::new(0.23, 0.71, 0.17);
+            let spot = spot_light(at, DVec3::new(-0.21, -1.0, -0.43) - at, half_angles_deg);
+            let scene = lit_by(&room(), vec![spot]);
+            let what = format!("{rsm_size} texels, {}°", half_angles_deg[1]);
+            // Exact integrals in f64, a few roundings for each of at most 150 texels.
+            let lost = lost_power(examiner, &scene, rsm_size)?;
+            parts.push(Measurement::new(format!("{what}, power of the VPLs"), lost, 1e-12));
+            parts.push(examiner.sums(&what, &scene, rsm_size, KERNEL_BOUND)?);
+        }
+    }
+    Ok(Measurement::worst(parts))
+}
+
+/// 26 axes: to the faces, the edges and the corners of the cube.
+fn axes_of_the_cube(examiner: &mut Examiner) -> Result<Measurement> {
+    let steps = [-1.0, 0.0, 1.0];
+    let axes = steps.iter().flat_map(|&x| {
+        steps.iter().flat_map(move |&y| steps.map(|z| DVec3::new(x, y, z)))
+    });
+    let mut scene = room();
+    scene.camera.resolution_px = [12, 12];
+    scene.camera.lens = Lens::FovY { fov_y_deg: 120.0 };
+    let mut parts = Vec::new();
+    for axis in axes.filter(|&axis| axis != DVec3::ZERO) {
+        for half_angles_deg in [[20.0, 28.0], [60.0, 95.0]] {
+            scene.lights = vec![spot_light(DVec3::new(0.23, 0.41, 0.17), axis, half_angles_deg)];
+            let what = format!("axis {axis}, {}°", half_angles_deg[1]);
+            let lost = lost_power(examiner, &scene, 9)?;
+            parts.push(Measurement::new(format!("{what}, power of the VPLs"), lost, 1e-12));
+            parts.push(examiner.sums(&what, &scene, 9, KERNEL_BOUND)?);
+            let truth = crate::reference::Reference::new(&scene, 1)?.frame();
+            // A cone that lights nothing in view has no relative error.
+            if largest(values(&truth, Layer::Direct)) > 0.0 {
+                let bound = DIRECT_BOUND + penumbra_bound(8.0);
+                parts.push(examiner.direct(&what, &scene, bound)?);
+            }
+        }
+    }
+    Ok(Measurement::worst(parts))
+}
+
+/// Over a floor, level and tilted, without and with a block on it; closed form: E·cosθ·k_d/π, where k_d is ½.
+fn grazing_directional(examiner: &mut Examiner) -> Result<Measurement> {
+    let angle = f64::to_radians(89.99);
+    let mut parts = Vec::new();
+    for (what, tilt) in [("level", 0.0), ("tilted", 0.37)] {
+        let turn = glam::DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), tilt);
+        let plane = [DVec3::new(-1.0, 0.0, -1.0), 2.0 * DVec3::Z, 2.0 * DVec3::X];
+        let floor = grid("floor", plane.map(|v| turn * v), [3, 3], GREY);
+        let direction = turn * DVec3::new(angle.sin(), -angle.cos(), 0.0);
+        let eye_m = turn * DVec3::new(0.2, 1.0, 0.3);
+        let light = directional_light(direction);
+        let mut scene = scene_of(vec![floor], light, eye_m, DVec3::ZERO);
+        scene.camera.lens = Lens::FovY { fov_y_deg: 60.0 };
+        let frame = examiner.render(&scene)?;
+        let direct = values(&frame, Layer::Direct);
+        let closed: Vec<Bands> = vec![[PI * angle.cos() * 0.5 / PI; 3]; direct.len() / 3];
+        // Normal and direction are each off by up to 1e-7, over a cosine of 1.7e-4.
+        let bound = DIRECT_BOUND + 2.0 * 1e-7 / angle.cos();
+        let error = error_of(direct, &closed);
+        parts.push(Measurement::new(format!("{what} floor, direct"), error, bound));
+        // Its shadow would reach 600 m.
+        let block = cuboid("block", DVec3::new(-0.2, 0.0, -0.3), DVec3::new(0.3, 0.1, 0.4), COLOURED);
+        if tilt == 0.0 {
+            scene.meshes.push(block);
+            parts.push(examiner.direct("floor and block", &scene, bound)?);
+            parts.push(examiner.sums("floor and block", &scene, 24, KERNEL_BOUND)?);
+            parts.push(examiner.bounce("floor and block", &scene)?);
+        }
+    }
+    Ok(Measurement::worst(parts))
+}
+
+/// A power of two times another power is the same image times that, bit for bit but for numbers below the normal ones; here
+/// powers of ten, whose own rounding to f32 is 6e-8 each.
+fn extreme_powers(examiner: &mut Examiner) -> Result<Measurement> {
+    let scene = room();
+    let light = scene.lights[0];
+    let ways = |light: Light| {
+        let lit = lit_by(&scene, vec![light]);
+        [
+            ("rsm-average", with_sum(&lit, Estimator::RsmAverage, 16)),
+            ("instant-radiosity", with_sum(&lit, Estimator::InstantRadiosity, 16)),
+            ("bounce by rays", with_rays(&lit, 0.1)),
+        ]
+    };
+    let mut truths = Vec::new();
+    for (_, scene) in ways(light) {
+        truths.push(examiner.render(&scene)?);
+    }
+    let mut parts = Vec::new();
+    for power in [1e-12, 1e12] {
+        for ((what, scene), truth) in ways(amplified(light, [power; 3])).iter().zip(&truths) {
+            let frame = examiner.render(scene)?;
+            let scaled: Vec<Bands> = values(truth, Layer::Radiance)
+                .chunks_exact(3)
+                .map(|pixel| [pixel[0], pixel[1], pixel[2]].map(|v| f64::from(v) * power))
+                .collect();
+            let error = error_of(values(&frame, Layer::Radiance), &scaled);
+            // Rays are drawn by the lights' share of power, so that rounding may turn a draw: then the images differ by noise.
+            parts.push(Measurement::new(format!("{power:.0e} W, {what}"), error, KERNEL_BOUND));
+        }
+    }
+    Ok(Measurement::worst(parts))
+}
+
+fn no_power(examiner: &mut Examiner) -> Result<Measurement> {
+    let room = room();
+    let light = room.lights[0];
+    let dark = amplified(light, [0.0; 3]);
+    let ways = |lights: Vec<Light>| {
+        let lit = lit_by(&room, lights);
+        [
+            with_sum(&lit, Estimator::RsmAverage, 16),
+            with_sum(&lit, Estimator::InstantRadiosity, 16),
+            with_rays(&lit, 0.1),
+        ]
+    };
+    let mut parts = Vec::new();
+    for scene in ways(vec![dark]) {
+        let radiance = largest(values(&examiner.render(&scene)?, Layer::Radiance));
+        parts.push(Measurement::new("alone, radiance", radiance, 0.0));
+        let is_told = scene.warnings().iter().any(|text| text.contains("light 0"));
+        parts.push(Measurement::new("warnings that are missing", f64::from(!is_told), 0.0));
+    }
+    let beside = lit_by(&room, vec![dark, light]);
+    parts.push(examiner.bounce("beside another light", &beside)?);
+    Ok(Measurement::worst(parts))
+}
+
+/// Point lights, spots and parallel light in turn, of powers from 1 to 1/64.
+fn sixty_four_lights(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut scene = room();
+    scene.meshes[0] = quad("floor", DVec3::splat(-1.0), 2.0 * DVec3::Z, 2.0 * DVec3::X, GREY);
+    scene.lights = (0..64)
+        .map(|i: u32| {
+            let [column, row] = [i % 8, i / 8].map(|n| -0.8 + 0.2 * f64::from(n) + 0.013);
+            let at = DVec3::new(column, 0.6 + 0.1 * column * row, row);
+            let down = DVec3::new(0.2 * row, -1.0, 0.3 * column);
+            let light = match i % 3 {
+                0 => point_light(at),
+                1 => spot_light(at, down, [15.0, 35.0]),
+                _ => directional_light(down),
+            };
+            amplified(light, [1.0 / f64::from(i + 1), 0.5, 1.0 / f64::from(64 - i)])
+        })
+        .collect();
+    Ok(Measurement::worst([
+        examiner.direct("room without walls", &scene, DIRECT_BOUND)?,
+        examiner.sums("room without walls", &scene, 8, KERNEL_BOUND)?,
+        examiner.bounce_within("room without walls", &scene, 0.05, 32)?,
+    ]))
+}

@@ -1,0 +1,22 @@
+//! Hard cases: `src/doctor/lights.rs`.
+#![cfg(feature = "reference")]
+
+mod gpu;
+mod hard;
+
+hard_cases! {
+    camlux::doctor::Group::Lights;
+    light_a_millimetre_above_a_surface,
+    light_on_a_surface,
+    light_inside_closed_geometry,
+    light_at_the_camera,
+    spot_of_half_a_degree,
+    spot_of_179_degrees,
+    spot_with_equal_cones,
+    edge_of_the_cone_inside_one_texel,
+    spot_axis_along_every_edge_of_the_cube,
+    directional_light_at_89_99_degrees,
+    power_from_a_trillionth_of_a_watt_to_a_trillion,
+    light_without_power,
+    sixty_four_lights,
+}
