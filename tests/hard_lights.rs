@@ -7,7 +7,9 @@ mod hard;
 hard_cases! {
     camlux::doctor::Group::Lights;
     light_a_millimetre_above_a_surface,
-    light_on_a_surface,
+    light_on_a_surface_along_the_axes,
+    #[ignore = "known issue: a light that f32 rounds to a place behind its own surface lights that side: shadow rays end at the light and not a rounding error before it"]
+    light_on_a_tilted_surface,
     light_inside_closed_geometry,
     light_at_the_camera,
     spot_of_half_a_degree,

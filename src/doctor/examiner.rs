@@ -66,10 +66,21 @@ impl Examiner {
         scene: &Scene,
         bound: f64,
     ) -> Result<Measurement> {
-        let truth = Reference::new(scene, 1)?.frame();
-        let frame = self.render(scene)?;
-        let error = error_against(&frame, &truth, Layer::Direct);
-        Ok(Measurement::new(format!("{what}, direct"), error, bound))
+        self.layer(what, scene, (scene, Layer::Direct), bound)
+    }
+
+    /// relRMSE of a layer without noise against the reference of a scene that ought to look the same.
+    pub(super) fn layer(
+        &mut self,
+        what: &str,
+        scene: &Scene,
+        (same, layer): (&Scene, Layer),
+        bound: f64,
+    ) -> Result<Measurement> {
+        let truth = Reference::new(same, 1)?.frame();
+        let error = error_against(&self.render(scene)?, &truth, layer);
+        let what = format!("{what}, {}", layer.name());
+        Ok(Measurement::new(what, error, bound))
     }
 
     /// relRMSE of a plain sum against that of the twin, over the same G-buffer and VPLs.
@@ -151,6 +162,14 @@ pub(super) fn values(frame: &Frame, layer: Layer) -> &[f32] {
     frame.values(layer).unwrap_or_default()
 }
 
+/// The values of a layer of three bands in f64, times a factor.
+pub(super) fn bands_of(values: &[f32], factor: f64) -> Vec<Bands> {
+    let pixels = values.as_chunks().0.iter();
+    pixels
+        .map(|pixel: &[f32; 3]| pixel.map(|value| f64::from(value) * factor))
+        .collect()
+}
+
 /// The largest absolute value; infinite where one is no finite number, or where there is none.
 pub(super) fn largest(values: &[f32]) -> f64 {
     let largest = values.iter().map(|&value| f64::from(value).abs());
@@ -198,7 +217,7 @@ fn error_against(frame: &Frame, truth: &Frame, layer: Layer) -> f64 {
         reference_standard_error: noise,
         valid: &is_set(Layer::MeshId),
         edges: Some(&is_set(Layer::Edge)),
-        channels: 3,
+        channels: layer.channel_names().len(),
     });
     let Ok(comparison) = comparison else {
         return f64::INFINITY;

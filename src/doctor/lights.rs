@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::{
     Case, Examiner, Measurement,
-    examiner::{DIRECT_BOUND, KERNEL_BOUND, error_of, largest, values},
+    examiner::{DIRECT_BOUND, KERNEL_BOUND, bands_of, error_of, largest, values},
     scenes::{
         COLOURED, GREY, amplified, cuboid, directional_light, grid, lit_by, point_light, quad, room,
         scene_of, spot_light, with_rays, with_shadow, with_sum,
@@ -16,6 +16,7 @@ use crate::{
     Result, Scene,
     model::CompensatedSum,
     output::Layer,
+    reference::Reference,
     scene::{Bands, Estimator, Lens, Light, Shadow},
     twin,
 };
@@ -30,12 +31,22 @@ pub(super) const CASES: &[Case] = &[
         run: light_a_millimetre_above,
     },
     Case {
-        name: "light_on_a_surface",
-        hazard: "rounding puts the light below its floor, which then hides the whole room",
+        name: "light_on_a_surface_along_the_axes",
+        hazard: "the floor that the light lies in hides the whole room",
         remedy: "what a light lies in is not in its way",
         is_short: true,
         known_issue: None,
-        run: light_on_a_surface,
+        run: |examiner| light_on_a_surface(examiner, 0.0),
+    },
+    Case {
+        name: "light_on_a_tilted_surface",
+        hazard: "rounding puts the light below its floor, which then hides the whole room",
+        remedy: "what a light lies in exactly is not in its way",
+        is_short: true,
+        known_issue: Some(
+            "a light that f32 rounds to a place behind its own surface lights that side: shadow rays end at the light and not a rounding error before it",
+        ),
+        run: |examiner| light_on_a_surface(examiner, 0.23),
     },
     Case {
         name: "light_inside_closed_geometry",
@@ -142,21 +153,29 @@ fn light_a_millimetre_above(examiner: &mut Examiner) -> Result<Measurement> {
     Ok(Measurement::worst(parts))
 }
 
-/// In the floor itself, along the axes and tilted: the floor gets nothing, and everything else all of it.
-fn light_on_a_surface(examiner: &mut Examiner) -> Result<Measurement> {
+/// In the floor itself: what is above is lit as by a lamp a nanometre above, wherever rounding puts it.
+fn light_on_a_surface(examiner: &mut Examiner, tilt: f64) -> Result<Measurement> {
+    let along = DVec3::new(3.0, tilt, 0.4 * tilt);
+    let across = DVec3::new(0.0, 0.31 * tilt, 3.0);
+    let corner = DVec3::new(-1.5, -0.63, -1.5);
+    let above = across.cross(along).normalize();
+    let mut scene = room();
+    scene.meshes.truncate(1);
+    scene.meshes.push(quad("floor", corner, along, across, COLOURED));
+    scene.camera.look_at_m = DVec3::new(0.0, -0.2, -0.6);
     let mut parts = Vec::new();
-    for (what, tilt) in [("level floor", 0.0), ("tilted floor", 0.23)] {
-        let along = DVec3::new(1.6, tilt, 0.4 * tilt);
-        let across = DVec3::new(0.0, 0.31 * tilt, 1.6);
-        let corner = DVec3::new(-0.8, -0.63, -0.8);
-        let mut scene = room();
-        scene.meshes.truncate(1);
-        scene.meshes.push(quad("floor", corner, along, across, COLOURED));
-        scene.camera.look_at_m = DVec3::new(0.0, -0.2, -0.6);
-        for (u, v) in [(0.37, 0.61), (0.5, 0.5)] {
-            scene.lights = vec![point_light(corner + u * along + v * across)];
-            parts.push(examiner.direct(what, &scene, DIRECT_BOUND)?);
-        }
+    for (u, v) in [(0.37, 0.61), (0.5, 0.5), (0.61, 0.43)] {
+        let at = corner + u * along + v * across;
+        scene.lights = vec![point_light(at)];
+        let frame = examiner.render(&scene)?;
+        let lifted = lit_by(&scene, vec![point_light(at + 1e-9 * above)]);
+        let truth = Reference::new(&lifted, 1)?.frame();
+        let error = error_of(
+            values(&frame, Layer::Direct),
+            &bands_of(values(&truth, Layer::Direct), 1.0),
+        );
+        // Beside a lamp 1e-7 of the scene above or below, P's height over it is not known.
+        parts.push(Measurement::new(format!("lamp at ({u}, {v}), direct"), error, 2e-5));
     }
     Ok(Measurement::worst(parts))
 }
@@ -202,12 +221,13 @@ fn penumbra_bound(penumbra_deg: f64) -> f64 {
 
 fn spot_of_half_a_degree(examiner: &mut Examiner) -> Result<Measurement> {
     let at = DVec3::new(0.33, 0.81, 0.2);
-    let spot = spot_light(at, DVec3::new(-0.1, -0.7, -0.3) - at, [0.1, 0.25]);
+    let target = DVec3::new(-0.3, -1.0, 0.5);
+    let spot = spot_light(at, target - at, [0.1, 0.25]);
     let mut scene = lit_by(&room(), vec![spot]);
     let whole = scene.clone();
     // Up close: the lit spot of 14 mm fills the image.
-    scene.camera.position_m = DVec3::new(0.0, -0.6, -0.2);
-    scene.camera.look_at_m = at + (DVec3::new(-0.1, -0.7, -0.3) - at) * 1.08;
+    scene.camera.position_m = DVec3::new(-0.1, -0.6, 0.7);
+    scene.camera.look_at_m = target;
     scene.camera.lens = Lens::FovY { fov_y_deg: 4.0 };
     let bound = DIRECT_BOUND + penumbra_bound(0.15);
     Ok(Measurement::worst([
@@ -291,7 +311,7 @@ fn axes_of_the_cube(examiner: &mut Examiner) -> Result<Measurement> {
             let lost = lost_power(examiner, &scene, 9)?;
             parts.push(Measurement::new(format!("{what}, power of the VPLs"), lost, 1e-12));
             parts.push(examiner.sums(&what, &scene, 9, KERNEL_BOUND)?);
-            let truth = crate::reference::Reference::new(&scene, 1)?.frame();
+            let truth = Reference::new(&scene, 1)?.frame();
             // A cone that lights nothing in view has no relative error.
             if largest(values(&truth, Layer::Direct)) > 0.0 {
                 let bound = DIRECT_BOUND + penumbra_bound(8.0);
@@ -314,7 +334,7 @@ fn grazing_directional(examiner: &mut Examiner) -> Result<Measurement> {
         let eye_m = turn * DVec3::new(0.2, 1.0, 0.3);
         let light = directional_light(direction);
         let mut scene = scene_of(vec![floor], light, eye_m, DVec3::ZERO);
-        scene.camera.lens = Lens::FovY { fov_y_deg: 60.0 };
+        scene.camera.lens = Lens::FovY { fov_y_deg: 40.0 };
         let frame = examiner.render(&scene)?;
         let direct = values(&frame, Layer::Direct);
         let closed: Vec<Bands> = vec![[PI * angle.cos() * 0.5 / PI; 3]; direct.len() / 3];
@@ -323,7 +343,7 @@ fn grazing_directional(examiner: &mut Examiner) -> Result<Measurement> {
         let error = error_of(direct, &closed);
         parts.push(Measurement::new(format!("{what} floor, direct"), error, bound));
         // Its shadow would reach 600 m.
-        let block = cuboid("block", DVec3::new(-0.2, 0.0, -0.3), DVec3::new(0.3, 0.1, 0.4), COLOURED);
+        let block = cuboid("block", DVec3::new(-0.2, 0.0, -0.3), DVec3::new(0.3, 0.4, 0.4), COLOURED);
         if tilt == 0.0 {
             scene.meshes.push(block);
             parts.push(examiner.direct("floor and block", &scene, bound)?);
@@ -334,13 +354,13 @@ fn grazing_directional(examiner: &mut Examiner) -> Result<Measurement> {
     Ok(Measurement::worst(parts))
 }
 
-/// A power of two times another power is the same image times that, bit for bit but for numbers below the normal ones; here
-/// powers of ten, whose own rounding to f32 is 6e-8 each.
+/// A power of two as the factor is the same image times that factor, bit for bit: nothing is rounded otherwise, as long as no
+/// number leaves the range of normal ones and nothing small is compared with a constant.
 fn extreme_powers(examiner: &mut Examiner) -> Result<Measurement> {
     let scene = room();
     let light = scene.lights[0];
-    let ways = |light: Light| {
-        let lit = lit_by(&scene, vec![light]);
+    let ways = |factor: f64| {
+        let lit = lit_by(&scene, vec![amplified(light, [factor; 3])]);
         [
             ("rsm-average", with_sum(&lit, Estimator::RsmAverage, 16)),
             ("instant-radiosity", with_sum(&lit, Estimator::InstantRadiosity, 16)),
@@ -348,20 +368,16 @@ fn extreme_powers(examiner: &mut Examiner) -> Result<Measurement> {
         ]
     };
     let mut truths = Vec::new();
-    for (_, scene) in ways(light) {
+    for (_, scene) in ways(1.0) {
         truths.push(examiner.render(&scene)?);
     }
     let mut parts = Vec::new();
-    for power in [1e-12, 1e12] {
-        for ((what, scene), truth) in ways(amplified(light, [power; 3])).iter().zip(&truths) {
+    for factor in [2f64.powi(-40), 2f64.powi(40)] {
+        for ((what, scene), truth) in ways(factor).iter().zip(&truths) {
             let frame = examiner.render(scene)?;
-            let scaled: Vec<Bands> = values(truth, Layer::Radiance)
-                .chunks_exact(3)
-                .map(|pixel| [pixel[0], pixel[1], pixel[2]].map(|v| f64::from(v) * power))
-                .collect();
+            let scaled = bands_of(values(truth, Layer::Radiance), factor);
             let error = error_of(values(&frame, Layer::Radiance), &scaled);
-            // Rays are drawn by the lights' share of power, so that rounding may turn a draw: then the images differ by noise.
-            parts.push(Measurement::new(format!("{power:.0e} W, {what}"), error, KERNEL_BOUND));
+            parts.push(Measurement::new(format!("{factor:.0e} times, {what}"), error, 0.0));
         }
     }
     Ok(Measurement::worst(parts))

@@ -1,2 +1,112 @@
-use super::Case;
-pub(super) const CASES: &[Case] = &[];
+//! One scene small and large, near and far.
+
+use glam::DVec3;
+
+use super::{
+    Case, Examiner, Measurement,
+    examiner::{DIRECT_BOUND, KERNEL_BOUND},
+    scenes::{COLOURED, GREY, cuboid, directional_light, moved, room, scene_of, with_shadow},
+};
+use crate::{
+    Result, Scene,
+    output::Layer,
+    scene::{Lens, Shadow},
+};
+
+pub(super) const CASES: &[Case] = &[
+    Case {
+        name: "scene_of_a_millimetre",
+        hazard: "distances squared twice leave the range of f32; constants in metres are larger than the scene",
+        remedy: "the device computes in a space of about 1, scaled by a power of two in f64",
+        is_short: true,
+        known_issue: None,
+        run: |examiner| scaled_room(examiner, 0.0005),
+    },
+    Case {
+        name: "scene_of_ten_kilometres",
+        hazard: "the same at the other end: biases of a millimetre are nothing, and powers of 1e-16 remain",
+        remedy: "the same space, and every bias a share of it",
+        is_short: true,
+        known_issue: None,
+        run: |examiner| scaled_room(examiner, 5000.0),
+    },
+    Case {
+        name: "scene_a_hundred_kilometres_away",
+        hazard: "f32 coordinates at 1e5 m have steps of 8 mm",
+        remedy: "the origin moves to the scene in f64 before anything is rounded",
+        is_short: true,
+        known_issue: None,
+        run: |examiner| room_at(examiner, 1e5),
+    },
+    Case {
+        name: "scene_ten_thousand_kilometres_away",
+        hazard: "f32 coordinates at 1e7 m have steps of 1 m",
+        remedy: "the origin moves to the scene in f64 before anything is rounded",
+        is_short: true,
+        known_issue: None,
+        run: |examiner| room_at(examiner, 1e7),
+    },
+    Case {
+        name: "near_and_far_a_millionfold_apart",
+        hazard: "a depth buffer between 2 mm and 2 km has no digits left for one of them",
+        remedy: "reversed depth in f32 only sorts; places come from the triangles' planes",
+        is_short: true,
+        known_issue: None,
+        run: |examiner| near_and_far(examiner, DVec3::ZERO),
+    },
+    Case {
+        name: "near_and_far_off_the_middle_of_the_scene",
+        hazard: "half a kilometre from the origin of a scene of 2 km, f32 has steps of 0.03 mm: 3 % of a block of 1 mm",
+        remedy: "nothing: places are kept to 6e-8 of half the scene's size",
+        is_short: true,
+        known_issue: Some(
+            "corners of triangles are kept in f32 about the middle of the whole scene, and not of what the camera is near to",
+        ),
+        run: |examiner| near_and_far(examiner, DVec3::new(517.3, -231.7, 393.1)),
+    },
+];
+
+fn scaled_room(examiner: &mut Examiner, scale: f64) -> Result<Measurement> {
+    let scene = moved(&room(), scale, DVec3::ZERO);
+    let by_map = with_shadow(&scene, Shadow::Map);
+    Ok(Measurement::worst([
+        examiner.all("room", &scene, 24)?,
+        examiner.direct("room, shadow map", &by_map, DIRECT_BOUND)?,
+    ]))
+}
+
+/// Against the reference of the room where it was: in f64, 1e7 m leave steps of 2e-9 m.
+fn room_at(examiner: &mut Examiner, distance_m: f64) -> Result<Measurement> {
+    let here = room();
+    let there = moved(&here, 1.0, distance_m * DVec3::new(1.0, -0.62, 0.37));
+    let mut parts = vec![
+        examiner.sums("room", &there, 24, KERNEL_BOUND)?,
+        examiner.bounce("room", &there)?,
+    ];
+    for layer in [Layer::Direct, Layer::Depth, Layer::Range, Layer::Normal] {
+        parts.push(examiner.layer("room", &there, (&here, layer), DIRECT_BOUND)?);
+    }
+    Ok(Measurement::worst(parts))
+}
+
+/// Blocks of 1 mm at 2 mm from the camera, in a hall of 2 km.
+fn near_and_far(examiner: &mut Examiner, eye_m: DVec3) -> Result<Measurement> {
+    let at = |x: f64, y: f64, z: f64| eye_m + 1e-3 * DVec3::new(x, y, z);
+    let meshes = vec![
+        cuboid("hall", DVec3::splat(-1e3), DVec3::splat(2e3), GREY),
+        cuboid("near", at(-1.3, -0.9, -2.7), DVec3::splat(1e-3), COLOURED),
+        cuboid("nearer", at(0.2, -0.3, -2.4), DVec3::new(4e-4, 8e-4, 3e-4), COLOURED),
+    ];
+    let light = directional_light(DVec3::new(-0.4, -0.7, -0.5));
+    let mut scene: Scene = scene_of(meshes, light, eye_m, at(0.0, 0.0, -1.0));
+    // Without the walls that the light comes through, all would be in shadow.
+    scene.meshes[0].triangles.retain(|t| t.contains(&0));
+    let count = scene.meshes[0].triangles.len();
+    scene.meshes[0].triangle_materials.truncate(count);
+    scene.camera.lens = Lens::FovY { fov_y_deg: 60.0 };
+    Ok(Measurement::worst([
+        examiner.direct("blocks of 1 mm in 2 km", &scene, 1e-3)?,
+        examiner.layer("blocks of 1 mm in 2 km", &scene, (&scene, Layer::Depth), 1e-3)?,
+        examiner.sums("blocks of 1 mm in 2 km", &scene, 16, KERNEL_BOUND)?,
+    ]))
+}
