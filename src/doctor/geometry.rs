@@ -90,6 +90,14 @@ pub(super) const CASES: &[Case] = &[
         run: interpenetrating,
     },
     Case {
+        name: "two_meshes_in_one_place",
+        hazard: "every surface twice: a ray from one of them meets the other at once",
+        remedy: "rays start off the surface by more than rounding can have moved either of them",
+        is_short: true,
+        known_issue: None,
+        run: two_meshes_in_one_place,
+    },
+    Case {
         name: "needles_and_triangles_without_area",
         hazard: "needles of aspect 1e6 have normals of noise, and triangles without area none at all",
         remedy: "planes come from f32 edges, barycentrics are clamped to the triangle, and rays skip what has no area",
@@ -112,6 +120,14 @@ pub(super) const CASES: &[Case] = &[
         is_short: true,
         known_issue: None,
         run: through_the_camera,
+    },
+    Case {
+        name: "views_of_a_thousandth_of_a_degree_and_of_179",
+        hazard: "triangles a hundred thousand times as large as the image; pixels whose rays are 60 times as long as their depth",
+        remedy: "the rasteriser decides which triangle is seen and nothing else; distances are those of P and not of the depth",
+        is_short: true,
+        known_issue: None,
+        run: narrow_and_wide_views,
     },
     Case {
         name: "shading_normals_against_the_geometry",
@@ -302,6 +318,27 @@ fn interpenetrating(examiner: &mut Examiner) -> Result<Measurement> {
         examiner.direct("balls, a block and a room", &scene, DIRECT_BOUND)?,
         examiner.bounce("balls, a block and a room", &scene)?,
     ]))
+}
+
+fn two_meshes_in_one_place(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut scene = room();
+    let turned = |mesh: &Mesh| Mesh {
+        triangles: mesh.triangles.iter().map(|&[a, b, c]| [b, a, c]).collect(),
+        ..mesh.clone()
+    };
+    let again: Vec<Mesh> = scene.meshes.iter().map(turned).collect();
+    scene.meshes.extend(again);
+    examiner.all("room twice", &scene, 24)
+}
+
+fn narrow_and_wide_views(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut parts = Vec::new();
+    for fov_y_deg in [0.001, 179.0] {
+        let mut scene = room();
+        scene.camera.lens = crate::scene::Lens::FovY { fov_y_deg };
+        parts.push(examiner.all(&format!("{fov_y_deg}°"), &scene, 24)?);
+    }
+    Ok(Measurement::worst(parts))
 }
 
 /// Needles 2 m long and 2 µm wide from side to side over the floor, and four hundred triangles without area in the room.

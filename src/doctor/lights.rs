@@ -49,6 +49,16 @@ pub(super) const CASES: &[Case] = &[
         run: |examiner| light_on_a_surface(examiner, 0.23),
     },
     Case {
+        name: "spot_mounted_on_a_tilted_ceiling",
+        hazard: "rounding puts the lamp behind the ceiling that it is mounted on, which then hides the whole room",
+        remedy: "nothing yet",
+        is_short: true,
+        known_issue: Some(
+            "a light that f32 rounds to a place behind its own surface lights that side, in the RSM as for rays",
+        ),
+        run: spot_on_a_ceiling,
+    },
+    Case {
         name: "light_inside_closed_geometry",
         hazard: "light leaks through the edges and corners of a closed box",
         remedy: "edges are decided alike by both neighbours",
@@ -71,6 +81,14 @@ pub(super) const CASES: &[Case] = &[
         is_short: true,
         known_issue: None,
         run: spot_of_half_a_degree,
+    },
+    Case {
+        name: "narrowest_spot",
+        hazard: "a cone of 1e-4°: 60 of f32's steps of direction from side to side",
+        remedy: "its power is exact, and so is all that it lights by way of others; its rim is rounded",
+        is_short: true,
+        known_issue: None,
+        run: narrowest_spot,
     },
     Case {
         name: "spot_of_179_degrees",
@@ -111,6 +129,14 @@ pub(super) const CASES: &[Case] = &[
         is_short: true,
         known_issue: None,
         run: grazing_directional,
+    },
+    Case {
+        name: "point_light_a_hundred_thousand_kilometres_away",
+        hazard: "a scene that is smaller than a texel of the light's map; planes through a far light lose the scene in rounding",
+        remedy: "what is in the way is computed from the side of the surface",
+        is_short: true,
+        known_issue: None,
+        run: far_light,
     },
     Case {
         name: "power_from_a_trillionth_of_a_watt_to_a_trillion",
@@ -180,6 +206,35 @@ fn light_on_a_surface(examiner: &mut Examiner, tilt: f64) -> Result<Measurement>
     Ok(Measurement::worst(parts))
 }
 
+/// Its cone does not touch the ceiling, so that direct and indirect light are those of a spot a nanometre below it.
+fn spot_on_a_ceiling(examiner: &mut Examiner) -> Result<Measurement> {
+    let along = DVec3::new(1.9, 0.31, 0.17);
+    let across = DVec3::new(-0.23, 0.13, 1.9);
+    let corner = DVec3::new(-0.9, 0.4, -0.95);
+    let down = along.cross(across).normalize();
+    let mut scene = room();
+    scene.meshes.push(quad("ceiling", corner, along, across, COLOURED));
+    let mut parts = Vec::new();
+    for (u, v) in [(0.37, 0.61), (0.5, 0.5), (0.61, 0.43), (0.41, 0.47)] {
+        let at = corner + u * along + v * across;
+        scene.lights = vec![spot_light(at, down, [30.0, 50.0])];
+        let lifted = lit_by(&scene, vec![spot_light(at + 1e-9 * down, down, [30.0, 50.0])]);
+        let what = format!("lamp at ({u}, {v})");
+        let of_lifted = (&lifted, Layer::Direct);
+        parts.push(examiner.layer(&what, &scene, of_lifted, 2e-5)?);
+        let [sum, of_lifted] = [&scene, &lifted]
+            .map(|scene| with_sum(scene, Estimator::InstantRadiosity, 24));
+        let below = lit_by(&of_lifted, vec![spot_light(at + 1e-5 * down, down, [30.0, 50.0])]);
+        let truth = examiner.render(&below)?;
+        let truth = bands_of(values(&truth, Layer::Indirect), 1.0);
+        let error = error_of(values(&examiner.render(&sum)?, Layer::Indirect), &truth);
+        // The VPLs move by 1e-5 m with it, and those near a corner bring more or less.
+        let what = format!("{what}, instant-radiosity as a sum");
+        parts.push(Measurement::new(what, error, 1e-2));
+    }
+    Ok(Measurement::worst(parts))
+}
+
 /// A lamp in a box in a room: outside the box everything is black.
 fn light_inside_a_box(examiner: &mut Examiner) -> Result<Measurement> {
     let mut scene = room();
@@ -234,6 +289,18 @@ fn spot_of_half_a_degree(examiner: &mut Examiner) -> Result<Measurement> {
         examiner.direct("the spot up close", &scene, bound)?,
         examiner.sums("the whole room", &whole, 24, KERNEL_BOUND)?,
         examiner.bounce("the whole room", &whole)?,
+    ]))
+}
+
+fn narrowest_spot(examiner: &mut Examiner) -> Result<Measurement> {
+    let at = DVec3::new(0.33, 0.81, 0.2);
+    let spot = spot_light(at, DVec3::new(-0.3, -1.0, 0.5) - at, [0.5e-4, 1e-4]);
+    let scene = lit_by(&room(), vec![spot]);
+    let lost = lost_power(examiner, &scene, 24)?;
+    Ok(Measurement::worst([
+        Measurement::new("power of the VPLs", lost, 1e-12),
+        examiner.sums("the whole room", &scene, 24, KERNEL_BOUND)?,
+        examiner.bounce("the whole room", &scene)?,
     ]))
 }
 
@@ -352,6 +419,24 @@ fn grazing_directional(examiner: &mut Examiner) -> Result<Measurement> {
         }
     }
     Ok(Measurement::worst(parts))
+}
+
+/// As bright as a lamp of 12 W at 1 m, from twice the height of a geostationary orbit and more, through an open side.
+fn far_light(examiner: &mut Examiner) -> Result<Measurement> {
+    let distance_m = 1e8;
+    let mut scene = room();
+    let back = DVec3::new(-1.0, -1.0, -1.0);
+    scene.meshes[0] = quad("floor", back, 2.0 * DVec3::Z, 2.0 * DVec3::X, GREY);
+    scene.meshes.push(quad("back", back, 2.0 * DVec3::X, 2.0 * DVec3::Y, COLOURED));
+    let towards = DVec3::new(0.43, 0.61, 0.67).normalize();
+    let light = point_light(distance_m * towards);
+    scene.lights = vec![amplified(light, [distance_m * distance_m; 3])];
+    let by_map = with_shadow(&scene, Shadow::Map);
+    Ok(Measurement::worst([
+        examiner.direct("1e8 m", &scene, DIRECT_BOUND)?,
+        examiner.bounce("1e8 m", &scene)?,
+        examiner.direct("1e8 m, shadow map", &by_map, DIRECT_BOUND)?,
+    ]))
 }
 
 /// A power of two as the factor is the same image times that factor, bit for bit: nothing is rounded otherwise, as long as no

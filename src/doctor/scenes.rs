@@ -184,6 +184,29 @@ pub fn sphere(centre_m: DVec3, radius_m: f64, steps: u32, material: u32) -> Mesh
     sphere
 }
 
+/// A convex ball around 0: meridians and parallels `turn / (2 * steps)` apart, whose cells are flat.
+pub fn globe(radius_m: f64, steps: u32, material: u32) -> Mesh {
+    let columns = 2 * steps;
+    let place = |row: u32, column: u32| {
+        let (polar, turn) = (PI / f64::from(steps), PI / f64::from(steps));
+        let (sine, cosine) = (f64::from(row) * polar).sin_cos();
+        let (y, x) = (f64::from(column % columns) * turn).sin_cos();
+        (radius_m * DVec3::new(sine * x, cosine, sine * y)).to_array()
+    };
+    let positions: Vec<_> = (0..=steps)
+        .flat_map(|row| (0..=columns).map(move |column| place(row, column)))
+        .collect();
+    let cells = (0..steps).flat_map(|row| (0..columns).map(move |column| (row, column)));
+    let triangles: Vec<_> = cells
+        .flat_map(|(row, column)| {
+            let first = row * (columns + 1) + column;
+            let below = first + columns + 1;
+            [[first, first + 1, below + 1], [first, below + 1, below]]
+        })
+        .collect();
+    Mesh::from_slices("globe", &positions, &triangles, material)
+}
+
 /// The mesh with shading normals that point away from a point.
 pub fn rounded(mut mesh: Mesh, centre_m: DVec3) -> Mesh {
     let outwards = mesh.positions_m.iter().map(|p| (*p - centre_m).normalize());

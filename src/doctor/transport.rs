@@ -6,10 +6,10 @@ use glam::DVec3;
 
 use super::{
     Case, Examiner, Measurement,
-    examiner::{KERNEL_BOUND, TARGET_ERROR, TARGET_SLACK, error_of, largest, values},
+    examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR, TARGET_SLACK, error_of, largest, values},
     geometry::no_indirect_light,
     scenes::{
-        COLOURED, GREY, cuboid, point_light, quad, room, rounded, scene_of, sphere, spot_light,
+        COLOURED, GREY, cuboid, globe, lit_by, point_light, quad, room, rounded, scene_of, sphere, spot_light,
         with_rays, with_sum,
     },
 };
@@ -35,6 +35,16 @@ pub(super) const CASES: &[Case] = &[
         is_short: true,
         known_issue: None,
         run: no_vpl_above_the_horizon,
+    },
+    Case {
+        name: "no_vpl_at_all",
+        hazard: "a light that misses everything, or a scene without reflectance: lists of VPLs without entries",
+        remedy: "sums over nothing are 0",
+        is_short: true,
+        known_issue: Some(
+            "by rays, what the pilot learned is looked up in a list that has no entries, and the library panics",
+        ),
+        run: no_vpl_at_all,
     },
     Case {
         name: "every_vpl_hidden",
@@ -127,6 +137,30 @@ fn no_vpl_above_the_horizon(examiner: &mut Examiner) -> Result<Measurement> {
     no_indirect_light(examiner, &scene_of(meshes, light, eye_m, DVec3::ZERO), 0.0)
 }
 
+/// A spot that shines away from the scene, and a room that is black.
+fn no_vpl_at_all(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut open = room();
+    open.meshes.remove(0);
+    let away = spot_light(DVec3::new(0.0, 2.0, 0.0), DVec3::Y, [20.0, 30.0]);
+    let missed = lit_by(&open, vec![away]);
+    let mut black = room();
+    for material in &mut black.materials {
+        material.kd = [0.0; 3];
+    }
+    let mut parts = Vec::new();
+    for (what, scene) in [("spot that misses", missed), ("black room", black)] {
+        for scene in [
+            with_sum(&scene, Estimator::RsmAverage, 16),
+            with_sum(&scene, Estimator::InstantRadiosity, 16),
+            with_rays(&scene, 0.1),
+        ] {
+            let radiance = largest(values(&examiner.render(&scene)?, Layer::Radiance));
+            parts.push(Measurement::new(format!("{what}, radiance"), radiance, 0.0));
+        }
+    }
+    Ok(Measurement::worst(parts))
+}
+
 /// A spot in a closed case without thickness, in the middle of what the camera sees.
 fn every_vpl_hidden(examiner: &mut Examiner) -> Result<Measurement> {
     let mut scene = room();
@@ -162,17 +196,19 @@ fn through_a_slit(examiner: &mut Examiner) -> Result<Measurement> {
 
 /// A cube, a ball of flat facets and one with shading normals, lit and seen from outside.
 fn single_convex_object(examiner: &mut Examiner) -> Result<Measurement> {
-    let ball = sphere(DVec3::ZERO, 0.7, 12, COLOURED);
+    let ball = globe(0.7, 12, COLOURED);
     let bodies = [
-        ("cube", cuboid("cube", DVec3::splat(-0.5), DVec3::ONE, GREY)),
-        ("ball of facets", ball.clone()),
-        ("smooth ball", rounded(ball, DVec3::ZERO)),
+        ("cube", cuboid("cube", DVec3::splat(-0.5), DVec3::ONE, GREY), 0.0),
+        // Its cells are flat to rounding only, as in `receiver_and_vpl_in_one_plane`.
+        ("ball of facets", ball.clone(), 1e-7),
+        ("smooth ball", rounded(ball, DVec3::ZERO), 0.0),
     ];
     let mut parts = Vec::new();
-    for (what, body) in bodies {
+    for (what, body, bound_of_sums) in bodies {
         let light = point_light(DVec3::new(1.1, 1.3, 0.9));
         let scene: Scene = scene_of(vec![body], light, DVec3::new(0.9, 0.8, 1.4), DVec3::ZERO);
-        parts.push(no_indirect_light(examiner, &scene, 0.0)?.prefixed(what));
+        let measured = no_indirect_light(examiner, &scene, bound_of_sums)?;
+        parts.push(measured.prefixed(what));
     }
     Ok(Measurement::worst(parts))
 }
@@ -191,9 +227,8 @@ fn wedge(examiner: &mut Examiner) -> Result<Measurement> {
     scene.camera.lens = crate::scene::Lens::FovY { fov_y_deg: 2.0 };
     let what = "wedge of 1°";
     Ok(Measurement::worst([
-        // Heights of 1e-3 to 3e-2 m over the plates, each off by 6e-8 m where the light is rounded.
-        examiner.direct(what, &scene, 1e-4)?,
-        examiner.sums(what, &scene, 24, 1e-4)?,
+        examiner.direct(what, &scene, DIRECT_BOUND)?,
+        examiner.sums(what, &scene, 24, KERNEL_BOUND)?,
         examiner.bounce(what, &scene)?,
     ]))
 }
