@@ -60,12 +60,7 @@ impl Examiner {
     }
 
     /// relRMSE of the direct light against the reference.
-    pub(super) fn direct(
-        &mut self,
-        what: &str,
-        scene: &Scene,
-        bound: f64,
-    ) -> Result<Measurement> {
+    pub(super) fn direct(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<Measurement> {
         self.layer(what, scene, (scene, Layer::Direct), bound)
     }
 
@@ -81,6 +76,23 @@ impl Examiner {
         let error = error_against(&self.render(scene)?, &truth, layer);
         let what = format!("{what}, {}", layer.name());
         Ok(Measurement::new(what, error, bound))
+    }
+
+    /// Root mean square of the pixels' relative errors of depth: near ones count as much as far ones.
+    pub(super) fn depth(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<Measurement> {
+        let truth = Reference::new(scene, 1)?.frame();
+        let frame = self.render(scene)?;
+        let [depths, true_depths] = [&frame, &truth].map(|frame| values(frame, Layer::Depth));
+        let is_edge = truth.ids(Layer::Edge).unwrap_or_default();
+        let squares: Vec<f64> = depths
+            .iter()
+            .zip(true_depths)
+            .zip(is_edge)
+            .filter(|((_, truth), is_edge)| truth.is_finite() && **is_edge == 0)
+            .map(|((depth, truth), _)| (f64::from(*depth) / f64::from(*truth) - 1.0).powi(2))
+            .collect();
+        let error = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        Ok(Measurement::new(format!("{what}, depth"), error, bound))
     }
 
     /// relRMSE of a plain sum against that of the twin, over the same G-buffer and VPLs.
@@ -101,7 +113,7 @@ impl Examiner {
         ))
     }
 
-    /// The worse of the two estimators as plain sums.
+    /// Both estimators as plain sums.
     pub(super) fn sums(
         &mut self,
         what: &str,
@@ -113,7 +125,7 @@ impl Examiner {
             .into_iter()
             .map(|estimator| self.sum(what, scene, (estimator, rsm_size), bound))
             .collect();
-        Ok(Measurement::worst(parts?))
+        Ok(Measurement::of(parts?))
     }
 
     /// relRMSE of the bounce by rays against the reference, without the noise of the latter.
@@ -143,13 +155,8 @@ impl Examiner {
     }
 
     /// Everything against the truth: direct light, both estimators as sums, the bounce by rays.
-    pub(super) fn all(
-        &mut self,
-        what: &str,
-        scene: &Scene,
-        rsm_size: u32,
-    ) -> Result<Measurement> {
-        Ok(Measurement::worst([
+    pub(super) fn all(&mut self, what: &str, scene: &Scene, rsm_size: u32) -> Result<Measurement> {
+        Ok(Measurement::of([
             self.direct(what, scene, DIRECT_BOUND)?,
             self.sums(what, scene, rsm_size, KERNEL_BOUND)?,
             self.bounce(what, scene)?,
@@ -174,7 +181,11 @@ pub(super) fn bands_of(values: &[f32], factor: f64) -> Vec<Bands> {
 pub(super) fn largest(values: &[f32]) -> f64 {
     let largest = values.iter().map(|&value| f64::from(value).abs());
     let of_all = largest.fold(f64::NEG_INFINITY, |most, value| {
-        if value.is_nan() { f64::INFINITY } else { most.max(value) }
+        if value.is_nan() {
+            f64::INFINITY
+        } else {
+            most.max(value)
+        }
     });
     if of_all < 0.0 { f64::INFINITY } else { of_all }
 }
@@ -225,7 +236,9 @@ fn error_against(frame: &Frame, truth: &Frame, layer: Layer) -> f64 {
     if comparison.non_finite_image > 0 {
         return f64::INFINITY;
     }
-    let corrected = comparison.noise.and_then(|noise| noise.rmse.value_or_bound());
+    let corrected = comparison
+        .noise
+        .and_then(|noise| noise.rmse.value_or_bound());
     let plain = comparison.errors.map(|errors| errors.rmse);
     corrected.or(plain).unwrap_or(f64::INFINITY)
 }

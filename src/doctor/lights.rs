@@ -8,8 +8,8 @@ use super::{
     Case, Examiner, Measurement,
     examiner::{DIRECT_BOUND, KERNEL_BOUND, bands_of, error_of, largest, values},
     scenes::{
-        COLOURED, GREY, amplified, cuboid, directional_light, grid, lit_by, point_light, quad, room,
-        scene_of, spot_light, with_rays, with_shadow, with_sum,
+        COLOURED, GREY, amplified, cuboid, directional_light, grid, lit_by, point_light, quad,
+        room, scene_of, spot_light, with_rays, with_shadow, with_sum,
     },
 };
 use crate::{
@@ -54,7 +54,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "nothing yet",
         is_short: true,
         known_issue: Some(
-            "a light that f32 rounds to a place behind its own surface lights that side, in the RSM as for rays",
+            "a light that f32 rounds to a place behind its own surface lights that side: shadow rays end at the light and not a rounding error before it",
         ),
         run: spot_on_a_ceiling,
     },
@@ -94,7 +94,7 @@ pub(super) const CASES: &[Case] = &[
         name: "spot_of_179_degrees",
         hazard: "a perspective map of 179° has texels of no use; wider than 180° there is none",
         remedy: "cones over 60° are cut into the faces of a cube",
-        is_short: true,
+        is_short: false,
         known_issue: None,
         run: wide_spots,
     },
@@ -102,7 +102,7 @@ pub(super) const CASES: &[Case] = &[
         name: "spot_with_equal_cones",
         hazard: "a penumbra of width 0 divides 0 by 0",
         remedy: "its inverse is finite: 0 · 1e30 is no falloff",
-        is_short: true,
+        is_short: false,
         known_issue: None,
         run: equal_cones,
     },
@@ -135,7 +135,9 @@ pub(super) const CASES: &[Case] = &[
         hazard: "a scene that is smaller than a texel of the light's map; planes through a far light lose the scene in rounding",
         remedy: "what is in the way is computed from the side of the surface",
         is_short: true,
-        known_issue: None,
+        known_issue: Some(
+            "by rays, a light whose map misses everything leaves a list without entries, and the library panics",
+        ),
         run: far_light,
     },
     Case {
@@ -150,7 +152,7 @@ pub(super) const CASES: &[Case] = &[
         name: "light_without_power",
         hazard: "densities in proportion to power are 0/0",
         remedy: "exactly 0, and a warning that names the light",
-        is_short: true,
+        is_short: false,
         known_issue: None,
         run: no_power,
     },
@@ -176,7 +178,7 @@ fn light_a_millimetre_above(examiner: &mut Examiner) -> Result<Measurement> {
     ];
     let by_map = with_shadow(&scene, Shadow::Map);
     parts.push(examiner.direct("1 mm, shadow map", &by_map, bound)?);
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// In the floor itself: what is above is lit as by a lamp a nanometre above, wherever rounding puts it.
@@ -187,7 +189,9 @@ fn light_on_a_surface(examiner: &mut Examiner, tilt: f64) -> Result<Measurement>
     let above = across.cross(along).normalize();
     let mut scene = room();
     scene.meshes.truncate(1);
-    scene.meshes.push(quad("floor", corner, along, across, COLOURED));
+    scene
+        .meshes
+        .push(quad("floor", corner, along, across, COLOURED));
     scene.camera.look_at_m = DVec3::new(0.0, -0.2, -0.6);
     let mut parts = Vec::new();
     for (u, v) in [(0.37, 0.61), (0.5, 0.5), (0.61, 0.43)] {
@@ -201,9 +205,13 @@ fn light_on_a_surface(examiner: &mut Examiner, tilt: f64) -> Result<Measurement>
             &bands_of(values(&truth, Layer::Direct), 1.0),
         );
         // Beside a lamp 1e-7 of the scene above or below, P's height over it is not known.
-        parts.push(Measurement::new(format!("lamp at ({u}, {v}), direct"), error, 2e-5));
+        parts.push(Measurement::new(
+            format!("lamp at ({u}, {v}), direct"),
+            error,
+            2e-5,
+        ));
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// Its cone does not touch the ceiling, so that direct and indirect light are those of a spot a nanometre below it.
@@ -213,18 +221,26 @@ fn spot_on_a_ceiling(examiner: &mut Examiner) -> Result<Measurement> {
     let corner = DVec3::new(-0.9, 0.4, -0.95);
     let down = along.cross(across).normalize();
     let mut scene = room();
-    scene.meshes.push(quad("ceiling", corner, along, across, COLOURED));
+    scene
+        .meshes
+        .push(quad("ceiling", corner, along, across, COLOURED));
     let mut parts = Vec::new();
     for (u, v) in [(0.37, 0.61), (0.5, 0.5), (0.61, 0.43), (0.41, 0.47)] {
         let at = corner + u * along + v * across;
         scene.lights = vec![spot_light(at, down, [30.0, 50.0])];
-        let lifted = lit_by(&scene, vec![spot_light(at + 1e-9 * down, down, [30.0, 50.0])]);
+        let lifted = lit_by(
+            &scene,
+            vec![spot_light(at + 1e-9 * down, down, [30.0, 50.0])],
+        );
         let what = format!("lamp at ({u}, {v})");
         let of_lifted = (&lifted, Layer::Direct);
         parts.push(examiner.layer(&what, &scene, of_lifted, 2e-5)?);
-        let [sum, of_lifted] = [&scene, &lifted]
-            .map(|scene| with_sum(scene, Estimator::InstantRadiosity, 24));
-        let below = lit_by(&of_lifted, vec![spot_light(at + 1e-5 * down, down, [30.0, 50.0])]);
+        let [sum, of_lifted] =
+            [&scene, &lifted].map(|scene| with_sum(scene, Estimator::InstantRadiosity, 24));
+        let below = lit_by(
+            &of_lifted,
+            vec![spot_light(at + 1e-5 * down, down, [30.0, 50.0])],
+        );
         let truth = examiner.render(&below)?;
         let truth = bands_of(values(&truth, Layer::Indirect), 1.0);
         let error = error_of(values(&examiner.render(&sum)?, Layer::Indirect), &truth);
@@ -232,7 +248,7 @@ fn spot_on_a_ceiling(examiner: &mut Examiner) -> Result<Measurement> {
         let what = format!("{what}, instant-radiosity as a sum");
         parts.push(Measurement::new(what, error, 1e-2));
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// A lamp in a box in a room: outside the box everything is black.
@@ -241,7 +257,9 @@ fn light_inside_a_box(examiner: &mut Examiner) -> Result<Measurement> {
     let bright = largest(values(&examiner.render(&scene)?, Layer::Direct));
     let size = DVec3::new(0.3, 0.2, 0.25);
     let centre = DVec3::new(-0.2, 0.3, -0.1);
-    scene.meshes.push(cuboid("case", centre - 0.5 * size, size, COLOURED));
+    scene
+        .meshes
+        .push(cuboid("case", centre - 0.5 * size, size, COLOURED));
     let mut parts = Vec::new();
     for at in [DVec3::ZERO, DVec3::splat(0.01), 0.49 * size] {
         scene.lights = vec![point_light(centre + at)];
@@ -253,9 +271,13 @@ fn light_inside_a_box(examiner: &mut Examiner) -> Result<Measurement> {
         }
         let frame = examiner.render(&with_rays(&scene, 0.1))?;
         let leak = largest(values(&frame, Layer::Indirect)) / bright;
-        parts.push(Measurement::new("bounce by rays, leak over lit radiance", leak, 0.0));
+        parts.push(Measurement::new(
+            "bounce by rays, leak over lit radiance",
+            leak,
+            0.0,
+        ));
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 fn light_at_the_camera(examiner: &mut Examiner) -> Result<Measurement> {
@@ -264,9 +286,11 @@ fn light_at_the_camera(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = vec![examiner.all("no offset", &scene, 24)?];
     let by_map = with_shadow(&scene, Shadow::Map);
     parts.push(examiner.direct("shadow map", &by_map, DIRECT_BOUND)?);
-    scene.lights = vec![point_light(scene.camera.position_m + DVec3::new(0.0, 0.01, 0.0))];
+    scene.lights = vec![point_light(
+        scene.camera.position_m + DVec3::new(0.0, 0.01, 0.0),
+    )];
     parts.push(examiner.all("1 cm", &scene, 24)?);
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// f32 tells directions apart to 1e-7, over a penumbra of this width.
@@ -285,7 +309,7 @@ fn spot_of_half_a_degree(examiner: &mut Examiner) -> Result<Measurement> {
     scene.camera.look_at_m = target;
     scene.camera.lens = Lens::FovY { fov_y_deg: 4.0 };
     let bound = DIRECT_BOUND + penumbra_bound(0.15);
-    Ok(Measurement::worst([
+    Ok(Measurement::of([
         examiner.direct("the spot up close", &scene, bound)?,
         examiner.sums("the whole room", &whole, 24, KERNEL_BOUND)?,
         examiner.bounce("the whole room", &whole)?,
@@ -297,7 +321,7 @@ fn narrowest_spot(examiner: &mut Examiner) -> Result<Measurement> {
     let spot = spot_light(at, DVec3::new(-0.3, -1.0, 0.5) - at, [0.5e-4, 1e-4]);
     let scene = lit_by(&room(), vec![spot]);
     let lost = lost_power(examiner, &scene, 24)?;
-    Ok(Measurement::worst([
+    Ok(Measurement::of([
         Measurement::new("power of the VPLs", lost, 1e-12),
         examiner.sums("the whole room", &scene, 24, KERNEL_BOUND)?,
         examiner.bounce("the whole room", &scene)?,
@@ -307,7 +331,11 @@ fn narrowest_spot(examiner: &mut Examiner) -> Result<Measurement> {
 fn wide_spots(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = Vec::new();
     for half_angles_deg in [[10.0, 89.5], [89.0, 89.5], [100.0, 179.0], [180.0, 180.0]] {
-        let spot = spot_light(DVec3::new(0.23, 0.41, 0.17), DVec3::new(0.3, -0.8, -0.4), half_angles_deg);
+        let spot = spot_light(
+            DVec3::new(0.23, 0.41, 0.17),
+            DVec3::new(0.3, -0.8, -0.4),
+            half_angles_deg,
+        );
         let scene = lit_by(&room(), vec![spot]);
         let [inner, outer] = half_angles_deg;
         let what = format!("{inner}° to {outer}°");
@@ -316,7 +344,7 @@ fn wide_spots(examiner: &mut Examiner) -> Result<Measurement> {
         parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND)?);
         parts.push(examiner.bounce(&what, &scene)?);
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 fn equal_cones(examiner: &mut Examiner) -> Result<Measurement> {
@@ -332,7 +360,7 @@ fn equal_cones(examiner: &mut Examiner) -> Result<Measurement> {
         parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND)?);
         parts.push(examiner.bounce(&what, &scene)?);
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// How far the power of all VPLs is from the light's: in a closed room every texel hits.
@@ -354,18 +382,24 @@ fn cone_inside_a_texel(examiner: &mut Examiner) -> Result<Measurement> {
             let what = format!("{rsm_size} texels, {}°", half_angles_deg[1]);
             // Exact integrals in f64, a few roundings for each of at most 150 texels.
             let lost = lost_power(examiner, &scene, rsm_size)?;
-            parts.push(Measurement::new(format!("{what}, power of the VPLs"), lost, 1e-12));
+            parts.push(Measurement::new(
+                format!("{what}, power of the VPLs"),
+                lost,
+                1e-12,
+            ));
             parts.push(examiner.sums(&what, &scene, rsm_size, KERNEL_BOUND)?);
         }
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// 26 axes: to the faces, the edges and the corners of the cube.
 fn axes_of_the_cube(examiner: &mut Examiner) -> Result<Measurement> {
     let steps = [-1.0, 0.0, 1.0];
     let axes = steps.iter().flat_map(|&x| {
-        steps.iter().flat_map(move |&y| steps.map(|z| DVec3::new(x, y, z)))
+        steps
+            .iter()
+            .flat_map(move |&y| steps.map(|z| DVec3::new(x, y, z)))
     });
     let mut scene = room();
     scene.camera.resolution_px = [12, 12];
@@ -373,10 +407,18 @@ fn axes_of_the_cube(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = Vec::new();
     for axis in axes.filter(|&axis| axis != DVec3::ZERO) {
         for half_angles_deg in [[20.0, 28.0], [60.0, 95.0]] {
-            scene.lights = vec![spot_light(DVec3::new(0.23, 0.41, 0.17), axis, half_angles_deg)];
+            scene.lights = vec![spot_light(
+                DVec3::new(0.23, 0.41, 0.17),
+                axis,
+                half_angles_deg,
+            )];
             let what = format!("axis {axis}, {}°", half_angles_deg[1]);
             let lost = lost_power(examiner, &scene, 9)?;
-            parts.push(Measurement::new(format!("{what}, power of the VPLs"), lost, 1e-12));
+            parts.push(Measurement::new(
+                format!("{what}, power of the VPLs"),
+                lost,
+                1e-12,
+            ));
             parts.push(examiner.sums(&what, &scene, 9, KERNEL_BOUND)?);
             let truth = Reference::new(&scene, 1)?.frame();
             // A cone that lights nothing in view has no relative error.
@@ -386,7 +428,7 @@ fn axes_of_the_cube(examiner: &mut Examiner) -> Result<Measurement> {
             }
         }
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// Over a floor, level and tilted, without and with a block on it; closed form: E·cosθ·k_d/π, where k_d is ½.
@@ -408,9 +450,18 @@ fn grazing_directional(examiner: &mut Examiner) -> Result<Measurement> {
         // Normal and direction are each off by up to 1e-7, over a cosine of 1.7e-4.
         let bound = DIRECT_BOUND + 2.0 * 1e-7 / angle.cos();
         let error = error_of(direct, &closed);
-        parts.push(Measurement::new(format!("{what} floor, direct"), error, bound));
+        parts.push(Measurement::new(
+            format!("{what} floor, direct"),
+            error,
+            bound,
+        ));
         // Its shadow would reach 600 m.
-        let block = cuboid("block", DVec3::new(-0.2, 0.0, -0.3), DVec3::new(0.3, 0.4, 0.4), COLOURED);
+        let block = cuboid(
+            "block",
+            DVec3::new(-0.2, 0.0, -0.3),
+            DVec3::new(0.3, 0.4, 0.4),
+            COLOURED,
+        );
         if tilt == 0.0 {
             scene.meshes.push(block);
             parts.push(examiner.direct("floor and block", &scene, bound)?);
@@ -418,7 +469,7 @@ fn grazing_directional(examiner: &mut Examiner) -> Result<Measurement> {
             parts.push(examiner.bounce("floor and block", &scene)?);
         }
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// As bright as a lamp of 12 W at 1 m, from twice the height of a geostationary orbit and more, through an open side.
@@ -427,12 +478,14 @@ fn far_light(examiner: &mut Examiner) -> Result<Measurement> {
     let mut scene = room();
     let back = DVec3::new(-1.0, -1.0, -1.0);
     scene.meshes[0] = quad("floor", back, 2.0 * DVec3::Z, 2.0 * DVec3::X, GREY);
-    scene.meshes.push(quad("back", back, 2.0 * DVec3::X, 2.0 * DVec3::Y, COLOURED));
+    scene
+        .meshes
+        .push(quad("back", back, 2.0 * DVec3::X, 2.0 * DVec3::Y, COLOURED));
     let towards = DVec3::new(0.43, 0.61, 0.67).normalize();
     let light = point_light(distance_m * towards);
     scene.lights = vec![amplified(light, [distance_m * distance_m; 3])];
     let by_map = with_shadow(&scene, Shadow::Map);
-    Ok(Measurement::worst([
+    Ok(Measurement::of([
         examiner.direct("1e8 m", &scene, DIRECT_BOUND)?,
         examiner.bounce("1e8 m", &scene)?,
         examiner.direct("1e8 m, shadow map", &by_map, DIRECT_BOUND)?,
@@ -448,7 +501,10 @@ fn extreme_powers(examiner: &mut Examiner) -> Result<Measurement> {
         let lit = lit_by(&scene, vec![amplified(light, [factor; 3])]);
         [
             ("rsm-average", with_sum(&lit, Estimator::RsmAverage, 16)),
-            ("instant-radiosity", with_sum(&lit, Estimator::InstantRadiosity, 16)),
+            (
+                "instant-radiosity",
+                with_sum(&lit, Estimator::InstantRadiosity, 16),
+            ),
             ("bounce by rays", with_rays(&lit, 0.1)),
         ]
     };
@@ -462,10 +518,14 @@ fn extreme_powers(examiner: &mut Examiner) -> Result<Measurement> {
             let frame = examiner.render(scene)?;
             let scaled = bands_of(values(truth, Layer::Radiance), factor);
             let error = error_of(values(&frame, Layer::Radiance), &scaled);
-            parts.push(Measurement::new(format!("{factor:.0e} times, {what}"), error, 0.0));
+            parts.push(Measurement::new(
+                format!("{factor:.0e} times, {what}"),
+                error,
+                0.0,
+            ));
         }
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 fn no_power(examiner: &mut Examiner) -> Result<Measurement> {
@@ -485,17 +545,27 @@ fn no_power(examiner: &mut Examiner) -> Result<Measurement> {
         let radiance = largest(values(&examiner.render(&scene)?, Layer::Radiance));
         parts.push(Measurement::new("alone, radiance", radiance, 0.0));
         let is_told = scene.warnings().iter().any(|text| text.contains("light 0"));
-        parts.push(Measurement::new("warnings that are missing", f64::from(!is_told), 0.0));
+        parts.push(Measurement::new(
+            "warnings that are missing",
+            f64::from(!is_told),
+            0.0,
+        ));
     }
     let beside = lit_by(&room, vec![dark, light]);
     parts.push(examiner.bounce("beside another light", &beside)?);
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// Point lights, spots and parallel light in turn, of powers from 1 to 1/64.
 fn sixty_four_lights(examiner: &mut Examiner) -> Result<Measurement> {
     let mut scene = room();
-    scene.meshes[0] = quad("floor", DVec3::splat(-1.0), 2.0 * DVec3::Z, 2.0 * DVec3::X, GREY);
+    scene.meshes[0] = quad(
+        "floor",
+        DVec3::splat(-1.0),
+        2.0 * DVec3::Z,
+        2.0 * DVec3::X,
+        GREY,
+    );
     scene.lights = (0..64)
         .map(|i: u32| {
             let [column, row] = [i % 8, i / 8].map(|n| -0.8 + 0.2 * f64::from(n) + 0.013);
@@ -506,10 +576,13 @@ fn sixty_four_lights(examiner: &mut Examiner) -> Result<Measurement> {
                 1 => spot_light(at, down, [15.0, 35.0]),
                 _ => directional_light(down),
             };
-            amplified(light, [1.0 / f64::from(i + 1), 0.5, 1.0 / f64::from(64 - i)])
+            amplified(
+                light,
+                [1.0 / f64::from(i + 1), 0.5, 1.0 / f64::from(64 - i)],
+            )
         })
         .collect();
-    Ok(Measurement::worst([
+    Ok(Measurement::of([
         examiner.direct("room without walls", &scene, DIRECT_BOUND)?,
         examiner.sums("room without walls", &scene, 8, KERNEL_BOUND)?,
         examiner.bounce_within("room without walls", &scene, 0.05, 32)?,

@@ -33,7 +33,7 @@ pub(super) const CASES: &[Case] = &[
         name: "shininess_of_zero",
         hazard: "0^0, and a lobe that ends in a step",
         remedy: "the lobe is the open half space around the mirror direction",
-        is_short: true,
+        is_short: false,
         known_issue: None,
         run: |examiner| specular_room(examiner, 0.0),
     },
@@ -41,7 +41,7 @@ pub(super) const CASES: &[Case] = &[
         name: "shininess_of_one",
         hazard: "the lobe of a cosine, not to be confused with the cosine of the surface",
         remedy: "one formula for every exponent",
-        is_short: true,
+        is_short: false,
         known_issue: None,
         run: |examiner| specular_room(examiner, 1.0),
     },
@@ -96,7 +96,7 @@ fn black_and_white(examiner: &mut Examiner) -> Result<Measurement> {
     // Some black among the white.
     scene.materials[COLOURED as usize].kd = [0.0; 3];
     parts.push(examiner.all("black box in it", &scene, 24)?);
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// The room with all its light in lobes.
@@ -119,7 +119,7 @@ fn lobe_bound(shininess: f64) -> f64 {
 fn specular_room(examiner: &mut Examiner, shininess: f64) -> Result<Measurement> {
     let scene = lobes_alone(shininess);
     let what = format!("lobes of {shininess}");
-    Ok(Measurement::worst([
+    Ok(Measurement::of([
         examiner.direct(&what, &scene, DIRECT_BOUND + lobe_bound(shininess))?,
         examiner.sums(&what, &scene, 24, lobe_bound(shininess))?,
         examiner.bounce(&what, &scene)?,
@@ -140,7 +140,7 @@ fn sharp_lobes(examiner: &mut Examiner, shininess: f64) -> Result<Measurement> {
     for material in &mut scene.materials {
         material.kd = [0.01; 3];
     }
-    Ok(Measurement::worst([
+    Ok(Measurement::of([
         examiner.direct(&what, &highlight, DIRECT_BOUND + lobe_bound(shininess))?,
         examiner.sums(&what, &scene, 24, lobe_bound(shininess))?,
     ]))
@@ -180,7 +180,7 @@ fn textures(examiner: &mut Examiner) -> Result<Measurement> {
         parts.push(examiner.direct(what, &scene, bound)?);
         parts.push(examiner.sums(what, &scene, 24, KERNEL_BOUND)?);
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 fn more_than_it_receives(examiner: &mut Examiner) -> Result<Measurement> {
@@ -190,8 +190,11 @@ fn more_than_it_receives(examiner: &mut Examiner) -> Result<Measurement> {
         shininess: 10.0,
         ..Material::lambert("too bright", [0.7; 3])
     };
-    let is_told = scene.warnings().iter().any(|text| text.contains("too bright"));
-    Ok(Measurement::worst([
+    let is_told = scene
+        .warnings()
+        .iter()
+        .any(|text| text.contains("too bright"));
+    Ok(Measurement::of([
         Measurement::new("warnings that are missing", f64::from(!is_told), 0.0),
         examiner.all("room", &scene, 24)?,
     ]))

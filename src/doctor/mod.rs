@@ -15,7 +15,7 @@ mod sums;
 mod transport;
 
 pub use examiner::Examiner;
-pub use measurement::Measurement;
+pub use measurement::{Measurement, Part};
 
 use crate::Result;
 

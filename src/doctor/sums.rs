@@ -69,7 +69,11 @@ fn room_of_three_lights() -> Scene {
     let light = |x: f64, z: f64, strength: f64| {
         amplified(point_light(DVec3::new(x, 0.6, z)), [strength; 3])
     };
-    let spot = spot_light(DVec3::new(-0.7, 0.8, 0.6), DVec3::new(0.6, -1.0, -0.5), [20.0, 40.0]);
+    let spot = spot_light(
+        DVec3::new(-0.7, 0.8, 0.6),
+        DVec3::new(0.6, -1.0, -0.5),
+        [20.0, 40.0],
+    );
     scene.lights = vec![light(0.3, 0.2, 1.0), spot, light(-0.4, -0.1, 1e-3)];
     scene
 }
@@ -93,7 +97,7 @@ fn lights_in_another_order(examiner: &mut Examiner) -> Result<Measurement> {
         let error = apart(examiner, &one, &other)?;
         parts.push(Measurement::new(estimator.name(), error, SPREAD));
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 fn one_light_as_sixteen(examiner: &mut Examiner) -> Result<Measurement> {
@@ -107,7 +111,7 @@ fn one_light_as_sixteen(examiner: &mut Examiner) -> Result<Measurement> {
         let error = apart(examiner, &one, &other)?;
         parts.push(Measurement::new(estimator.name(), error, SPREAD));
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// The indirect light by each of some ways to render it, relative to the first.
@@ -129,19 +133,21 @@ fn spread<'o>(
             parts.push(Measurement::new(what, error_of(image, truth), bound));
         }
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 fn tiles_of_every_size(examiner: &mut Examiner) -> Result<Measurement> {
     let info = examiner.device.info().clone();
     let kernels = GatherKernel::ALL.into_iter();
-    let ways = kernels.filter(|kernel| kernel.runs_on(&info)).map(|kernel| {
-        let options = RenderOptions {
-            gather_kernel: Some(kernel),
-            ..RenderOptions::default()
-        };
-        (format!("{kernel:?}"), options)
-    });
+    let ways = kernels
+        .filter(|kernel| kernel.runs_on(&info))
+        .map(|kernel| {
+            let options = RenderOptions {
+                gather_kernel: Some(kernel),
+                ..RenderOptions::default()
+            };
+            (format!("{kernel:?}"), options)
+        });
     spread(examiner, ways, SPREAD)
 }
 
@@ -167,7 +173,10 @@ fn dim_band(examiner: &mut Examiner) -> Result<Measurement> {
     scene.lights = vec![amplified(scene.lights[0], powers)];
     let ways = [
         ("rsm-average", with_sum(&scene, Estimator::RsmAverage, 24)),
-        ("instant-radiosity", with_sum(&scene, Estimator::InstantRadiosity, 24)),
+        (
+            "instant-radiosity",
+            with_sum(&scene, Estimator::InstantRadiosity, 24),
+        ),
         ("bounce by rays", with_rays(&scene, 0.1)),
     ];
     let mut parts = Vec::new();
@@ -177,12 +186,13 @@ fn dim_band(examiner: &mut Examiner) -> Result<Measurement> {
         for band in 1..3 {
             // A band beside the first, both over their power: the power's own rounding to f32 and a few more.
             let of = |band: usize| pixels.iter().map(move |pixel| pixel[band] / powers[band]);
-            let squares = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+            let squares =
+                |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
             let off = squares(&mut of(0).zip(of(band)).map(|(a, b)| a - b));
             let error = (off / squares(&mut of(0))).sqrt();
             let what = format!("{what}, band of {:.0e} W", powers[band]);
             parts.push(Measurement::new(what, error, KERNEL_BOUND));
         }
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }

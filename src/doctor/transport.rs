@@ -9,8 +9,8 @@ use super::{
     examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR, TARGET_SLACK, error_of, largest, values},
     geometry::no_indirect_light,
     scenes::{
-        COLOURED, GREY, cuboid, globe, lit_by, point_light, quad, room, rounded, scene_of, sphere, spot_light,
-        with_rays, with_sum,
+        COLOURED, GREY, cuboid, globe, lit_by, point_light, quad, room, rounded, scene_of, sphere,
+        spot_light, with_rays, with_sum,
     },
 };
 use crate::{
@@ -104,14 +104,32 @@ fn sphere_from_its_centre(examiner: &mut Examiner, rsm_size: u32) -> Result<Meas
     let [average, radiosity] = [1.0 / (6.0 * PI), 0.25];
     let sum = |estimator| with_sum(&scene, estimator, rsm_size);
     let ways = [
-        ("rsm-average", sum(Estimator::RsmAverage), average, FACETS + of_texels),
-        ("instant-radiosity", sum(Estimator::InstantRadiosity), radiosity, FACETS + of_texels),
-        ("bounce by rays", with_rays(&scene, TARGET_ERROR), radiosity, TARGET_SLACK * TARGET_ERROR),
+        (
+            "rsm-average",
+            sum(Estimator::RsmAverage),
+            average,
+            FACETS + of_texels,
+        ),
+        (
+            "instant-radiosity",
+            sum(Estimator::InstantRadiosity),
+            radiosity,
+            FACETS + of_texels,
+        ),
+        (
+            "bounce by rays",
+            with_rays(&scene, TARGET_ERROR),
+            radiosity,
+            TARGET_SLACK * TARGET_ERROR,
+        ),
     ];
     let mut parts = Vec::new();
     for (what, scene, closed, bound) in ways {
         let frame = examiner.render(&scene)?;
-        for (layer, closed, bound) in [(Layer::Indirect, closed, bound), (Layer::Direct, 0.5, FACETS)] {
+        for (layer, closed, bound) in [
+            (Layer::Indirect, closed, bound),
+            (Layer::Direct, 0.5, FACETS),
+        ] {
             let image = values(&frame, layer);
             let truth: Vec<Bands> = vec![[closed; 3]; image.len() / 3];
             let what = format!("{what}, {}", layer.name());
@@ -122,14 +140,20 @@ fn sphere_from_its_centre(examiner: &mut Examiner, rsm_size: u32) -> Result<Meas
         scene.camera.resolution_px = [6, 6];
         parts.push(examiner.sums("against the twin", &scene, rsm_size, KERNEL_BOUND)?);
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// A lit plate that looks up, and another one below it.
 fn no_vpl_above_the_horizon(examiner: &mut Examiner) -> Result<Measurement> {
     let plate = |name: &str, y: f64, half: f64| {
         let corner = DVec3::new(-half, y, -half);
-        quad(name, corner, 2.0 * half * DVec3::Z, 2.0 * half * DVec3::X, COLOURED)
+        quad(
+            name,
+            corner,
+            2.0 * half * DVec3::Z,
+            2.0 * half * DVec3::X,
+            COLOURED,
+        )
     };
     let meshes = vec![plate("upper", 0.0, 0.5), plate("lower", -0.6, 1.5)];
     let light = spot_light(DVec3::new(0.1, 1.0, 0.05), -DVec3::Y, [10.0, 20.0]);
@@ -158,7 +182,7 @@ fn no_vpl_at_all(examiner: &mut Examiner) -> Result<Measurement> {
             parts.push(Measurement::new(format!("{what}, radiance"), radiance, 0.0));
         }
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// A spot in a closed case without thickness, in the middle of what the camera sees.
@@ -172,7 +196,7 @@ fn every_vpl_hidden(examiner: &mut Examiner) -> Result<Measurement> {
     let frame = examiner.render(&with_rays(&scene, 0.1))?;
     let radiance = largest(values(&frame, Layer::Radiance));
     let claimed = f64::from(frame.stats.estimated_error.is_some());
-    Ok(Measurement::worst([
+    Ok(Measurement::of([
         Measurement::new("radiance", radiance, 0.0),
         Measurement::new("errors claimed of nothing", claimed, 0.0),
     ]))
@@ -184,9 +208,17 @@ fn through_a_slit(examiner: &mut Examiner) -> Result<Measurement> {
     scene.meshes.truncate(1);
     let wall = |name: &str, from: f64, to: f64| {
         let corner = DVec3::new(0.0, -1.0, from);
-        quad(name, corner, 2.0 * DVec3::Y, (to - from) * DVec3::Z, COLOURED)
+        quad(
+            name,
+            corner,
+            2.0 * DVec3::Y,
+            (to - from) * DVec3::Z,
+            COLOURED,
+        )
     };
-    scene.meshes.extend([wall("wall", -1.0, -0.015), wall("wall", 0.015, 1.0)]);
+    scene
+        .meshes
+        .extend([wall("wall", -1.0, -0.015), wall("wall", 0.015, 1.0)]);
     scene.lights = vec![point_light(DVec3::new(-0.5, 0.2, 0.1))];
     scene.camera.position_m = DVec3::new(0.9, 0.1, 0.8);
     scene.camera.look_at_m = DVec3::new(0.3, -0.2, -0.5);
@@ -198,7 +230,11 @@ fn through_a_slit(examiner: &mut Examiner) -> Result<Measurement> {
 fn single_convex_object(examiner: &mut Examiner) -> Result<Measurement> {
     let ball = globe(0.7, 12, COLOURED);
     let bodies = [
-        ("cube", cuboid("cube", DVec3::splat(-0.5), DVec3::ONE, GREY), 0.0),
+        (
+            "cube",
+            cuboid("cube", DVec3::splat(-0.5), DVec3::ONE, GREY),
+            0.0,
+        ),
         // Its cells are flat to rounding only, as in `receiver_and_vpl_in_one_plane`.
         ("ball of facets", ball.clone(), 1e-7),
         ("smooth ball", rounded(ball, DVec3::ZERO), 0.0),
@@ -210,7 +246,7 @@ fn single_convex_object(examiner: &mut Examiner) -> Result<Measurement> {
         let measured = no_indirect_light(examiner, &scene, bound_of_sums)?;
         parts.push(measured.prefixed(what));
     }
-    Ok(Measurement::worst(parts))
+    Ok(Measurement::of(parts))
 }
 
 /// Two plates of 2 m that open by 1°, lit and seen from the open side.
@@ -223,10 +259,15 @@ fn wedge(examiner: &mut Examiner) -> Result<Measurement> {
         quad("upper", corner, 2.0 * slant, 2.0 * DVec3::Z, COLOURED),
     ];
     let light = point_light(DVec3::new(2.1, 0.017, 0.1));
-    let mut scene = scene_of(meshes, light, DVec3::new(2.2, 0.019, -0.1), DVec3::new(0.0, 0.01, 0.0));
+    let mut scene = scene_of(
+        meshes,
+        light,
+        DVec3::new(2.2, 0.019, -0.1),
+        DVec3::new(0.0, 0.01, 0.0),
+    );
     scene.camera.lens = crate::scene::Lens::FovY { fov_y_deg: 2.0 };
     let what = "wedge of 1°";
-    Ok(Measurement::worst([
+    Ok(Measurement::of([
         examiner.direct(what, &scene, DIRECT_BOUND)?,
         examiner.sums(what, &scene, 24, KERNEL_BOUND)?,
         examiner.bounce(what, &scene)?,
