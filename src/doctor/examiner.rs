@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use super::{
     Measurement,
-    scenes::{with_rays, with_sum},
+    scenes::{with_rays, with_shadow, with_sum},
 };
 use crate::{
     Device, RenderOptions, Renderer, Result, Scene,
@@ -12,7 +12,7 @@ use crate::{
     metrics::{Comparison, Pixels},
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Bands, Estimator},
+    scene::{Bands, Estimator, Shadow},
     twin,
 };
 
@@ -62,6 +62,20 @@ impl Examiner {
     /// relRMSE of the direct light against the reference.
     pub(super) fn direct(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<Measurement> {
         self.layer(what, scene, (scene, Layer::Direct), bound)
+    }
+
+    /// The same with shadows from a map.
+    pub(super) fn direct_by_map(
+        &mut self,
+        what: &str,
+        scene: &Scene,
+        bound: f64,
+    ) -> Result<Measurement> {
+        let truth = Reference::new(scene, 1)?.frame();
+        let frame = self.render(&with_shadow(scene, Shadow::Map))?;
+        let error = error_against(&frame, &truth, Layer::Direct);
+        let what = format!("{what}, direct by shadow map");
+        Ok(Measurement::new(what, error, bound))
     }
 
     /// relRMSE of a layer without noise against the reference of a scene that ought to look the same.
@@ -158,6 +172,7 @@ impl Examiner {
     pub(super) fn all(&mut self, what: &str, scene: &Scene, rsm_size: u32) -> Result<Measurement> {
         Ok(Measurement::of([
             self.direct(what, scene, DIRECT_BOUND)?,
+            self.direct_by_map(what, scene, DIRECT_BOUND)?,
             self.sums(what, scene, rsm_size, KERNEL_BOUND)?,
             self.bounce(what, scene)?,
         ]))

@@ -13,7 +13,7 @@ use super::{
 use crate::{
     Result, Scene,
     output::Layer,
-    scene::{Estimator, Mesh, Shadow},
+    scene::{Estimator, Lens, Mesh, Shadow},
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -261,7 +261,7 @@ fn receiver_at_the_vpl(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = Vec::new();
     for (what, meshes) in [("room", room().meshes), ("ball", vec![ball])] {
         let mut scene = scene_of(meshes, point_light(eye_m), eye_m, eye_m + DVec3::X);
-        scene.camera.lens = crate::scene::Lens::FovY { fov_y_deg: 90.0 };
+        scene.camera.lens = Lens::FovY { fov_y_deg: 90.0 };
         parts.push(examiner.sums(what, &scene, 24, KERNEL_BOUND)?);
         parts.push(examiner.bounce(what, &scene)?);
     }
@@ -327,6 +327,7 @@ fn slats(examiner: &mut Examiner) -> Result<Measurement> {
     }
     Ok(Measurement::of([
         examiner.direct("40 slats of 2 mm", &scene, DIRECT_BOUND)?,
+        examiner.direct_by_map("40 slats of 2 mm", &scene, DIRECT_BOUND)?,
         examiner.bounce("40 slats of 2 mm", &scene)?,
     ]))
 }
@@ -346,6 +347,7 @@ fn interpenetrating(examiner: &mut Examiner) -> Result<Measurement> {
     ]);
     Ok(Measurement::of([
         examiner.direct("balls, a block and a room", &scene, DIRECT_BOUND)?,
+        examiner.direct_by_map("balls, a block and a room", &scene, DIRECT_BOUND)?,
         examiner.bounce("balls, a block and a room", &scene)?,
     ]))
 }
@@ -365,7 +367,7 @@ fn narrow_and_wide_views(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = Vec::new();
     for fov_y_deg in [0.001, 179.0] {
         let mut scene = room();
-        scene.camera.lens = crate::scene::Lens::FovY { fov_y_deg };
+        scene.camera.lens = Lens::FovY { fov_y_deg };
         parts.push(examiner.all(&format!("{fov_y_deg}°"), &scene, 24)?);
     }
     Ok(Measurement::of(parts))
@@ -415,6 +417,7 @@ fn needles(examiner: &mut Examiner) -> Result<Measurement> {
         .push(Mesh::from_slices("fan", &rim, &triangles, GREY));
     Ok(Measurement::of([
         examiner.direct("needles of aspect 1e6", &scene, DIRECT_BOUND)?,
+        examiner.direct_by_map("needles of aspect 1e6", &scene, DIRECT_BOUND)?,
         examiner.sums("needles of aspect 1e6", &scene, 24, KERNEL_BOUND)?,
         examiner.bounce("needles of aspect 1e6", &scene)?,
     ]))
@@ -494,6 +497,7 @@ fn two_million_triangles(examiner: &mut Examiner) -> Result<Measurement> {
     let of_raster = 2.0 * 0.5 * 0.0002 / 1.3;
     Ok(Measurement::of([
         examiner.direct(what, &scene, DIRECT_BOUND + of_raster)?,
+        examiner.direct_by_map(what, &scene, DIRECT_BOUND + of_raster)?,
         examiner.sums(what, &scene, 24, KERNEL_BOUND)?,
         examiner.bounce(what, &scene)?,
     ]))
@@ -508,7 +512,19 @@ fn no_triangle_in_view(examiner: &mut Examiner) -> Result<Measurement> {
         meshes: Vec::new(),
         ..away.clone()
     };
-    for (what, scene) in [("camera turned away", away), ("no mesh at all", nothing)] {
+    let mut point = room();
+    for position in point
+        .meshes
+        .iter_mut()
+        .flat_map(|mesh| &mut mesh.positions_m)
+    {
+        *position = DVec3::new(0.1, -0.2, 0.1);
+    }
+    for (what, scene) in [
+        ("camera turned away", away),
+        ("no mesh at all", nothing),
+        ("all triangles in one point", point),
+    ] {
         let ways = [
             with_sum(&scene, Estimator::RsmAverage, 16),
             with_sum(&scene, Estimator::InstantRadiosity, 16),

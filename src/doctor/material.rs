@@ -143,6 +143,7 @@ fn sharp_lobes(examiner: &mut Examiner, shininess: f64) -> Result<Measurement> {
     Ok(Measurement::of([
         examiner.direct(&what, &highlight, DIRECT_BOUND + lobe_bound(shininess))?,
         examiner.sums(&what, &scene, 24, lobe_bound(shininess))?,
+        examiner.bounce(&what, &scene)?,
     ]))
 }
 

@@ -16,7 +16,7 @@ use super::{
 use crate::{
     Result, Scene,
     output::Layer,
-    scene::{Bands, Estimator},
+    scene::{Bands, Estimator, Lens, Light},
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -94,7 +94,7 @@ fn sphere_from_its_centre(examiner: &mut Examiner, rsm_size: u32) -> Result<Meas
     let eye_m = DVec3::new(0.3, 0.2, 0.4);
     let mut scene = scene_of(vec![ball], point_light(DVec3::ZERO), eye_m, -eye_m);
     scene.camera.resolution_px = [12, 12];
-    if let [crate::scene::Light::Point { power_w, .. }] = &mut scene.lights[..] {
+    if let [Light::Point { power_w, .. }] = &mut scene.lights[..] {
         *power_w = [4.0 * PI * PI; 3];
     }
     // Facets of 1.4° lie up to 7.5e-5 of the radius inside the sphere: twice that in 1/d², twice for P and Q.
@@ -249,27 +249,30 @@ fn single_convex_object(examiner: &mut Examiner) -> Result<Measurement> {
     Ok(Measurement::of(parts))
 }
 
-/// Two plates of 2 m that open by 1°, lit and seen from the open side.
+/// Two plates of 2 m that open by 1° and by 0.01°, lit and seen from the open side.
 fn wedge(examiner: &mut Examiner) -> Result<Measurement> {
-    let opening = f64::to_radians(1.0);
-    let slant = DVec3::new(opening.cos(), opening.sin(), 0.0);
-    let corner = DVec3::new(0.0, 0.0, -1.0);
-    let meshes = vec![
-        quad("lower", corner, 2.0 * DVec3::Z, 2.0 * DVec3::X, GREY),
-        quad("upper", corner, 2.0 * slant, 2.0 * DVec3::Z, COLOURED),
-    ];
-    let light = point_light(DVec3::new(2.1, 0.017, 0.1));
-    let mut scene = scene_of(
-        meshes,
-        light,
-        DVec3::new(2.2, 0.019, -0.1),
-        DVec3::new(0.0, 0.01, 0.0),
-    );
-    scene.camera.lens = crate::scene::Lens::FovY { fov_y_deg: 2.0 };
-    let what = "wedge of 1°";
-    Ok(Measurement::of([
-        examiner.direct(what, &scene, DIRECT_BOUND)?,
-        examiner.sums(what, &scene, 24, KERNEL_BOUND)?,
-        examiner.bounce(what, &scene)?,
-    ]))
+    let mut parts = Vec::new();
+    for opening_deg in [1.0, 0.01_f64] {
+        let opening = opening_deg.to_radians();
+        let slant = DVec3::new(opening.cos(), opening.sin(), 0.0);
+        let corner = DVec3::new(0.0, 0.0, -1.0);
+        let meshes = vec![
+            quad("lower", corner, 2.0 * DVec3::Z, 2.0 * DVec3::X, GREY),
+            quad("upper", corner, 2.0 * slant, 2.0 * DVec3::Z, COLOURED),
+        ];
+        let light = point_light(DVec3::new(2.1, opening, 0.1));
+        let eye_m = DVec3::new(2.2, 1.1 * opening, -0.1);
+        let mut scene = scene_of(meshes, light, eye_m, DVec3::new(0.0, 0.5 * opening, 0.0));
+        scene.camera.lens = Lens::FovY {
+            fov_y_deg: 2.0 * opening_deg,
+        };
+        let what = format!("wedge of {opening_deg}°");
+        // The light's height over the plates is rounded by 6e-8 m, and direct light is in proportion to it; P's is, too, on
+        // the plate that is not along the axes.
+        let of_height = 2.0 * 6e-8 / opening;
+        parts.push(examiner.direct(&what, &scene, DIRECT_BOUND + of_height)?);
+        parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND + of_height)?);
+        parts.push(examiner.bounce(&what, &scene)?);
+    }
+    Ok(Measurement::of(parts))
 }
