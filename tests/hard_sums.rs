@@ -11,4 +11,5 @@ hard_cases! {
     tiles_of_every_size,
     submissions_of_every_length,
     dim_band_beside_a_bright_one,
+    half_floats_saturate_and_say_so,
 }

@@ -14,5 +14,7 @@ hard_cases! {
     light_only_through_a_slit,
     single_convex_object,
     grazing_receivers_and_vpls,
+    #[ignore = "known issue: by rays, a light whose map misses everything leaves a list without entries, and the library panics"]
+    wedge_of_a_hundredth_of_a_degree,
     one_and_a_half_million_vpls,
 }

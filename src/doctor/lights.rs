@@ -216,11 +216,8 @@ fn light_on_a_surface(examiner: &mut Examiner, tilt: f64) -> Result<Measurement>
         // Whether P lies 1e-7 m above the lamp or below is not known; the nearest pixels are 5 cm from it, where that is
         // 1e-7/d³ = 1e-3 W/m² more or less. Along the axes P and lamp have the same height, bit for bit.
         let bound = if tilt == 0.0 { 2e-5 } else { 1e-3 };
-        parts.push(Measurement::new(
-            format!("lamp at ({u}, {v}), direct"),
-            error,
-            2e-5,
-        ));
+        let what = format!("lamp at ({u}, {v}), direct");
+        parts.push(Measurement::new(what, error, bound));
     }
     Ok(Measurement::of(parts))
 }

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::{
     GatherKernel, RenderOptions, Result, Scene,
-    output::Layer,
+    output::{ExrOptions, Layer, LayeredImage, OutputFile, write_exr},
     scene::{Bands, Estimator},
 };
 
@@ -58,6 +58,14 @@ pub(super) const CASES: &[Case] = &[
         is_short: true,
         known_issue: None,
         run: dim_band,
+    },
+    Case {
+        name: "half_floats_saturate_and_say_so",
+        hazard: "radiance over 65 504 becomes infinite in 16 bits, and below 6e-8 it becomes 0, in silence",
+        remedy: "what is over is stored as 65 504, and a warning counts what is lost",
+        is_short: true,
+        known_issue: None,
+        run: half_floats,
     },
 ];
 
@@ -195,4 +203,39 @@ fn dim_band(examiner: &mut Examiner) -> Result<Measurement> {
         }
     }
     Ok(Measurement::of(parts))
+}
+
+/// Bands over, within and below what 16 bits hold, written and read again.
+fn half_floats(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut scene = room();
+    scene.lights = vec![amplified(scene.lights[0], [1e9, 1.0, 1e-9])];
+    let frame = examiner.render(&scene)?;
+    let options = ExrOptions {
+        half: true,
+        layers: Some(vec![Layer::Direct]),
+    };
+    let is_told = options.warnings(&frame).len() == 1;
+    let path = std::env::temp_dir().join(format!("camlux-half-{}.exr", std::process::id()));
+    write_exr(OutputFile::create(&path)?, &frame, &options)?;
+    let read = LayeredImage::read(&path);
+    // Nobody will miss it.
+    let _ = std::fs::remove_file(&path);
+    let read = read?;
+    let stored = read.values(Layer::Direct).unwrap_or_default();
+    let expected = values(&frame, Layer::Direct).iter().map(|v| v.min(65504.0));
+    let off = stored.iter().zip(expected).map(|(&stored, expected)| {
+        let apart = (f64::from(stored) - f64::from(expected)).abs();
+        // Below 6e-5, 16 bits have steps of 6e-8 and no more.
+        apart / f64::from(expected).max(6.2e-5)
+    });
+    let error = if stored.is_empty() {
+        f64::INFINITY
+    } else {
+        off.fold(0.0, f64::max)
+    };
+    Ok(Measurement::of([
+        Measurement::new("warnings that are missing", f64::from(!is_told), 0.0),
+        // Eleven significant bits.
+        Measurement::new("stored values", error, 1.0 / 2048.0),
+    ]))
 }

@@ -12,6 +12,9 @@ use crate::{Failure, print, tell};
 
 #[derive(clap::Args)]
 pub struct Args {
+    /// Only cases, long ones too, whose names contain one of these words
+    #[arg(value_name = "WORD")]
+    pub words: Vec<String>,
     /// All cases, also those that take long
     #[arg(long)]
     pub all: bool,
@@ -23,8 +26,30 @@ pub struct Args {
     pub device: Option<String>,
 }
 
+impl Args {
+    fn picks(&self, case: &Case) -> bool {
+        if self.words.is_empty() {
+            return self.all || case.is_short;
+        }
+        self.words
+            .iter()
+            .any(|word| case.name.contains(word.as_str()))
+    }
+}
+
 /// Exit code 0 if every case is met but those that are known not to be, else 1.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let picked = |group: Group| group.cases().iter().filter(|case| args.picks(case));
+    if !Group::ALL
+        .into_iter()
+        .any(|group| picked(group).next().is_some())
+    {
+        return Err(format!(
+            "no case has a name with {}; leave it out for all",
+            args.words.join(" or ")
+        )
+        .into());
+    }
     let device = Device::open(&DeviceOptions {
         choice: device_choice(args.device.as_deref()),
         ..DeviceOptions::default()
@@ -37,14 +62,10 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         print(&row(["case", "error", "bound", "", "ms"]))?;
     }
     for group in Group::ALL {
-        if args.markdown {
+        if args.markdown && picked(group).next().is_some() {
             print(&markdown_head(group))?;
         }
-        for case in group
-            .cases()
-            .iter()
-            .filter(|case| args.all || case.is_short)
-        {
+        for case in picked(group) {
             let start = Instant::now();
             let result = examine(case, &mut examiner);
             if result.is_err() {
