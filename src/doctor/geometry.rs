@@ -5,15 +5,16 @@ use glam::DVec3;
 use super::{
     Case, Examiner, Measurement,
     examiner::{DIRECT_BOUND, KERNEL_BOUND, largest, values},
+    meshes,
     scenes::{
-        COLOURED, GREY, cuboid, grid, moved, point_light, quad, room, rounded, scene_of, sphere,
-        two_walls, with_rays, with_shadow, with_sum,
+        COLOURED, GREY, grid, moved, point_light, quad, room, rounded, scene_of, sphere, two_walls,
+        with_rays, with_sum,
     },
 };
 use crate::{
     Result, Scene,
     output::Layer,
-    scene::{Estimator, Lens, Mesh, Shadow},
+    scene::{Estimator, Lens, Mesh},
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -63,7 +64,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "no bias: what is in the way is decided by the triangles that the light sees, or by rays",
         is_short: true,
         known_issue: None,
-        run: wall_of_a_millimetre,
+        run: meshes::wall_of_a_millimetre,
     },
     Case {
         name: "wall_without_thickness_lit_on_one_side",
@@ -71,7 +72,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "normals are turned to the side that is seen, and a light behind it has no cosine",
         is_short: true,
         known_issue: None,
-        run: wall_without_thickness,
+        run: meshes::wall_without_thickness,
     },
     Case {
         name: "slats_thinner_than_a_texel",
@@ -79,7 +80,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "rays know no texels; VPLs are drawn where texels hit, and directions find the rest",
         is_short: false,
         known_issue: None,
-        run: slats,
+        run: meshes::slats,
     },
     Case {
         name: "shadow_map_of_slats_thinner_than_a_texel",
@@ -87,7 +88,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "nothing: shadow = \"rays\" is for that",
         is_short: false,
         known_issue: Some("what no texel of the map has seen throws no shadow"),
-        run: shadow_map_of_slats,
+        run: meshes::shadow_map_of_slats,
     },
     Case {
         name: "meshes_that_pass_through_each_other",
@@ -95,7 +96,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "rays start off the surface by the bound of their rounding and no more",
         is_short: true,
         known_issue: None,
-        run: interpenetrating,
+        run: meshes::interpenetrating,
     },
     Case {
         name: "two_meshes_in_one_place",
@@ -103,7 +104,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "rays start off the surface by more than rounding can have moved either of them",
         is_short: true,
         known_issue: None,
-        run: two_meshes_in_one_place,
+        run: meshes::two_meshes_in_one_place,
     },
     Case {
         name: "needles_and_triangles_without_area",
@@ -111,7 +112,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "planes come from f32 edges, barycentrics are clamped to the triangle, and rays skip what has no area",
         is_short: true,
         known_issue: None,
-        run: needles,
+        run: meshes::needles,
     },
     Case {
         name: "one_triangle_fills_the_view",
@@ -151,7 +152,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "ids below 2^24, edges that neighbours decide alike, a tree of boxes",
         is_short: false,
         known_issue: None,
-        run: two_million_triangles,
+        run: meshes::two_million_triangles,
     },
     Case {
         name: "no_triangle_in_view",
@@ -276,105 +277,6 @@ fn receiver_at_the_vpl(examiner: &mut Examiner) -> Result<Measurement> {
     Ok(Measurement::of(parts))
 }
 
-/// The room cut in two, its light on one side, its camera on the other; everything that is seen must be black.
-fn dark_side(examiner: &mut Examiner, wall: Mesh) -> Result<Measurement> {
-    let mut scene = room();
-    scene.meshes = vec![scene.meshes.swap_remove(0), wall];
-    scene.lights = vec![point_light(DVec3::new(-0.4, 0.3, 0.2))];
-    scene.camera.position_m = DVec3::new(0.9, 0.1, 0.8);
-    scene.camera.look_at_m = DVec3::new(0.0, -0.1, -0.7);
-    let lit = scene.lights[0];
-    scene.lights = vec![point_light(DVec3::new(0.4, 0.3, 0.2))];
-    let bright = largest(values(&examiner.render(&scene)?, Layer::Direct));
-    scene.lights = vec![lit];
-    let mut parts = Vec::new();
-    for shadow in Shadow::ALL {
-        let frame = examiner.render(&with_shadow(&scene, shadow))?;
-        let leak = largest(values(&frame, Layer::Direct)) / bright;
-        let what = format!("shadow by {}, leak over lit radiance", shadow.name());
-        parts.push(Measurement::new(what, leak, 0.0));
-    }
-    let frame = examiner.render(&with_rays(&scene, 0.1))?;
-    let leak = largest(values(&frame, Layer::Indirect)) / bright;
-    parts.push(Measurement::new(
-        "bounce by rays, leak over lit radiance",
-        leak,
-        0.0,
-    ));
-    Ok(Measurement::of(parts))
-}
-
-fn wall_of_a_millimetre(examiner: &mut Examiner) -> Result<Measurement> {
-    let size = DVec3::new(0.001, 2.0, 2.0);
-    dark_side(
-        examiner,
-        cuboid("wall", DVec3::new(-0.001, -1.0, -1.0), size, COLOURED),
-    )
-}
-
-fn wall_without_thickness(examiner: &mut Examiner) -> Result<Measurement> {
-    let corner = DVec3::new(0.0, -1.0, -1.0);
-    let wall = quad("wall", corner, 2.0 * DVec3::Y, 2.0 * DVec3::Z, COLOURED);
-    dark_side(examiner, wall)
-}
-
-/// Forty slats of 2 mm between a lamp and the floor.
-fn room_with_slats() -> Scene {
-    let mut scene = room();
-    scene.meshes.truncate(1);
-    let [width, length] = [0.002 * DVec3::X, 1.6 * DVec3::Z];
-    for i in 0..40 {
-        let corner = DVec3::new(-0.8 + 0.04 * f64::from(i), -0.2, -0.8);
-        scene
-            .meshes
-            .push(quad("slat", corner, width, length, COLOURED));
-    }
-    scene
-}
-
-fn slats(examiner: &mut Examiner) -> Result<Measurement> {
-    let scene = room_with_slats();
-    Ok(Measurement::of([
-        examiner.direct("40 slats of 2 mm", &scene, DIRECT_BOUND)?,
-        examiner.bounce("40 slats of 2 mm", &scene)?,
-    ]))
-}
-
-fn shadow_map_of_slats(examiner: &mut Examiner) -> Result<Measurement> {
-    examiner.direct_by_map("40 slats of 2 mm", &room_with_slats(), DIRECT_BOUND)
-}
-
-fn interpenetrating(examiner: &mut Examiner) -> Result<Measurement> {
-    let mut scene = room();
-    scene.meshes.truncate(1);
-    scene.meshes.extend([
-        sphere(DVec3::new(-0.1, -0.8, -0.2), 0.55, 8, COLOURED),
-        sphere(DVec3::new(0.2, -0.6, -0.1), 0.4, 8, GREY),
-        cuboid(
-            "block",
-            DVec3::new(-0.5, -1.2, -0.5),
-            DVec3::new(0.6, 0.9, 1.3),
-            GREY,
-        ),
-    ]);
-    Ok(Measurement::of([
-        examiner.direct("balls, a block and a room", &scene, DIRECT_BOUND)?,
-        examiner.direct_by_map("balls, a block and a room", &scene, DIRECT_BOUND)?,
-        examiner.bounce("balls, a block and a room", &scene)?,
-    ]))
-}
-
-fn two_meshes_in_one_place(examiner: &mut Examiner) -> Result<Measurement> {
-    let mut scene = room();
-    let turned = |mesh: &Mesh| Mesh {
-        triangles: mesh.triangles.iter().map(|&[a, b, c]| [b, a, c]).collect(),
-        ..mesh.clone()
-    };
-    let again: Vec<Mesh> = scene.meshes.iter().map(turned).collect();
-    scene.meshes.extend(again);
-    examiner.all("room twice", &scene, 24)
-}
-
 fn narrow_and_wide_views(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = Vec::new();
     for fov_y_deg in [0.001, 179.0] {
@@ -383,56 +285,6 @@ fn narrow_and_wide_views(examiner: &mut Examiner) -> Result<Measurement> {
         parts.push(examiner.all(&format!("{fov_y_deg}°"), &scene, 24)?);
     }
     Ok(Measurement::of(parts))
-}
-
-/// Needles 2 m long and 2 µm wide from side to side over the floor, and four hundred triangles without area in the room.
-fn needles(examiner: &mut Examiner) -> Result<Measurement> {
-    let mut scene = room();
-    let mut positions = Vec::new();
-    let mut triangles = Vec::new();
-    for i in 0..400_u32 {
-        let t = f64::from(i) / 400.0;
-        let from = DVec3::new(2.0 * t - 1.0, -0.2 + 0.3 * t, 0.3);
-        let to = from + DVec3::new(0.37, 0.11, 0.05);
-        positions.extend([from, from.lerp(to, 0.3), to].map(|p| p.to_array()));
-        triangles.extend([[3 * i, 3 * i, 3 * i], [3 * i, 3 * i + 2, 3 * i]]);
-    }
-    scene.meshes.push(Mesh::from_slices(
-        "no area", &positions, &triangles, COLOURED,
-    ));
-    let fan = |name: &str, z: f64| {
-        // A strip of the floor's plane, cut lengthwise into needles, a little above it.
-        let corner = DVec3::new(-1.0, -0.998, z);
-        grid(
-            name,
-            [corner, 2.0 * DVec3::X, 20e-6 * DVec3::Z],
-            [1, 10],
-            COLOURED,
-        )
-    };
-    for i in 0..40 {
-        scene
-            .meshes
-            .push(fan("needles", -0.9 + 0.045 * f64::from(i)));
-    }
-    // The floor itself: a fan of triangles around one corner, of which every second is a needle.
-    let mut rim = Vec::new();
-    for i in 0..=40 {
-        let x = -1.0 + 0.05 * f64::from(i);
-        rim.extend([[x, -0.997, 1.0], [x + 2e-6, -0.997, 1.0]]);
-    }
-    let apex = rim.len() as u32;
-    rim.push([-0.3, -0.997, -1.0]);
-    let triangles: Vec<_> = (0..apex - 1).map(|i| [apex, i, i + 1]).collect();
-    scene
-        .meshes
-        .push(Mesh::from_slices("fan", &rim, &triangles, GREY));
-    Ok(Measurement::of([
-        examiner.direct("needles of aspect 1e6", &scene, DIRECT_BOUND)?,
-        examiner.direct_by_map("needles of aspect 1e6", &scene, DIRECT_BOUND)?,
-        examiner.sums("needles of aspect 1e6", &scene, 24, KERNEL_BOUND)?,
-        examiner.bounce("needles of aspect 1e6", &scene)?,
-    ]))
 }
 
 /// A triangle of 20 km, 1 m below camera and light. f32 keeps places on it to 0.6 mm: 6e-8 of its half size.
@@ -495,24 +347,6 @@ fn shading_normals(examiner: &mut Examiner) -> Result<Measurement> {
     }
     parts.push(examiner.all("room inside out", &scene, 24)?);
     Ok(Measurement::of(parts))
-}
-
-/// A corner whose floor is of two million triangles.
-fn two_million_triangles(examiner: &mut Examiner) -> Result<Measurement> {
-    let light = point_light(DVec3::new(0.7, 0.9, 0.11));
-    let mut scene = two_walls(light, DVec3::new(1.3, 0.9, 0.2), DVec3::new(0.2, 0.1, 0.0));
-    let plane = [-DVec3::Z, 2.0 * DVec3::Z, 2.0 * DVec3::X];
-    scene.meshes[0] = grid("floor", plane, [1000, 1000], GREY);
-    let what = "floor of 2e6 triangles";
-    // Rasterisers round corners to 1/256 pixel, here 0.2 mm in 1.3 m, and where that takes a pixel's centre out of its
-    // triangle of 2 mm, P stays at the triangle's rim.
-    let of_raster = 2.0 * 0.5 * 0.0002 / 1.3;
-    Ok(Measurement::of([
-        examiner.direct(what, &scene, DIRECT_BOUND + of_raster)?,
-        examiner.direct_by_map(what, &scene, DIRECT_BOUND + of_raster)?,
-        examiner.sums(what, &scene, 24, KERNEL_BOUND)?,
-        examiner.bounce(what, &scene)?,
-    ]))
 }
 
 fn no_triangle_in_view(examiner: &mut Examiner) -> Result<Measurement> {

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use super::{
-    Case, Examiner, Measurement,
+    Case, Examiner, Measurement, cones,
     examiner::{DIRECT_BOUND, KERNEL_BOUND, bands_of, error_of, largest, values},
     scenes::{
         COLOURED, GREY, amplified, cuboid, directional_light, grid, lit_by, point_light, quad,
@@ -14,11 +14,9 @@ use super::{
 };
 use crate::{
     Result, Scene,
-    model::CompensatedSum,
     output::Layer,
     reference::Reference,
     scene::{Bands, Estimator, Lens, Light, Shadow},
-    twin,
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -80,7 +78,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "angles by the arctangent, an RSM over the cone and no more, ΔΩ by exact integrals",
         is_short: true,
         known_issue: None,
-        run: spot_of_half_a_degree,
+        run: cones::spot_of_half_a_degree,
     },
     Case {
         name: "narrowest_spot",
@@ -88,7 +86,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "its power is exact, and so is all that it lights by way of others; its rim is rounded",
         is_short: true,
         known_issue: None,
-        run: narrowest_spot,
+        run: cones::narrowest_spot,
     },
     Case {
         name: "spot_of_179_degrees",
@@ -96,7 +94,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "cones over 60° are cut into the faces of a cube",
         is_short: false,
         known_issue: None,
-        run: wide_spots,
+        run: cones::wide_spots,
     },
     Case {
         name: "spot_with_equal_cones",
@@ -104,7 +102,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "its inverse is finite: 0 · 1e30 is no falloff",
         is_short: false,
         known_issue: None,
-        run: equal_cones,
+        run: cones::equal_cones,
     },
     Case {
         name: "edge_of_the_cone_inside_one_texel",
@@ -112,7 +110,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "the part of each texel inside the cone and the falloff over it are exact integrals",
         is_short: true,
         known_issue: None,
-        run: cone_inside_a_texel,
+        run: cones::cone_inside_a_texel,
     },
     Case {
         name: "spot_axis_along_every_edge_of_the_cube",
@@ -120,7 +118,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "a basis without a preferred axis; faces that the cone only touches are counted",
         is_short: false,
         known_issue: None,
-        run: axes_of_the_cube,
+        run: cones::axes_of_the_cube,
     },
     Case {
         name: "directional_light_at_89_99_degrees",
@@ -296,144 +294,6 @@ fn light_at_the_camera(examiner: &mut Examiner) -> Result<Measurement> {
         scene.camera.position_m + DVec3::new(0.0, 0.01, 0.0),
     )];
     parts.push(examiner.all("1 cm", &scene, 24)?);
-    Ok(Measurement::of(parts))
-}
-
-/// f32 tells directions apart to 1e-7, over a penumbra of this width.
-fn penumbra_bound(penumbra_deg: f64) -> f64 {
-    2e-7 / penumbra_deg.to_radians()
-}
-
-fn spot_of_half_a_degree(examiner: &mut Examiner) -> Result<Measurement> {
-    let at = DVec3::new(0.33, 0.81, 0.2);
-    let target = DVec3::new(-0.3, -1.0, 0.5);
-    let spot = spot_light(at, target - at, [0.1, 0.25]);
-    let mut scene = lit_by(&room(), vec![spot]);
-    let whole = scene.clone();
-    // Up close: the lit spot of 14 mm fills the image.
-    scene.camera.position_m = DVec3::new(-0.1, -0.6, 0.7);
-    scene.camera.look_at_m = target;
-    scene.camera.lens = Lens::FovY { fov_y_deg: 4.0 };
-    let bound = DIRECT_BOUND + penumbra_bound(0.15);
-    Ok(Measurement::of([
-        examiner.direct("the spot up close", &scene, bound)?,
-        examiner.sums("the whole room", &whole, 24, KERNEL_BOUND)?,
-        examiner.bounce("the whole room", &whole)?,
-    ]))
-}
-
-fn narrowest_spot(examiner: &mut Examiner) -> Result<Measurement> {
-    let at = DVec3::new(0.33, 0.81, 0.2);
-    let spot = spot_light(at, DVec3::new(-0.3, -1.0, 0.5) - at, [0.5e-4, 1e-4]);
-    let scene = lit_by(&room(), vec![spot]);
-    let lost = lost_power(examiner, &scene, 24)?;
-    Ok(Measurement::of([
-        Measurement::new("power of the VPLs", lost, 1e-12),
-        examiner.sums("the whole room", &scene, 24, KERNEL_BOUND)?,
-        examiner.bounce("the whole room", &scene)?,
-    ]))
-}
-
-fn wide_spots(examiner: &mut Examiner) -> Result<Measurement> {
-    let mut parts = Vec::new();
-    for half_angles_deg in [[10.0, 89.5], [89.0, 89.5], [100.0, 179.0], [180.0, 180.0]] {
-        let spot = spot_light(
-            DVec3::new(0.23, 0.41, 0.17),
-            DVec3::new(0.3, -0.8, -0.4),
-            half_angles_deg,
-        );
-        let scene = lit_by(&room(), vec![spot]);
-        let [inner, outer] = half_angles_deg;
-        let what = format!("{inner}° to {outer}°");
-        let bound = DIRECT_BOUND + penumbra_bound(if inner < outer { outer - inner } else { 90.0 });
-        parts.push(examiner.direct(&what, &scene, bound)?);
-        parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND)?);
-        parts.push(examiner.bounce(&what, &scene)?);
-    }
-    Ok(Measurement::of(parts))
-}
-
-fn equal_cones(examiner: &mut Examiner) -> Result<Measurement> {
-    let mut parts = Vec::new();
-    for half_angle_deg in [0.25, 20.0, 90.0] {
-        let at = DVec3::new(0.23, 0.71, 0.17);
-        let spot = spot_light(at, DVec3::new(-0.2, -1.0, -0.4) - at, [half_angle_deg; 2]);
-        let scene = lit_by(&room(), vec![spot]);
-        let what = format!("{half_angle_deg}°");
-        if half_angle_deg > 1.0 {
-            parts.push(examiner.direct(&what, &scene, DIRECT_BOUND)?);
-        }
-        parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND)?);
-        parts.push(examiner.bounce(&what, &scene)?);
-    }
-    Ok(Measurement::of(parts))
-}
-
-/// How far the power of all VPLs is from the light's: in a closed room every texel hits.
-fn lost_power(examiner: &mut Examiner, scene: &Scene, rsm_size: u32) -> Result<f64> {
-    let scene = with_sum(scene, Estimator::InstantRadiosity, rsm_size);
-    let (_, kept) = examiner.render_keeping(&scene)?;
-    let vpls = twin::vpls(&scene.lights[0], &kept.lights[0]);
-    let of_vpls: CompensatedSum = vpls.iter().map(|vpl| vpl.incident_power_w[0]).collect();
-    Ok((of_vpls.value() / scene.lights[0].emission()[0] - 1.0).abs())
-}
-
-fn cone_inside_a_texel(examiner: &mut Examiner) -> Result<Measurement> {
-    let mut parts = Vec::new();
-    for rsm_size in [1, 2, 3, 5] {
-        for half_angles_deg in [[7.0, 8.0], [30.0, 30.0], [40.0, 100.0]] {
-            let at = DVec3::new(0.23, 0.71, 0.17);
-            let spot = spot_light(at, DVec3::new(-0.21, -1.0, -0.43) - at, half_angles_deg);
-            let scene = lit_by(&room(), vec![spot]);
-            let what = format!("{rsm_size} texels, {}°", half_angles_deg[1]);
-            // Exact integrals in f64, a few roundings for each of at most 150 texels.
-            let lost = lost_power(examiner, &scene, rsm_size)?;
-            parts.push(Measurement::new(
-                format!("{what}, power of the VPLs"),
-                lost,
-                1e-12,
-            ));
-            parts.push(examiner.sums(&what, &scene, rsm_size, KERNEL_BOUND)?);
-        }
-    }
-    Ok(Measurement::of(parts))
-}
-
-/// 26 axes: to the faces, the edges and the corners of the cube.
-fn axes_of_the_cube(examiner: &mut Examiner) -> Result<Measurement> {
-    let steps = [-1.0, 0.0, 1.0];
-    let axes = steps.iter().flat_map(|&x| {
-        steps
-            .iter()
-            .flat_map(move |&y| steps.map(|z| DVec3::new(x, y, z)))
-    });
-    let mut scene = room();
-    scene.camera.resolution_px = [12, 12];
-    scene.camera.lens = Lens::FovY { fov_y_deg: 120.0 };
-    let mut parts = Vec::new();
-    for axis in axes.filter(|&axis| axis != DVec3::ZERO) {
-        for half_angles_deg in [[20.0, 28.0], [60.0, 95.0]] {
-            scene.lights = vec![spot_light(
-                DVec3::new(0.23, 0.41, 0.17),
-                axis,
-                half_angles_deg,
-            )];
-            let what = format!("axis {axis}, {}°", half_angles_deg[1]);
-            let lost = lost_power(examiner, &scene, 9)?;
-            parts.push(Measurement::new(
-                format!("{what}, power of the VPLs"),
-                lost,
-                1e-12,
-            ));
-            parts.push(examiner.sums(&what, &scene, 9, KERNEL_BOUND)?);
-            let truth = Reference::new(&scene, 1)?.frame();
-            // A cone that lights nothing in view has no relative error.
-            if largest(values(&truth, Layer::Direct)) > 0.0 {
-                let bound = DIRECT_BOUND + penumbra_bound(8.0);
-                parts.push(examiner.direct(&what, &scene, bound)?);
-            }
-        }
-    }
     Ok(Measurement::of(parts))
 }
 

@@ -4,11 +4,13 @@
 //! [twin](crate::twin) of the kernels or the path-sampled [reference](crate::reference), with a bound that its source
 //! justifies. The same cases are the tests `hard_*`, the command `camlux doctor` and the tables of `docs/hard-cases.md`.
 
+mod cones;
 mod examiner;
 mod geometry;
 mod lights;
 mod material;
 mod measurement;
+mod meshes;
 mod scale;
 pub mod scenes;
 mod sums;
