@@ -1,6 +1,10 @@
 //! Scenes made in code, and what their surfaces are like at a point, in f64.
 
-#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(
+    dead_code,
+    unused_imports,
+    reason = "each test binary uses its own part"
+)]
 
 pub use camlux::doctor::scenes::{moved, quad};
 use camlux::{
