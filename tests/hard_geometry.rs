@@ -21,6 +21,7 @@ hard_cases! {
     needles_and_triangles_without_area,
     one_triangle_fills_the_view,
     triangle_through_the_camera,
+    camera_on_a_surface,
     views_of_a_thousandth_of_a_degree_and_of_179,
     shading_normals_against_the_geometry,
     two_million_triangles,

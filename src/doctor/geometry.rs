@@ -131,6 +131,14 @@ pub(super) const CASES: &[Case] = &[
         run: through_the_camera,
     },
     Case {
+        name: "camera_on_a_surface",
+        hazard: "a camera that stands on the floor sees it at a distance of 0, here and there",
+        remedy: "what is at depth 0 is not drawn",
+        is_short: true,
+        known_issue: None,
+        run: camera_on_a_surface,
+    },
+    Case {
         name: "views_of_a_thousandth_of_a_degree_and_of_179",
         hazard: "triangles a hundred thousand times as large as the image; pixels whose rays are 60 times as long as their depth",
         remedy: "the rasteriser decides which triangle is seen and nothing else; distances are those of P and not of the depth",
@@ -277,6 +285,13 @@ fn receiver_at_the_vpl(examiner: &mut Examiner) -> Result<Measurement> {
     Ok(Measurement::of(parts))
 }
 
+fn camera_on_a_surface(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut scene = room();
+    scene.camera.position_m = DVec3::new(0.3, -1.0, 0.9);
+    scene.camera.look_at_m = DVec3::new(0.0, -0.4, -0.5);
+    examiner.all("", &scene, 24)
+}
+
 fn narrow_and_wide_views(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = Vec::new();
     for fov_y_deg in [0.001, 179.0] {
@@ -302,8 +317,7 @@ fn one_triangle(examiner: &mut Examiner) -> Result<Measurement> {
     examiner.direct("ground of 20 km, 1 m away", &scene, 2e-3)
 }
 
-/// Sheets from behind the camera to before it, which pass it at a millimetre. One that it lies in is seen by chance, but what
-/// is computed of what is seen must be right all the same.
+/// Sheets from behind the camera to before it, which pass it at a millimetre, or in which it lies: then they are not seen.
 fn through_the_camera(examiner: &mut Examiner) -> Result<Measurement> {
     let mut scene = room();
     let eye_m = scene.camera.position_m;
@@ -320,10 +334,8 @@ fn through_the_camera(examiner: &mut Examiner) -> Result<Measurement> {
                 .push(quad("sheet", corner, 0.9 * along, 0.6 * right, COLOURED));
             let what = format!("{what}, {} mm beside", 1e3 * beside_m);
             parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND)?);
-            if beside_m > 0.0 {
-                parts.push(examiner.direct(&what, &scene, DIRECT_BOUND)?);
-                parts.push(examiner.bounce(&what, &scene)?);
-            }
+            parts.push(examiner.direct(&what, &scene, DIRECT_BOUND)?);
+            parts.push(examiner.bounce(&what, &scene)?);
         }
     }
     Ok(Measurement::of(parts))
