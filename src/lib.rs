@@ -15,6 +15,8 @@
 //!
 //! `docs/model.md` says what is computed, `docs/architecture.md` how. The library never prints and never exits.
 
+#[cfg(feature = "reference")]
+pub mod doctor;
 pub mod emission;
 pub mod error;
 mod frame;

@@ -30,6 +30,36 @@ pub struct ExrOptions {
     pub layers: Option<Vec<Layer>>,
 }
 
+impl ExrOptions {
+    /// What the file will not hold as it is, a sentence for each layer: values over the range of 16 bits, and below it.
+    pub fn warnings(&self, frame: &Frame) -> Vec<String> {
+        let is_written = |layer: &Layer| self.layers.as_ref().is_none_or(|l| l.contains(layer));
+        let layers = frame.layers.iter().filter(|(layer, _)| {
+            is_written(layer) && sample_type(*layer, self.half) == SampleType::F16
+        });
+        let describe = |(layer, data): &(Layer, LayerData)| {
+            let LayerData::Float(values) = data else {
+                return None;
+            };
+            let count = |is_lost: fn(f32, f32) -> bool| {
+                let stored = |value: f32| saturating_half(value).to_f32();
+                values.iter().filter(|&&v| is_lost(v, stored(v))).count()
+            };
+            let over = count(|value, stored| {
+                value.is_finite() && value.abs() > 1.001 * stored.abs() && stored != 0.0
+            });
+            let below = count(|value, stored| value != 0.0 && stored == 0.0);
+            (over + below > 0).then(|| {
+                format!(
+                    "{} holds {over} values over 65504 and {below} below 6e-8, which 16 bits cannot: they are stored as 65504 and as 0; store 32 bits",
+                    layer.name()
+                )
+            })
+        };
+        layers.filter_map(describe).collect()
+    }
+}
+
 /// Writes the frame as an OpenEXR file and gives the file its name.
 ///
 /// The file has one part with the channels of [`Layer::channel_names`] (ids as UINT), and the frame's description in its

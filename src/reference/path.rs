@@ -15,6 +15,9 @@ use super::{
 };
 use crate::{Scene, scene::Bands};
 
+/// Over the scene's size: nearer to a camera is what it lies in, but for the rounding of f64.
+const OWN_SURFACE: f64 = 1e-13;
+
 /// A scene in local space: coordinates of its surfaces lie within −1 and 1.
 #[derive(Debug)]
 pub struct Transport {
@@ -92,14 +95,19 @@ impl Transport {
         self.origin_m + self.metres_per_unit * local
     }
 
-    /// What a half line meets first.
+    /// What a half line meets first. A surface that its origin lies in is not in its way: rounding would decide where.
     pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
-        self.triangles.nearest(&Ray {
-            origin,
+        let start = OWN_SURFACE / direction.length();
+        let hit = self.triangles.nearest(&Ray {
+            origin: origin + start * direction,
             direction,
             end: f64::INFINITY,
             from_triangle: NO_TRIANGLE,
             to_triangle: NO_TRIANGLE,
+        })?;
+        Some(Hit {
+            distance: start + hit.distance,
+            ..hit
         })
     }
 

@@ -1,7 +1,12 @@
 //! Scenes made in code, and what their surfaces are like at a point, in f64.
 
-#![allow(dead_code, reason = "each test binary uses its own part")]
+#![allow(
+    dead_code,
+    unused_imports,
+    reason = "each test binary uses its own part"
+)]
 
+pub use camlux::doctor::scenes::{moved, quad};
 use camlux::{
     Scene,
     intermediates::SurfacePoint,
@@ -67,36 +72,6 @@ fn sample(texture: &Texture, u: f64, v: f64) -> Bands {
         }
     }
     sum
-}
-
-/// A scene scaled about 0, then moved.
-pub fn moved(scene: &Scene, scale: f64, shift_m: DVec3) -> Scene {
-    let mut scene = scene.clone();
-    let place = |point_m: &mut DVec3| *point_m = scale * *point_m + shift_m;
-    for mesh in &mut scene.meshes {
-        mesh.positions_m.iter_mut().for_each(place);
-    }
-    place(&mut scene.camera.position_m);
-    place(&mut scene.camera.look_at_m);
-    for light in &mut scene.lights {
-        match light {
-            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => place(position_m),
-            Light::Directional { .. } => {}
-        }
-    }
-    scene
-}
-
-/// A parallelogram of one material.
-pub fn quad(name: &str, corner: DVec3, edge1: DVec3, edge2: DVec3, material: u32) -> Mesh {
-    let corners = [
-        corner,
-        corner + edge1,
-        corner + edge1 + edge2,
-        corner + edge2,
-    ];
-    let triangles = [[0, 1, 2], [0, 2, 3]];
-    Mesh::from_slices(name, &corners.map(|c| c.to_array()), &triangles, material)
 }
 
 /// A point light, a camera of 64 x 64 pixels, and meshes that have a material each.

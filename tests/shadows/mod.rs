@@ -4,6 +4,7 @@
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
+use camlux::doctor::scenes::cuboid;
 use camlux::{
     RenderOptions, Scene,
     emission::{EmissionDomain, EmissionFace, Projection},
@@ -216,31 +217,16 @@ pub fn floor_with(mut meshes: Vec<Mesh>, light_m: DVec3) -> Scene {
     scene
 }
 
-/// An upright box from its lowest corner.
-fn upright_box(corner: DVec3, size: DVec3, material: u32) -> Mesh {
-    let corners: Vec<[f64; 3]> = (0..8)
-        .map(|i| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into()))
-        .map(|unit| (corner + unit * size).to_array())
-        .collect();
-    let sides = [
-        [0, 1, 3, 2],
-        [4, 6, 7, 5],
-        [0, 4, 5, 1],
-        [2, 3, 7, 6],
-        [0, 2, 6, 4],
-        [1, 5, 7, 3],
-    ];
-    let triangles: Vec<[u32; 3]> = sides
-        .iter()
-        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
-        .collect();
-    Mesh::from_slices("box", &corners, &triangles, material)
-}
-
 /// Things that stand on a floor, and lights that bring out the line where they touch it.
 pub fn contact_lines() -> Vec<(&'static str, Scene)> {
-    let block = upright_box(DVec3::new(-0.3, 0.0, -0.25), DVec3::new(0.55, 0.4, 0.5), 1);
-    let wall = upright_box(
+    let block = cuboid(
+        "box",
+        DVec3::new(-0.3, 0.0, -0.25),
+        DVec3::new(0.55, 0.4, 0.5),
+        1,
+    );
+    let wall = cuboid(
+        "box",
         DVec3::new(-1.0, 0.0, -0.001),
         DVec3::new(2.0, 1.0, 0.001),
         1,

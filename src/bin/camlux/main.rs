@@ -3,6 +3,7 @@
 //! Results go to files and stdout, everything about the run to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage.
 
 mod compare;
+mod doctor;
 mod error_map;
 mod indirect;
 mod info;
@@ -38,6 +39,8 @@ enum Command {
     Compare(compare::Args),
     /// Measure speed against error: report.json, and a page with plots and pictures
     Report(report::Args),
+    /// Run hard cases on the device and compare with the truth; exit code 1 if one is not met
+    Doctor(doctor::Args),
     /// List the Vulkan devices, their limits, and which one is used by default; exit code 1 if none is usable
     Info,
 }
@@ -60,6 +63,7 @@ fn main() -> ExitCode {
         Command::Reference(args) => reference::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => compare::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Report(args) => report::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Doctor(args) => doctor::run(&args),
         Command::Info => info::run(),
     })
 }

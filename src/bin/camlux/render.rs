@@ -103,6 +103,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         half: args.half,
         layers: args.layers.clone(),
     };
+    for warning in exr_options.warnings(&frame) {
+        tell(&format!("camlux: warning: {warning}"));
+    }
     written.push(Written::new("OpenEXR", outputs.exr.path()));
     write_exr(outputs.exr, &frame, &exr_options)?;
     let exr_ms = milliseconds_since(write_start);

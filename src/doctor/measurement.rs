@@ -1,0 +1,90 @@
+//! What a case measures.
+
+/// The errors of a case beside their bounds.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Measurement {
+    pub parts: Vec<Part>,
+}
+
+/// One error beside its bound.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Of what; empty where the case has one such part.
+    pub of: String,
+    /// The quantity: a layer or a way to compute it.
+    pub quantity: String,
+    /// Relative to the truth, unless `quantity` says otherwise; infinite where a value is no finite number.
+    pub error: f64,
+    pub bound: f64,
+}
+
+impl Part {
+    pub fn is_met(&self) -> bool {
+        self.error <= self.bound
+    }
+
+    /// The error as a share of its bound, to be compared.
+    fn share(&self) -> f64 {
+        if self.error == 0.0 {
+            0.0
+        } else {
+            self.error / self.bound
+        }
+    }
+}
+
+impl Measurement {
+    /// One part. What comes after the last comma of `what` is the quantity.
+    pub(super) fn new(what: impl Into<String>, error: f64, bound: f64) -> Measurement {
+        let what = what.into();
+        let (of, quantity) = what.rsplit_once(", ").unwrap_or(("", &what));
+        Measurement {
+            parts: vec![Part {
+                of: of.into(),
+                quantity: quantity.into(),
+                error: if error.is_nan() { f64::INFINITY } else { error },
+                bound,
+            }],
+        }
+    }
+
+    /// All parts of some measurements.
+    pub(super) fn of(measurements: impl IntoIterator<Item = Measurement>) -> Measurement {
+        let parts = measurements.into_iter().flat_map(|m| m.parts);
+        Measurement {
+            parts: parts.collect(),
+        }
+    }
+
+    /// With the same words before what each part is of.
+    pub(super) fn prefixed(mut self, words: &str) -> Measurement {
+        for part in &mut self.parts {
+            part.of = format!("{words}: {}", part.of);
+        }
+        self
+    }
+
+    /// Whether every error is within its bound. A case that measures nothing does not pass.
+    pub fn is_met(&self) -> bool {
+        !self.parts.is_empty() && self.parts.iter().all(Part::is_met)
+    }
+
+    /// The part that is the largest share of its bound.
+    pub fn worst(&self) -> Option<&Part> {
+        let by_share = |a: &&Part, b: &&Part| a.share().total_cmp(&b.share());
+        self.parts.iter().max_by(by_share)
+    }
+
+    /// The worst part of each quantity, in the order in which quantities come first.
+    pub fn worst_of_each_quantity(&self) -> Vec<&Part> {
+        let mut worst: Vec<&Part> = Vec::new();
+        for part in &self.parts {
+            match worst.iter_mut().find(|w| w.quantity == part.quantity) {
+                None => worst.push(part),
+                Some(other) if part.share() > other.share() => *other = part,
+                Some(_) => {}
+            }
+        }
+        worst
+    }
+}

@@ -1,0 +1,306 @@
+//! What the scenes of the cases are made of.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+
+use crate::scene::{
+    Bands, Camera, Direct, Estimator, Indirect, Lens, Light, Material, Mesh, Scene, Shadow,
+    SpotCone, Visibility,
+};
+
+/// Material 0 is grey, 1 is coloured, 2 is a mild gloss.
+pub const GREY: u32 = 0;
+pub const COLOURED: u32 = 1;
+pub const GLOSSY: u32 = 2;
+
+/// Radiant intensity of 1 W/sr in all directions.
+pub const UNIT_POWER_W: Bands = [4.0 * PI; 3];
+
+/// Meshes under one light, seen by a camera of 24 x 24 pixels and 70°, with shadow rays and without indirect light.
+pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: DVec3) -> Scene {
+    let glossy = Material {
+        ks: [0.4, 0.3, 0.2],
+        shininess: 20.0,
+        ..Material::lambert("glossy", [0.3, 0.4, 0.5])
+    };
+    Scene {
+        camera: Camera {
+            resolution_px: [24, 24],
+            position_m,
+            look_at_m,
+            up: upright(look_at_m - position_m),
+            lens: Lens::FovY { fov_y_deg: 70.0 },
+        },
+        sensor: None,
+        lights: vec![light],
+        meshes,
+        materials: vec![
+            Material::lambert("grey", [0.5; 3]),
+            Material::lambert("coloured", [0.75, 0.5, 0.25]),
+            glossy,
+        ],
+        textures: Vec::new(),
+        direct: Direct {
+            shadow: Shadow::Rays,
+        },
+        indirect: None,
+    }
+}
+
+/// Y, or Z where the view runs along Y.
+fn upright(view: DVec3) -> DVec3 {
+    let view = view.normalize();
+    if view.y.abs() > 0.99 {
+        DVec3::Z
+    } else {
+        DVec3::Y
+    }
+}
+
+pub fn point_light(position_m: DVec3) -> Light {
+    Light::Point {
+        position_m,
+        power_w: UNIT_POWER_W,
+    }
+}
+
+pub fn spot_light(position_m: DVec3, direction: DVec3, half_angles_deg: [f64; 2]) -> Light {
+    Light::Spot {
+        position_m,
+        direction,
+        cone: SpotCone {
+            inner_half_angle_deg: half_angles_deg[0],
+            outer_half_angle_deg: half_angles_deg[1],
+        },
+        power_w: UNIT_POWER_W,
+    }
+}
+
+pub fn directional_light(direction: DVec3) -> Light {
+    Light::Directional {
+        direction,
+        irradiance_w_m2: [PI; 3],
+    }
+}
+
+/// The light with its emission multiplied, each band by its own factor.
+pub fn amplified(mut light: Light, factors: Bands) -> Light {
+    let emission = match &mut light {
+        Light::Point { power_w, .. } | Light::Spot { power_w, .. } => power_w,
+        Light::Directional {
+            irradiance_w_m2, ..
+        } => irradiance_w_m2,
+    };
+    for (value, factor) in emission.iter_mut().zip(factors) {
+        *value *= factor;
+    }
+    light
+}
+
+/// A parallelogram of two triangles.
+pub fn quad(name: &str, corner_m: DVec3, edge1_m: DVec3, edge2_m: DVec3, material: u32) -> Mesh {
+    let corners = [
+        corner_m,
+        corner_m + edge1_m,
+        corner_m + edge1_m + edge2_m,
+        corner_m + edge2_m,
+    ];
+    let triangles = [[0, 1, 2], [0, 2, 3]];
+    Mesh::from_slices(name, &corners.map(|c| c.to_array()), &triangles, material)
+}
+
+/// A parallelogram cut into `columns` x `rows` cells of two triangles.
+pub fn grid(
+    name: &str,
+    [corner_m, edge1_m, edge2_m]: [DVec3; 3],
+    [columns, rows]: [u32; 2],
+    material: u32,
+) -> Mesh {
+    let mut positions = Vec::new();
+    let mut triangles = Vec::new();
+    for row in 0..=rows {
+        for column in 0..=columns {
+            let along = edge1_m * (f64::from(column) / f64::from(columns));
+            let across = edge2_m * (f64::from(row) / f64::from(rows));
+            positions.push((corner_m + along + across).to_array());
+            if row < rows && column < columns {
+                let first = row * (columns + 1) + column;
+                let above = first + columns + 1;
+                triangles.push([first, first + 1, above + 1]);
+                triangles.push([first, above + 1, above]);
+            }
+        }
+    }
+    Mesh::from_slices(name, &positions, &triangles, material)
+}
+
+/// A box from its lowest corner, its faces along the axes.
+pub fn cuboid(name: &str, corner_m: DVec3, size_m: DVec3, material: u32) -> Mesh {
+    let corners: Vec<[f64; 3]> = (0..8)
+        .map(|i| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into()))
+        .map(|unit| (corner_m + unit * size_m).to_array())
+        .collect();
+    let sides = [
+        [0, 1, 3, 2],
+        [4, 6, 7, 5],
+        [0, 4, 5, 1],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 5, 7, 3],
+    ];
+    let triangles: Vec<[u32; 3]> = sides
+        .iter()
+        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+        .collect();
+    Mesh::from_slices(name, &corners, &triangles, material)
+}
+
+/// A sphere around a point: the six faces of a cube in `steps` x `steps` cells each, pushed out to the radius.
+pub fn sphere(centre_m: DVec3, radius_m: f64, steps: u32, material: u32) -> Mesh {
+    let mut sphere = Mesh {
+        name: "sphere".into(),
+        ..Mesh::default()
+    };
+    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+    for axis in 0..3 {
+        for side in [1.0, -1.0] {
+            let edges = [axes[(axis + 1) % 3], axes[(axis + 2) % 3]].map(|edge| 2.0 * edge);
+            let corner = side * axes[axis] - 0.5 * (edges[0] + edges[1]);
+            let face = grid("", [corner, edges[0], edges[1]], [steps; 2], material);
+            let first = sphere.positions_m.len() as u32;
+            // Cells of nearly equal size: equal angles along the cube's edges.
+            let bent = |p: f64| (p * PI / 4.0).tan();
+            let outwards = face.positions_m.iter().map(|p| {
+                let on_face = DVec3::from(p.to_array().map(bent));
+                centre_m + radius_m * on_face.normalize()
+            });
+            sphere.positions_m.extend(outwards);
+            let triangles = face.triangles.iter().map(|t| t.map(|i| first + i));
+            sphere.triangles.extend(triangles);
+            sphere.triangle_materials.extend(face.triangle_materials);
+        }
+    }
+    sphere
+}
+
+/// A convex ball around 0: meridians and parallels `turn / (2 * steps)` apart, whose cells are flat.
+pub fn globe(radius_m: f64, steps: u32, material: u32) -> Mesh {
+    let columns = 2 * steps;
+    let place = |row: u32, column: u32| {
+        let (polar, turn) = (PI / f64::from(steps), PI / f64::from(steps));
+        let (sine, cosine) = (f64::from(row) * polar).sin_cos();
+        let (y, x) = (f64::from(column % columns) * turn).sin_cos();
+        (radius_m * DVec3::new(sine * x, cosine, sine * y)).to_array()
+    };
+    let positions: Vec<_> = (0..=steps)
+        .flat_map(|row| (0..=columns).map(move |column| place(row, column)))
+        .collect();
+    let cells = (0..steps).flat_map(|row| (0..columns).map(move |column| (row, column)));
+    let triangles: Vec<_> = cells
+        .flat_map(|(row, column)| {
+            let first = row * (columns + 1) + column;
+            let below = first + columns + 1;
+            [[first, first + 1, below + 1], [first, below + 1, below]]
+        })
+        .collect();
+    Mesh::from_slices("globe", &positions, &triangles, material)
+}
+
+/// The mesh with shading normals that point away from a point.
+pub fn rounded(mut mesh: Mesh, centre_m: DVec3) -> Mesh {
+    let outwards = mesh.positions_m.iter().map(|p| (*p - centre_m).normalize());
+    mesh.normals = outwards.collect();
+    mesh
+}
+
+/// A closed room of 2 m around 0 with two boxes in it, camera and point light inside.
+pub fn room() -> Scene {
+    let meshes = vec![
+        cuboid("room", DVec3::splat(-1.0), DVec3::splat(2.0), GREY),
+        cuboid(
+            "tall box",
+            DVec3::new(-0.6, -0.999, -0.7),
+            DVec3::new(0.5, 1.1, 0.4),
+            COLOURED,
+        ),
+        cuboid(
+            "low box",
+            DVec3::new(0.2, -0.999, -0.3),
+            DVec3::new(0.45, 0.4, 0.5),
+            GREY,
+        ),
+    ];
+    scene_of(
+        meshes,
+        point_light(DVec3::new(0.23, 0.71, 0.17)),
+        DVec3::new(0.13, 0.09, 0.93),
+        DVec3::new(-0.04, -0.31, -0.6),
+    )
+}
+
+/// A floor and a wall of 2 m that meet at right angles in the line x = y = 0, without anything else.
+pub fn two_walls(light: Light, camera_m: DVec3, look_at_m: DVec3) -> Scene {
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
+    let from = -DVec3::Z;
+    let meshes = vec![
+        quad("floor", from, z, x, GREY),
+        quad("wall", from, y, z, COLOURED),
+    ];
+    scene_of(meshes, light, camera_m, look_at_m)
+}
+
+/// The scene scaled about 0, then moved.
+pub fn moved(scene: &Scene, scale: f64, shift_m: DVec3) -> Scene {
+    let mut scene = scene.clone();
+    let place = |point_m: &mut DVec3| *point_m = scale * *point_m + shift_m;
+    for mesh in &mut scene.meshes {
+        mesh.positions_m.iter_mut().for_each(place);
+    }
+    place(&mut scene.camera.position_m);
+    place(&mut scene.camera.look_at_m);
+    for light in &mut scene.lights {
+        match light {
+            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => place(position_m),
+            Light::Directional { .. } => {}
+        }
+    }
+    scene
+}
+
+/// The scene under other lights.
+pub fn lit_by(scene: &Scene, lights: Vec<Light>) -> Scene {
+    Scene {
+        lights,
+        ..scene.clone()
+    }
+}
+
+/// The scene with a plain sum over an RSM.
+pub fn with_sum(scene: &Scene, estimator: Estimator, rsm_size: u32) -> Scene {
+    Scene {
+        indirect: Some(Indirect::plain_sum(estimator, rsm_size)),
+        ..scene.clone()
+    }
+}
+
+/// The scene with the bounce by rays.
+pub fn with_rays(scene: &Scene, target_error: f64) -> Scene {
+    Scene {
+        indirect: Some(Indirect {
+            estimator: Estimator::InstantRadiosity,
+            rsm_size: None,
+            visibility: Visibility::Rays,
+            target_error: Some(target_error),
+        }),
+        ..scene.clone()
+    }
+}
+
+/// The scene with another way to find shadows.
+pub fn with_shadow(scene: &Scene, shadow: Shadow) -> Scene {
+    Scene {
+        direct: Direct { shadow },
+        ..scene.clone()
+    }
+}
