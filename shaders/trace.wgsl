@@ -107,6 +107,10 @@ fn way_to_light(start: vec3<f32>, light_end: vec4<f32>) -> vec3<f32> {
     return light_end.xyz - light_end.w * start;
 }
 
+// Height of a light over a plane that rounding of either may make up, for each component of the normal. A lamp that is mounted on a
+// surface lights what is before it.
+const LIGHT_IN_PLANE: f32 = 12.0 * 5.9604645e-8;
+
 // What all rays to one light share of a triangle.
 struct Screen {
     // The normals of the planes through an edge and the light, and their products with a point of theirs. A ray passes inside
@@ -116,7 +120,7 @@ struct Screen {
     plane2: vec3<f32>,
     offsets: vec3<f32>,
     corner: vec3<f32>,
-    // On the light's side; 0 where the light lies in the plane.
+    // On the light's side; 0 where the light lies in the plane but for rounding.
     normal: vec3<f32>,
 }
 
@@ -139,7 +143,7 @@ fn screen_of(triangle: u32, light_end: vec4<f32>) -> Screen {
     screen.plane2 = cross(twice_light - weight * middle2, b.xyz - a.xyz);
     screen.offsets = 0.5 * vec3<f32>(dot(screen.plane0, middle0), dot(screen.plane1, middle1), dot(screen.plane2, middle2));
     screen.corner = a.xyz;
-    screen.normal = select(turn * normal, vec3<f32>(0.0), height == 0.0);
+    screen.normal = select(turn * normal, vec3<f32>(0.0), abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0)));
     return screen;
 }
 

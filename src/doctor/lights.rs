@@ -39,21 +39,17 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "light_on_a_tilted_surface",
         hazard: "rounding puts the light below its floor, which then hides the whole room",
-        remedy: "what a light lies in exactly is not in its way",
+        remedy: "a plane that the light lies in but for rounding is not in its way",
         is_short: true,
-        known_issue: Some(
-            "a light that f32 rounds to a place behind its own surface lights that side: shadow rays end at the light and not a rounding error before it",
-        ),
+        known_issue: None,
         run: |examiner| light_on_a_surface(examiner, 0.23),
     },
     Case {
         name: "spot_mounted_on_a_tilted_ceiling",
         hazard: "rounding puts the lamp behind the ceiling that it is mounted on, which then hides the whole room",
-        remedy: "nothing yet",
+        remedy: "a plane that the light lies in but for rounding is not in its way",
         is_short: true,
-        known_issue: Some(
-            "a light that f32 rounds to a place behind its own surface lights that side: shadow rays end at the light and not a rounding error before it",
-        ),
+        known_issue: None,
         run: spot_on_a_ceiling,
     },
     Case {
@@ -133,9 +129,7 @@ pub(super) const CASES: &[Case] = &[
         hazard: "a scene that is smaller than a texel of the light's map; planes through a far light lose the scene in rounding",
         remedy: "what is in the way is computed from the side of the surface",
         is_short: true,
-        known_issue: Some(
-            "by rays, a light whose map misses everything leaves a list without entries, and the library panics",
-        ),
+        known_issue: None,
         run: far_light,
     },
     Case {

@@ -42,7 +42,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         ],
         textures: Vec::new(),
         direct: Direct {
-            shadow: Shadow::Rays,
+            shadow: Some(Shadow::Rays),
         },
         indirect: None,
     }
@@ -300,7 +300,9 @@ pub fn with_rays(scene: &Scene, target_error: f64) -> Scene {
 /// The scene with another way to find shadows.
 pub fn with_shadow(scene: &Scene, shadow: Shadow) -> Scene {
     Scene {
-        direct: Direct { shadow },
+        direct: Direct {
+            shadow: Some(shadow),
+        },
         ..scene.clone()
     }
 }

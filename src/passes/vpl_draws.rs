@@ -134,6 +134,9 @@ impl VplDraws {
         draws: u32,
         guide_cells: u32,
     ) -> Result<VplDraws> {
+        if self.first_shares.is_empty() {
+            return VplDraws::of(device, self.tiles.clone(), guide_cells);
+        }
         let mut squares = vec![(0.0, 0_u32); self.first_shares.len()];
         for (receiver, brought) in brought.chunks_exact(draws as usize).enumerate() {
             for (draw, &brought) in brought.iter().enumerate() {
