@@ -257,3 +257,35 @@ impl Lattice {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::mem::offset_of;
+
+    use super::*;
+    use shaders::Light;
+
+    /// The kernel reads a light texel by texel, not as the struct that it is.
+    #[test]
+    fn a_light_lies_as_the_kernel_reads_it() {
+        let any = ["lambert", "matte", "flat", "single"];
+        let module = Module::find("bounce", &any).expect("it is compiled");
+        let texels = module.constant("LIGHT_TEXELS").expect("it is there");
+        assert_eq!(size_of::<Light>(), 16 * texels as usize);
+        let word = |texel: usize, component: usize| 16 * texel + 4 * component;
+        assert_eq!(offset_of!(Light, position), word(0, 0));
+        assert_eq!(offset_of!(Light, half_extent), word(0, 3));
+        assert_eq!(offset_of!(Light, axis), word(1, 0));
+        assert_eq!(offset_of!(Light, outer_half_angle), word(1, 3));
+        assert_eq!(offset_of!(Light, intensity), word(2, 0));
+        assert_eq!(offset_of!(Light, inverse_penumbra), word(2, 3));
+        assert_eq!(size_of::<shaders::LightFace>(), word(3, 0));
+        assert_eq!(offset_of!(shaders::LightFace, right), word(0, 0));
+        assert_eq!(offset_of!(shaders::LightFace, up), word(1, 0));
+        assert_eq!(offset_of!(shaders::LightFace, forward), word(2, 0));
+        assert_eq!(offset_of!(Light, faces), word(3, 0));
+        assert_eq!(offset_of!(Light, rsm_size), word(21, 2));
+        assert_eq!(offset_of!(Light, is_parallel), word(22, 0));
+        assert_eq!(offset_of!(Light, first_tile), word(22, 2));
+    }
+}
