@@ -168,6 +168,22 @@ impl Examiner {
         ))
     }
 
+    /// The most light, over `bright`, that any pixel of a scene shows in which all must be dark: direct, and by the bounce.
+    pub(super) fn leaks(&mut self, scene: &Scene, bright: f64) -> Result<Measurement> {
+        let mut parts = Vec::new();
+        for shadow in Shadow::ALL {
+            let frame = self.render(&with_shadow(scene, shadow))?;
+            let leak = largest(values(&frame, Layer::Direct)) / bright;
+            let what = format!("shadow by {}, leak over lit radiance", shadow.name());
+            parts.push(Measurement::new(what, leak, 0.0));
+        }
+        let frame = self.render(&with_rays(scene, 0.1))?;
+        let leak = largest(values(&frame, Layer::Indirect)) / bright;
+        let what = "bounce by rays, leak over lit radiance";
+        parts.push(Measurement::new(what, leak, 0.0));
+        Ok(Measurement::of(parts))
+    }
+
     /// Everything against the truth: direct light, both estimators as sums, the bounce by rays.
     pub(super) fn all(&mut self, what: &str, scene: &Scene, rsm_size: u32) -> Result<Measurement> {
         Ok(Measurement::of([

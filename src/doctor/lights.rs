@@ -9,14 +9,14 @@ use super::{
     examiner::{DIRECT_BOUND, KERNEL_BOUND, bands_of, error_of, largest, values},
     scenes::{
         COLOURED, GREY, amplified, cuboid, directional_light, grid, lit_by, point_light, quad,
-        room, scene_of, spot_light, with_rays, with_shadow, with_sum,
+        room, scene_of, spot_light, with_rays, with_sum,
     },
 };
 use crate::{
     Result, Scene,
     output::Layer,
     reference::Reference,
-    scene::{Bands, Estimator, Lens, Light, Shadow},
+    scene::{Bands, Estimator, Lens, Light},
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -263,19 +263,7 @@ fn light_inside_a_box(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = Vec::new();
     for at in [DVec3::ZERO, DVec3::splat(0.01), 0.49 * size] {
         scene.lights = vec![point_light(centre + at)];
-        for shadow in Shadow::ALL {
-            let frame = examiner.render(&with_shadow(&scene, shadow))?;
-            let leak = largest(values(&frame, Layer::Direct)) / bright;
-            let what = format!("shadow by {}, leak over lit radiance", shadow.name());
-            parts.push(Measurement::new(what, leak, 0.0));
-        }
-        let frame = examiner.render(&with_rays(&scene, 0.1))?;
-        let leak = largest(values(&frame, Layer::Indirect)) / bright;
-        parts.push(Measurement::new(
-            "bounce by rays, leak over lit radiance",
-            leak,
-            0.0,
-        ));
+        parts.push(examiner.leaks(&scene, bright)?);
     }
     Ok(Measurement::of(parts))
 }

@@ -5,16 +5,9 @@ use glam::DVec3;
 use super::{
     Examiner, Measurement,
     examiner::{DIRECT_BOUND, KERNEL_BOUND, largest, values},
-    scenes::{
-        COLOURED, GREY, cuboid, grid, point_light, quad, room, sphere, two_walls, with_rays,
-        with_shadow,
-    },
+    scenes::{COLOURED, GREY, cuboid, grid, point_light, quad, room, sphere, two_walls},
 };
-use crate::{
-    Result, Scene,
-    output::Layer,
-    scene::{Mesh, Shadow},
-};
+use crate::{Result, Scene, output::Layer, scene::Mesh};
 
 /// The room cut in two, its light on one side, its camera on the other; everything that is seen must be black.
 fn dark_side(examiner: &mut Examiner, wall: Mesh) -> Result<Measurement> {
@@ -27,21 +20,7 @@ fn dark_side(examiner: &mut Examiner, wall: Mesh) -> Result<Measurement> {
     scene.lights = vec![point_light(DVec3::new(0.4, 0.3, 0.2))];
     let bright = largest(values(&examiner.render(&scene)?, Layer::Direct));
     scene.lights = vec![lit];
-    let mut parts = Vec::new();
-    for shadow in Shadow::ALL {
-        let frame = examiner.render(&with_shadow(&scene, shadow))?;
-        let leak = largest(values(&frame, Layer::Direct)) / bright;
-        let what = format!("shadow by {}, leak over lit radiance", shadow.name());
-        parts.push(Measurement::new(what, leak, 0.0));
-    }
-    let frame = examiner.render(&with_rays(&scene, 0.1))?;
-    let leak = largest(values(&frame, Layer::Indirect)) / bright;
-    parts.push(Measurement::new(
-        "bounce by rays, leak over lit radiance",
-        leak,
-        0.0,
-    ));
-    Ok(Measurement::of(parts))
+    examiner.leaks(&scene, bright)
 }
 
 pub(super) fn wall_of_a_millimetre(examiner: &mut Examiner) -> Result<Measurement> {

@@ -115,6 +115,12 @@ impl Step {
     }
 }
 
+/// So many workgroups, in rows that every device takes; the last row may have more than there are.
+pub(crate) fn groups_in_rows(groups: u32) -> [u32; 3] {
+    let per_row = groups.min(MAX_GROUPS);
+    [per_row, groups.div_ceil(per_row.max(1)), 1]
+}
+
 /// Interpolates the pixels of a step where that is good enough; the others become candidates that were not gathered before.
 pub(crate) fn predict<'r>(
     recorder: &mut Recorder<'r>,
@@ -144,14 +150,8 @@ pub(crate) fn predict<'r>(
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
     resources.push(("candidates", Resource::Buffer(candidates)));
-    let groups = (columns * rows).div_ceil(pipeline.module.workgroup_size[0]);
-    let groups_per_row = groups.min(MAX_GROUPS);
+    let groups = groups_in_rows((columns * rows).div_ceil(pipeline.module.workgroup_size[0]));
     recorder.pass("predict", |recorder| {
-        recorder.dispatch(
-            &pipeline,
-            &resources,
-            &parameters,
-            [groups_per_row, groups.div_ceil(groups_per_row.max(1)), 1],
-        )
+        recorder.dispatch(&pipeline, &resources, &parameters, groups)
     })
 }

@@ -3,15 +3,12 @@
 use super::{
     Context,
     gbuffer::GBuffer,
-    predict::{BounceImages, Judgement},
+    predict::{BounceImages, Judgement, groups_in_rows},
 };
 use crate::{
     Result,
     vulkan::{Buffer, BufferUse, Recorder, Resource, shaders::SmoothParameters},
 };
-
-/// Workgroups of a row that every Vulkan device takes.
-const MAX_GROUPS: u32 = 65_535;
 
 /// A lattice over the image, and room for its new values.
 pub(crate) struct Smoothing {
@@ -59,15 +56,8 @@ impl Smoothing {
                     .pipelines
                     .compute("smooth", &[kernel, context.plan.brdf_word()])?;
                 let groups = self.item_count.div_ceil(pipeline.module.workgroup_size[0]);
-                let groups_per_row = groups.min(MAX_GROUPS);
-                let rows = groups.div_ceil(groups_per_row.max(1));
                 recorder.barrier();
-                recorder.dispatch(
-                    &pipeline,
-                    &resources,
-                    &parameters,
-                    [groups_per_row, rows, 1],
-                )?;
+                recorder.dispatch(&pipeline, &resources, &parameters, groups_in_rows(groups))?;
             }
             Ok(())
         })

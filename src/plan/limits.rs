@@ -5,13 +5,14 @@ use crate::{
     Error, Result,
     ray_tree::max_triangle_texels,
     scene::{Scene, Shadow, Texture},
-    vulkan::DeviceInfo,
+    vulkan::{
+        DeviceInfo,
+        shaders::{BindingKind, MODULES, Module},
+    },
 };
 
 /// Texels of a row of an image that holds a list.
 const ROW_TEXELS: u64 = 1024;
-/// Storage images that a kernel of the bounce reads.
-const BOUNCE_STORAGE_IMAGES: u64 = 10;
 
 impl Plan {
     /// Refuses what the device cannot hold.
@@ -197,7 +198,7 @@ impl Plan {
         check_limit(
             device,
             "the lists that a kernel of the bounce reads (storage images)",
-            BOUNCE_STORAGE_IMAGES,
+            storage_images_of_bounce(),
             limits.max_storage_images.into(),
             "set visibility = \"none\" in [indirect], or choose another device",
         )?;
@@ -218,6 +219,18 @@ impl Plan {
             smaller,
         )
     }
+}
+
+/// The most that any of its kernels has.
+fn storage_images_of_bounce() -> u64 {
+    let kernels = MODULES.iter().filter(|m| m.name.starts_with("bounce_"));
+    let images = |module: &Module| {
+        let kinds = module.bindings.iter().map(|binding| binding.kind);
+        kinds
+            .filter(|kind| *kind == BindingKind::StorageImage)
+            .count()
+    };
+    kernels.map(images).max().unwrap_or_default() as u64
 }
 
 fn check_limit(device: &DeviceInfo, what: &str, asked: u64, limit: u64, mend: &str) -> Result<()> {
