@@ -35,6 +35,19 @@ fn a_table_for_the_documentation() {
 }
 
 #[test]
+fn a_picture_of_each_case() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let pictures = folder.path().join("pictures");
+    let path = pictures.to_str().expect("its name is text");
+    let output = doctor(&["--pictures", path, "receiver_and_vpl_in_one_plane"]);
+    assert!(output.status.success(), "{output:?}");
+    let picture = pictures.join("receiver_and_vpl_in_one_plane.png");
+    let picture = image::open(picture).expect("it is a picture");
+    // Direct, indirect and total radiance side by side.
+    assert_eq!((picture.width(), picture.height()), (3 * 192, 192));
+}
+
+#[test]
 fn what_cannot_be_run_is_said() {
     for (arguments, says) in [
         (

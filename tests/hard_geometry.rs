@@ -14,8 +14,7 @@ hard_cases! {
     wall_of_a_millimetre,
     wall_without_thickness_lit_on_one_side,
     slats_thinner_than_a_texel,
-    #[ignore = "known issue: what no texel of the map has seen throws no shadow"]
-    shadow_map_of_slats_thinner_than_a_texel,
+    known_issue_shadow_map_of_slats_thinner_than_a_texel,
     meshes_that_pass_through_each_other,
     two_meshes_in_one_place,
     needles_and_triangles_without_area,

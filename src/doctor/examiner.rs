@@ -36,6 +36,7 @@ const REFERENCE_SAMPLES: u32 = 256;
 pub struct Examiner {
     pub(super) device: Device,
     pub(super) renderer: Renderer,
+    last_scene: Option<Scene>,
 }
 
 impl Examiner {
@@ -47,14 +48,22 @@ impl Examiner {
         Ok(Examiner {
             device: device.clone(),
             renderer: Renderer::new(device)?,
+            last_scene: None,
         })
     }
 
+    /// The scene that was rendered last, of those that were handed over as they are: for a picture of the case.
+    pub fn last_scene(&self) -> Option<&Scene> {
+        self.last_scene.as_ref()
+    }
+
     pub(super) fn render(&mut self, scene: &Scene) -> Result<Frame> {
+        self.last_scene = Some(scene.clone());
         self.renderer.render(scene, &mut RenderOptions::default())
     }
 
     pub(super) fn render_keeping(&mut self, scene: &Scene) -> Result<(Frame, Intermediates)> {
+        self.last_scene = Some(scene.clone());
         let options = &mut RenderOptions::default();
         self.renderer.render_with_intermediates(scene, options)
     }

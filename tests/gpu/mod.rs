@@ -36,7 +36,10 @@ impl Gpu {
 impl Drop for Gpu {
     fn drop(&mut self) {
         let messages = self.device.validation_messages();
-        if !std::thread::panicking() {
+        if std::thread::panicking() {
+            // Perhaps the cause of the panic, which a second one would hide.
+            eprintln!("validation: {messages:#?}");
+        } else {
             assert!(messages.is_empty(), "validation: {messages:#?}");
         }
     }

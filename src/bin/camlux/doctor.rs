@@ -1,12 +1,16 @@
 //! `camlux doctor`: hard cases on the user's own device.
 
+use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
 use camlux::doctor::{Case, Examiner, Group, Measurement, Part};
-use camlux::{Device, DeviceOptions};
+use camlux::output::{OutputFile, PngView, write_png};
+use camlux::{Device, DeviceOptions, RenderOptions, Renderer};
 
+use crate::overrides::resize;
 use crate::render::device_choice;
 use crate::{Failure, print, tell};
 
@@ -21,6 +25,9 @@ pub struct Args {
     /// Print the tables of docs/hard-cases.md
     #[arg(long)]
     pub markdown: bool,
+    /// Leave a picture of the last scene of each case in this folder, as a PNG
+    #[arg(long, value_name = "FOLDER")]
+    pub pictures: Option<PathBuf>,
     /// Device by the number or by the name that `camlux info` lists
     #[arg(long, value_name = "INDEX|NAME")]
     pub device: Option<String>,
@@ -68,6 +75,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         for case in picked(group) {
             let start = Instant::now();
             let result = examine(case, &mut examiner);
+            if let (Some(folder), Ok(_)) = (&args.pictures, &result) {
+                write_picture(folder, case, &examiner, &device)?;
+            }
             if result.is_err() {
                 // What a panic leaves behind is not to be relied on.
                 examiner = Examiner::new(&device)?;
@@ -89,6 +99,39 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         "camlux: {failed} of the cases are not met on this device"
     ));
     Ok(ExitCode::FAILURE)
+}
+
+/// Pixels of a picture's longer edge; its panels stand side by side.
+const PICTURE_PX: f64 = 192.0;
+
+/// The last scene that the case has rendered, larger.
+fn write_picture(
+    folder: &Path,
+    case: &Case,
+    examiner: &Examiner,
+    device: &Device,
+) -> Result<(), Failure> {
+    let Some(mut scene) = examiner.last_scene().cloned() else {
+        return Ok(());
+    };
+    let [width, height] = scene.camera.resolution_px.map(f64::from);
+    let scale = PICTURE_PX / width.max(height);
+    let size_px = [width, height].map(|length| (length * scale).round().max(1.0) as u32);
+    scene.camera = resize(scene.camera, size_px);
+    let frame = Renderer::new(device)?.render(&scene, &mut RenderOptions::default())?;
+    fs::create_dir_all(folder).map_err(|error| {
+        format!(
+            "--pictures {}: {error}; name a folder that can be made",
+            folder.display()
+        )
+    })?;
+    let path = folder.join(format!("{}.png", case.name));
+    write_png(
+        OutputFile::create(&path)?,
+        &frame,
+        PngView::for_frame(&frame),
+    )?;
+    Ok(())
 }
 
 /// What was measured, or why nothing was.
