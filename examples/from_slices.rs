@@ -36,8 +36,8 @@ fn main() -> Result<(), camlux::Error> {
             power_w: [10.0; 3],
         }],
         meshes: vec![
-            Mesh::from_slices("floor", &floor, &quad, 0),
-            Mesh::from_slices("wall", &wall, &quad, 1),
+            Mesh::from_slices("floor", &floor, &quad, 0).into(),
+            Mesh::from_slices("wall", &wall, &quad, 1).into(),
         ],
         materials: vec![
             Material::lambert("white", [0.8; 3]),

@@ -294,11 +294,11 @@ fn a_wall_of_no_thickness_does_not_leak() {
     let mut scene = room();
     let corner = DVec3::splat(-1.0);
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
-    scene.meshes.push(quad("front", corner + z, y, x, 0));
+    scene.meshes.push(quad("front", corner + z, y, x, 0).into());
     // The wall through the middle; the camera and the dark half on one side of it, the lamp on the other.
     scene
         .meshes
-        .push(quad("wall", DVec3::new(0.0, -1.0, -1.0), y, z, 1));
+        .push(quad("wall", DVec3::new(0.0, -1.0, -1.0), y, z, 1).into());
     scene.meshes.retain(|mesh| mesh.name != "screen");
     scene.camera.position_m = DVec3::new(-0.9, 0.1, 0.9);
     scene.camera.look_at_m = DVec3::new(-0.2, -0.1, -1.0);

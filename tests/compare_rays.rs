@@ -303,7 +303,7 @@ fn triangles_without_area_are_not_hit() {
         let triangles: Vec<[u32; 3]> = [[0, 1, 2], [1, 1, 2], [0, 0, 0]].repeat(copies);
         scene
             .meshes
-            .push(Mesh::from_slices("lines", &corners, &triangles, 0));
+            .push(Mesh::from_slices("lines", &corners, &triangles, 0).into());
         assert_is_exact(&mut gpu, "lines", &scene, 300);
     }
 }

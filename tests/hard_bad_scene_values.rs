@@ -25,18 +25,24 @@ fn scene() -> Scene {
             position_m: DVec3::Y,
             power_w: [1.0; 3],
         }],
-        meshes: vec![Mesh::from_slices(
-            "floor",
-            &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
-            &[[0, 1, 2]],
-            0,
-        )],
+        meshes: vec![
+            Mesh::from_slices(
+                "floor",
+                &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+                &[[0, 1, 2]],
+                0,
+            )
+            .into(),
+        ],
         materials: vec![Material::lambert("clay", [0.5; 3])],
-        textures: vec![Texture {
-            name: "wood".into(),
-            size_px: [1, 1],
-            linear_rgb: vec![[0.5; 3]],
-        }],
+        textures: vec![
+            Texture {
+                name: "wood".into(),
+                size_px: [1, 1],
+                linear_rgb: vec![[0.5; 3]],
+            }
+            .into(),
+        ],
         direct: Direct::default(),
         indirect: Some(Indirect::plain_sum(Estimator::RsmAverage, 8)),
     }
@@ -322,6 +328,7 @@ fn scenes_from_slices_are_validated() {
                     size_px: [0, 0],
                     linear_rgb: vec![],
                 }
+                .into()
             }),
             "texture 0 (\"wood\"): size_px is 0 x 0",
         ),

@@ -86,8 +86,9 @@ fn textures_over_the_limits_are_refused_by_the_plan() {
     scene.textures[0] = Texture {
         size_px: [20_000, 1],
         linear_rgb: vec![[0.5; 3]; 20_000],
-        ..scene.textures[0].clone()
-    };
+        ..Texture::clone(&scene.textures[0])
+    }
+    .into();
     let says = ["texture", &scene.textures[0].name, "20000", "16384"];
     assert_over_limit(&gpu, &scene, &says, "scale the texture down");
 }
@@ -101,7 +102,7 @@ fn with_triangles(count: usize) -> Scene {
     let many = vec![[0, 1, 2]; count - few];
     scene
         .meshes
-        .push(Mesh::from_slices("many", &corners, &many, 0));
+        .push(Mesh::from_slices("many", &corners, &many, 0).into());
     scene
 }
 
@@ -184,9 +185,9 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     let texture = Texture {
         size_px: [600, 600],
         linear_rgb: vec![[0.5; 3]; 360_000],
-        ..scene.textures[0].clone()
+        ..Texture::clone(&scene.textures[0])
     };
-    scene.textures = vec![texture; scene.textures.len()];
+    scene.textures = vec![texture.into(); scene.textures.len()];
     assert_eq!(scene.textures.len(), 2);
     // 720 000 texels, 1024 a row.
     device.limits.max_image_px = 704;
@@ -329,7 +330,7 @@ fn scenes_without_light_in_view_render_black() {
             let empty = render("no meshes", &|scene| scene.meshes.clear());
             assert_eq!(empty.stats.vpl_count, 0);
             let empty = render("empty meshes", &|scene| {
-                scene.meshes = vec![Mesh::default(), Mesh::default()];
+                scene.meshes = vec![Mesh::default().into(); 2];
             });
             assert_eq!(empty.ids(Layer::MeshId), Some(&[0; 16 * 16][..]));
             let away = render("looking away", &|scene| {
@@ -359,7 +360,7 @@ fn an_empty_mesh_among_others_does_not_show() {
     let mut gpu = Gpu::open();
     let scene = plain_sum(demo_scene("glossy", [16, 16]), 32);
     let mut with_empty = scene.clone();
-    with_empty.meshes.insert(1, Mesh::default());
+    with_empty.meshes.insert(1, Mesh::default().into());
     let [frame, other] = [&scene, &with_empty].map(|scene| gpu.render(scene));
     assert!(frame.values(Layer::Radiance) == other.values(Layer::Radiance));
 }

@@ -89,7 +89,7 @@ fn triangles_without_area() {
     }
     scene
         .meshes
-        .push(Mesh::from_slices("needles", &positions, &triangles, 0));
+        .push(Mesh::from_slices("needles", &positions, &triangles, 0).into());
     assert!(sampled(&scene) == expected);
     // Corners on a line to rounding: hit by chance, but never without a normal.
     let last = scene.meshes.len() - 1;

@@ -116,8 +116,9 @@ fn an_even_texture_is_a_factor() {
         *texture = Texture {
             size_px: [3, 2],
             linear_rgb: vec![[0.5, 0.25, 1.0]; 6],
-            ..texture.clone()
-        };
+            ..Texture::clone(texture)
+        }
+        .into();
     }
     for material in &mut plain.materials {
         if material.kd_texture.take().is_some() {

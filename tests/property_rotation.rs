@@ -36,6 +36,7 @@ fn turned(scene: &Scene, turn: DMat3) -> Scene {
         }
     }
     for mesh in &mut scene.meshes {
+        let mesh = &mut **mesh;
         for vector in mesh.positions_m.iter_mut().chain(&mut mesh.normals) {
             *vector = turn * *vector;
         }

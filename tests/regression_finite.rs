@@ -31,12 +31,7 @@ fn square(light_position_m: DVec3) -> Scene {
             position_m: light_position_m,
             power_w: [1e10; 3],
         }],
-        meshes: vec![Mesh::from_slices(
-            "square",
-            &corners,
-            &[[0, 1, 2], [0, 2, 3]],
-            0,
-        )],
+        meshes: vec![Mesh::from_slices("square", &corners, &[[0, 1, 2], [0, 2, 3]], 0).into()],
         materials: vec![Material::lambert("white", [0.8; 3])],
         textures: Vec::new(),
         direct: camlux::scene::Direct::default(),

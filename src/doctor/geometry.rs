@@ -276,7 +276,8 @@ fn receiver_at_the_vpl(examiner: &mut Examiner) -> Result<Measurement> {
     let eye_m = DVec3::new(0.1, 0.2, 0.3);
     let ball = rounded(sphere(DVec3::ZERO, 1.0, 6, COLOURED), DVec3::ZERO);
     let mut parts = Vec::new();
-    for (what, meshes) in [("room", room().meshes), ("ball", vec![ball])] {
+    let room = room().meshes.iter().map(|mesh| Mesh::clone(mesh)).collect();
+    for (what, meshes) in [("room", room), ("ball", vec![ball])] {
         let mut scene = scene_of(meshes, point_light(eye_m), eye_m, eye_m + DVec3::X);
         scene.camera.lens = Lens::FovY { fov_y_deg: 90.0 };
         parts.push(examiner.sums(what, &scene, 24, KERNEL_BOUND)?);
@@ -331,7 +332,7 @@ fn through_the_camera(examiner: &mut Examiner) -> Result<Measurement> {
             scene.meshes.truncate(3);
             scene
                 .meshes
-                .push(quad("sheet", corner, 0.9 * along, 0.6 * right, COLOURED));
+                .push(quad("sheet", corner, 0.9 * along, 0.6 * right, COLOURED).into());
             let what = format!("{what}, {} mm beside", 1e3 * beside_m);
             parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND)?);
             parts.push(examiner.direct(&what, &scene, DIRECT_BOUND)?);
@@ -347,7 +348,7 @@ fn shading_normals(examiner: &mut Examiner) -> Result<Measurement> {
     for (index, mesh) in scene.meshes.iter_mut().enumerate() {
         let centre_m = mesh.positions_m.iter().sum::<DVec3>() / mesh.positions_m.len() as f64;
         let lean = DVec3::new(0.7, -0.3, 0.5) * (1.0 + index as f64);
-        *mesh = rounded(mesh.clone(), centre_m);
+        *mesh = rounded(Mesh::clone(mesh), centre_m).into();
         for (i, normal) in mesh.normals.iter_mut().enumerate() {
             *normal = (*normal + 0.5 * lean * ((i % 3) as f64 - 1.0)).normalize();
         }

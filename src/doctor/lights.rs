@@ -192,7 +192,7 @@ fn light_on_a_surface(examiner: &mut Examiner, tilt: f64) -> Result<Measurement>
     scene.meshes.truncate(1);
     scene
         .meshes
-        .push(quad("floor", corner, along, across, COLOURED));
+        .push(quad("floor", corner, along, across, COLOURED).into());
     scene.camera.look_at_m = DVec3::new(0.0, -0.2, -0.6);
     let mut parts = Vec::new();
     for (u, v) in [(0.37, 0.61), (0.5, 0.5), (0.61, 0.43)] {
@@ -223,7 +223,7 @@ fn spot_on_a_ceiling(examiner: &mut Examiner) -> Result<Measurement> {
     let mut scene = room();
     scene
         .meshes
-        .push(quad("ceiling", corner, along, across, COLOURED));
+        .push(quad("ceiling", corner, along, across, COLOURED).into());
     let mut parts = Vec::new();
     for (u, v) in [(0.37, 0.61), (0.5, 0.5), (0.61, 0.43), (0.41, 0.47)] {
         let at = corner + u * along + v * across;
@@ -259,7 +259,7 @@ fn light_inside_a_box(examiner: &mut Examiner) -> Result<Measurement> {
     let centre = DVec3::new(-0.2, 0.3, -0.1);
     scene
         .meshes
-        .push(cuboid("case", centre - 0.5 * size, size, COLOURED));
+        .push(cuboid("case", centre - 0.5 * size, size, COLOURED).into());
     let mut parts = Vec::new();
     for at in [DVec3::ZERO, DVec3::splat(0.01), 0.49 * size] {
         scene.lights = vec![point_light(centre + at)];
@@ -311,7 +311,7 @@ fn grazing_directional(examiner: &mut Examiner) -> Result<Measurement> {
             COLOURED,
         );
         if tilt == 0.0 {
-            scene.meshes.push(block);
+            scene.meshes.push(block.into());
             parts.push(examiner.direct("floor and block", &scene, bound)?);
             parts.push(examiner.sums("floor and block", &scene, 24, KERNEL_BOUND)?);
             parts.push(examiner.bounce("floor and block", &scene)?);
@@ -326,8 +326,8 @@ fn room_lit_from_afar() -> Scene {
     let mut scene = room();
     let back = DVec3::splat(-1.0);
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
-    scene.meshes[0] = quad("floor", back, z, x, GREY);
-    scene.meshes.push(quad("back", back, x, y, COLOURED));
+    scene.meshes[0] = quad("floor", back, z, x, GREY).into();
+    scene.meshes.push(quad("back", back, x, y, COLOURED).into());
     let towards = DVec3::new(0.43, 0.61, 0.67).normalize();
     let light = point_light(distance_m * towards);
     scene.lights = vec![amplified(light, [distance_m * distance_m; 3])];
@@ -419,7 +419,8 @@ fn sixty_four_lights(examiner: &mut Examiner) -> Result<Measurement> {
         2.0 * DVec3::Z,
         2.0 * DVec3::X,
         GREY,
-    );
+    )
+    .into();
     scene.lights = (0..64)
         .map(|i: u32| {
             let [column, row] = [i % 8, i / 8].map(|n| -0.8 + 0.2 * f64::from(n) + 0.013);

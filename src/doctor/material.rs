@@ -171,12 +171,14 @@ fn textures(examiner: &mut Examiner) -> Result<Measurement> {
             name: "checker".into(),
             size_px: [2, 2],
             linear_rgb: vec![black, white, white, black],
-        },
+        }
+        .into(),
         Texture {
             name: "one texel".into(),
             size_px: [1, 1],
             linear_rgb: vec![[1.0, 0.5, 0.0]],
-        },
+        }
+        .into(),
     ];
     let mut parts = Vec::new();
     for (what, repeats) in [("2 repeats", 2.0), ("1000 repeats", 1000.0)] {

@@ -7,12 +7,16 @@ use super::{
     examiner::{DIRECT_BOUND, KERNEL_BOUND, largest, values},
     scenes::{COLOURED, GREY, cuboid, grid, point_light, quad, room, sphere, two_walls},
 };
-use crate::{Result, Scene, output::Layer, scene::Mesh};
+use crate::{
+    Result, Scene,
+    output::Layer,
+    scene::{Mesh, Shared},
+};
 
 /// The room cut in two, its light on one side, its camera on the other; everything that is seen must be black.
 fn dark_side(examiner: &mut Examiner, wall: Mesh) -> Result<Measurement> {
     let mut scene = room();
-    scene.meshes = vec![scene.meshes.swap_remove(0), wall];
+    scene.meshes = vec![scene.meshes.swap_remove(0), wall.into()];
     scene.lights = vec![point_light(DVec3::new(-0.4, 0.3, 0.2))];
     scene.camera.position_m = DVec3::new(0.9, 0.1, 0.8);
     scene.camera.look_at_m = DVec3::new(0.0, -0.1, -0.7);
@@ -46,7 +50,7 @@ fn room_with_slats() -> Scene {
         let corner = DVec3::new(-0.8 + 0.04 * f64::from(i), -0.2, -0.8);
         scene
             .meshes
-            .push(quad("slat", corner, width, length, COLOURED));
+            .push(quad("slat", corner, width, length, COLOURED).into());
     }
     scene
 }
@@ -66,16 +70,19 @@ pub(super) fn shadow_map_of_slats(examiner: &mut Examiner) -> Result<Measurement
 pub(super) fn interpenetrating(examiner: &mut Examiner) -> Result<Measurement> {
     let mut scene = room();
     scene.meshes.truncate(1);
-    scene.meshes.extend([
-        sphere(DVec3::new(-0.1, -0.8, -0.2), 0.55, 8, COLOURED),
-        sphere(DVec3::new(0.2, -0.6, -0.1), 0.4, 8, GREY),
-        cuboid(
-            "block",
-            DVec3::new(-0.5, -1.2, -0.5),
-            DVec3::new(0.6, 0.9, 1.3),
-            GREY,
-        ),
-    ]);
+    scene.meshes.extend(
+        [
+            sphere(DVec3::new(-0.1, -0.8, -0.2), 0.55, 8, COLOURED),
+            sphere(DVec3::new(0.2, -0.6, -0.1), 0.4, 8, GREY),
+            cuboid(
+                "block",
+                DVec3::new(-0.5, -1.2, -0.5),
+                DVec3::new(0.6, 0.9, 1.3),
+                GREY,
+            ),
+        ]
+        .map(Shared::from),
+    );
     Ok(Measurement::of([
         examiner.direct("balls, a block and a room", &scene, DIRECT_BOUND)?,
         examiner.direct_by_map("balls, a block and a room", &scene, DIRECT_BOUND)?,
@@ -85,11 +92,12 @@ pub(super) fn interpenetrating(examiner: &mut Examiner) -> Result<Measurement> {
 
 pub(super) fn two_meshes_in_one_place(examiner: &mut Examiner) -> Result<Measurement> {
     let mut scene = room();
-    let turned = |mesh: &Mesh| Mesh {
-        triangles: mesh.triangles.iter().map(|&[a, b, c]| [b, a, c]).collect(),
-        ..mesh.clone()
-    };
-    let again: Vec<Mesh> = scene.meshes.iter().map(turned).collect();
+    let mut again = scene.meshes.clone();
+    for mesh in &mut again {
+        for [a, b, _] in &mut mesh.triangles {
+            std::mem::swap(a, b);
+        }
+    }
     scene.meshes.extend(again);
     examiner.all("room twice", &scene, 24)
 }
@@ -106,9 +114,9 @@ pub(super) fn needles(examiner: &mut Examiner) -> Result<Measurement> {
         positions.extend([from, from.lerp(to, 0.3), to].map(|p| p.to_array()));
         triangles.extend([[3 * i, 3 * i, 3 * i], [3 * i, 3 * i + 2, 3 * i]]);
     }
-    scene.meshes.push(Mesh::from_slices(
-        "no area", &positions, &triangles, COLOURED,
-    ));
+    scene
+        .meshes
+        .push(Mesh::from_slices("no area", &positions, &triangles, COLOURED).into());
     let fan = |name: &str, z: f64| {
         // A strip of the floor's plane, cut lengthwise into needles, a little above it.
         let corner = DVec3::new(-1.0, -0.998, z);
@@ -122,7 +130,7 @@ pub(super) fn needles(examiner: &mut Examiner) -> Result<Measurement> {
     for i in 0..40 {
         scene
             .meshes
-            .push(fan("needles", -0.9 + 0.045 * f64::from(i)));
+            .push(fan("needles", -0.9 + 0.045 * f64::from(i)).into());
     }
     // The floor itself: a fan of triangles around one corner, of which every second is a needle.
     let mut rim = Vec::new();
@@ -135,7 +143,7 @@ pub(super) fn needles(examiner: &mut Examiner) -> Result<Measurement> {
     let triangles: Vec<_> = (0..apex - 1).map(|i| [apex, i, i + 1]).collect();
     scene
         .meshes
-        .push(Mesh::from_slices("fan", &rim, &triangles, GREY));
+        .push(Mesh::from_slices("fan", &rim, &triangles, GREY).into());
     Ok(Measurement::of([
         examiner.direct("needles of aspect 1e6", &scene, DIRECT_BOUND)?,
         examiner.direct_by_map("needles of aspect 1e6", &scene, DIRECT_BOUND)?,
@@ -149,7 +157,7 @@ pub(super) fn two_million_triangles(examiner: &mut Examiner) -> Result<Measureme
     let light = point_light(DVec3::new(0.7, 0.9, 0.11));
     let mut scene = two_walls(light, DVec3::new(1.3, 0.9, 0.2), DVec3::new(0.2, 0.1, 0.0));
     let plane = [-DVec3::Z, 2.0 * DVec3::Z, 2.0 * DVec3::X];
-    scene.meshes[0] = grid("floor", plane, [1000, 1000], GREY);
+    scene.meshes[0] = grid("floor", plane, [1000, 1000], GREY).into();
     let what = "floor of 2e6 triangles";
     // Rasterisers round corners to 1/256 pixel, here 0.2 mm in 1.3 m, and where that takes a pixel's centre out of its
     // triangle of 2 mm, P stays at the triangle's rim.

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::scene::{
-    Bands, Camera, Direct, Estimator, Indirect, Lens, Light, Material, Mesh, Scene, Shadow,
+    Bands, Camera, Direct, Estimator, Indirect, Lens, Light, Material, Mesh, Scene, Shadow, Shared,
     SpotCone, Visibility,
 };
 
@@ -34,7 +34,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         },
         sensor: None,
         lights: vec![light],
-        meshes,
+        meshes: meshes.into_iter().map(Shared::from).collect(),
         materials: vec![
             Material::lambert("grey", [0.5; 3]),
             Material::lambert("coloured", [0.75, 0.5, 0.25]),

@@ -16,7 +16,7 @@ use super::{
 use crate::{
     Result, Scene,
     output::Layer,
-    scene::{Bands, Estimator, Lens, Light},
+    scene::{Bands, Estimator, Lens, Light, Shared},
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -196,7 +196,9 @@ fn every_vpl_hidden(examiner: &mut Examiner) -> Result<Measurement> {
     let mut scene = room();
     let size = DVec3::new(0.4, 0.5, 0.3);
     let corner = DVec3::new(-0.2, -0.2, -0.1);
-    scene.meshes.push(cuboid("case", corner, size, COLOURED));
+    scene
+        .meshes
+        .push(cuboid("case", corner, size, COLOURED).into());
     let at = corner + 0.6 * size;
     scene.lights = vec![spot_light(at, -DVec3::Y, [30.0, 50.0])];
     let frame = examiner.render(&with_rays(&scene, 0.1))?;
@@ -224,7 +226,7 @@ fn through_a_slit(examiner: &mut Examiner) -> Result<Measurement> {
     };
     scene
         .meshes
-        .extend([wall("wall", -1.0, -0.015), wall("wall", 0.015, 1.0)]);
+        .extend([wall("wall", -1.0, -0.015), wall("wall", 0.015, 1.0)].map(Shared::from));
     scene.lights = vec![point_light(DVec3::new(-0.5, 0.2, 0.1))];
     scene.camera.position_m = DVec3::new(0.9, 0.1, 0.8);
     scene.camera.look_at_m = DVec3::new(0.3, -0.2, -0.5);

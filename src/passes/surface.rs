@@ -4,7 +4,7 @@ use crate::{
     Result,
     local_space::LocalSpace,
     plan::Plan,
-    scene::{Mesh, Scene, Texture},
+    scene::{Mesh, Scene, Shared, Texture},
     vulkan::{
         Buffer, Device, Image, ImageShape, Pipelines, Recorder, Resource, Target,
         shaders::{Draw, View},
@@ -56,7 +56,7 @@ impl Surfaces {
         } else {
             &[]
         };
-        let upload = |texture: &Texture| {
+        let upload = |texture: &Shared<Texture>| {
             let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
             let texels: Vec<[f32; 4]> = texture.linear_rgb.iter().map(rgba).collect();
             let image = Image::new(device, "texture", ImageShape::plain(texture.size_px))?;

@@ -4,7 +4,7 @@ use super::{IndirectPlan, MAX_TRIANGLES, PIXEL_BYTES, Plan};
 use crate::{
     Error, Result,
     ray_tree::max_triangle_texels,
-    scene::{Scene, Shadow, Texture},
+    scene::{Scene, Shadow, Shared, Texture},
     vulkan::{
         DeviceInfo,
         shaders::{BindingKind, MODULES, Module},
@@ -91,7 +91,7 @@ impl Plan {
                 smaller_rsm,
             )?;
         }
-        let textures: &[Texture] = if self.is_textured {
+        let textures: &[Shared<Texture>] = if self.is_textured {
             &scene.textures
         } else {
             &[]
@@ -148,7 +148,7 @@ impl Plan {
     fn check_ray_limits(
         &self,
         triangles: u64,
-        textures: &[Texture],
+        textures: &[Shared<Texture>],
         is_shadow_asked: bool,
         device: &DeviceInfo,
     ) -> Result<()> {

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use super::assets::{Assets, MeshRequest, Transform};
 use super::keys::{Keys, Source, Value, did_you_mean};
 use super::validate::{self, Part};
-use super::{Direct, Scene, file_parts};
+use super::{Direct, Scene, Shared, file_parts};
 use crate::{Error, Result};
 
 const VERSION: u32 = 1;
@@ -88,9 +88,9 @@ impl Scene {
             camera,
             sensor,
             lights,
-            meshes: assets.meshes,
+            meshes: assets.meshes.into_iter().map(Shared::from).collect(),
             materials: assets.materials,
-            textures: assets.textures,
+            textures: assets.textures.into_iter().map(Shared::from).collect(),
             direct,
             indirect,
         };

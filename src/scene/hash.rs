@@ -31,8 +31,8 @@ impl Scene {
         bytes.option(indirect.as_ref(), Bytes::indirect);
         bytes.list(lights, Bytes::light);
         bytes.list(materials, Bytes::material);
-        bytes.list(textures, Bytes::texture);
-        bytes.list(meshes, Bytes::mesh);
+        bytes.list(textures, |bytes, texture| bytes.texture(texture));
+        bytes.list(meshes, |bytes, mesh| bytes.mesh(mesh));
         bytes.0.finalize().to_hex().to_string()
     }
 }

@@ -17,6 +17,7 @@ mod mesh;
 mod mtl;
 mod obj;
 mod obj_check;
+mod shared;
 mod texture;
 mod validate;
 mod validate_indirect;
@@ -29,6 +30,7 @@ pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;
+pub use shared::Shared;
 
 /// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
 pub type Bands = [f64; 3];
@@ -40,11 +42,11 @@ pub struct Scene {
     /// Without a sensor no energy layer is made.
     pub sensor: Option<Sensor>,
     pub lights: Vec<Light>,
-    pub meshes: Vec<Mesh>,
+    pub meshes: Vec<Shared<Mesh>>,
     /// Indexed by [`Mesh::triangle_materials`].
     pub materials: Vec<Material>,
     /// Indexed by [`Material::kd_texture`].
-    pub textures: Vec<Texture>,
+    pub textures: Vec<Shared<Texture>>,
     /// How direct light is computed.
     pub direct: Direct,
     /// Without it the frame holds direct light only.

@@ -10,7 +10,7 @@ pub use camlux::doctor::scenes::{moved, quad};
 use camlux::{
     Scene,
     intermediates::SurfacePoint,
-    scene::{Bands, Camera, Direct, Lens, Light, Material, Mesh, Texture},
+    scene::{Bands, Camera, Direct, Lens, Light, Material, Mesh, Shared, Texture},
 };
 use glam::DVec3;
 
@@ -94,7 +94,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
                 Material::lambert(meshes[i].name.clone(), kd)
             })
             .collect(),
-        meshes,
+        meshes: meshes.into_iter().map(Shared::from).collect(),
         textures: Vec::new(),
         direct: Direct::default(),
         indirect: None,
