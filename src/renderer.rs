@@ -7,17 +7,23 @@ use std::{
 
 use crate::{
     Device, GatherKernel, IndirectMethod, LocalSpace, Plan, RayKernel, Result, Scene, ShadowPlan,
-    frame::{self, Cost, Progress, ProgressReport, read_layers},
+    frame::{self, Cost, Kept, Progress, ProgressReport, read_layers},
     intermediates::Intermediates,
     output::{Frame, FrameDescription, FrameStats},
     passes::Context,
     vulkan::Pipelines,
 };
 
-/// Renders frames on a device. Pipelines are made once and kept.
+/// Renders frames on a device.
+///
+/// Pipelines are made once and kept. Of a frame, what the next one may need again stays on the device: surfaces, and what the
+/// lights see and light up. It is used where it comes from the same values, for meshes and textures the same
+/// [`Shared`](crate::scene::Shared) ones; it shows in the time that a frame takes, and in nothing else. To give it back,
+/// drop the renderer.
 pub struct Renderer {
     device: Device,
     pipelines: Pipelines,
+    kept: Kept,
 }
 
 /// How to render, apart from what.
@@ -52,6 +58,7 @@ impl Renderer {
         Ok(Renderer {
             device: device.clone(),
             pipelines: Pipelines::new(device),
+            kept: Kept::default(),
         })
     }
 
@@ -117,17 +124,25 @@ impl Renderer {
         let is_refined = plan.indirect.is_some_and(|i| i.refinement().is_some());
         let mut progress = ProgressReport::new(report, plan.lights.len(), is_refined);
         let mut cost = Cost::default();
-        let drawn = frame::draw(
+        // To be looked at, everything is to be made.
+        let mut nothing = Kept::default();
+        let kept = match keep {
+            None => &mut self.kept,
+            Some(_) => &mut nothing,
+        };
+        let images = frame::draw(
             &context,
             options.submission_target,
+            kept,
             &mut progress,
             &mut cost,
             keep.as_deref_mut(),
         )?;
         if let Some(keep) = keep {
-            keep.read_gbuffer(&self.device, &drawn.gbuffer, &space)?;
+            keep.read_gbuffer(&self.device, &images.gbuffer, &space)?;
         }
-        let layers = read_layers(&self.device, &scene.camera, &space, &drawn)?;
+        let layers = read_layers(&self.device, &scene.camera, &space, &images)?;
+        kept.images = Some(images);
         Ok(Frame {
             resolution_px: plan.resolution_px,
             layers,

@@ -3,7 +3,10 @@
 use crate::{
     Result,
     output::PassTime,
-    passes::{bounce::BounceStats, gather::GatherStats},
+    passes::{
+        bounce::BounceStats,
+        gather::{GatherStats, ListedVpls},
+    },
     vulkan::{PassTimes, Recorder},
 };
 
@@ -24,6 +27,11 @@ impl Cost {
         self.times.extend(recorder.submit()?);
         self.submissions += 1;
         Ok(())
+    }
+
+    /// Counts a light's VPLs in.
+    pub fn add_vpls(&mut self, listed: Option<ListedVpls>) {
+        self.vpl_count += listed.map_or(0, |listed| listed.count().into());
     }
 
     /// Counts a light's gather in.

@@ -2,116 +2,78 @@
 
 use std::time::Duration;
 
-use super::{Cost, ProgressReport, adaptive::Adaptive, source::SumOfLights};
+use super::{
+    Cost, FrameImages, ProgressReport, adaptive::Adaptive, lighting::Lighting, source::SumOfLights,
+    stage::Stage,
+};
 use crate::{
     Error, IndirectMethod, IndirectPlan, Result, SumPlan,
     passes::{
         Context,
         bounce::Bounce,
-        gather::{Gather, GatherStats, ListedVpls, Sums},
+        gather::{Gather, GatherStats, Sums},
         gbuffer::GBuffer,
-        hits::HitSurfaces,
-        light::DeviceLight,
-        rays::RayTreeImages,
         receivers::Receivers,
-        rsm::Rsm,
         vpl::VplLists,
-        vpl_draws::ListedLight,
     },
-    vulkan::{Image, ImageShape},
+    vulkan::Image,
 };
 
-/// What indirect light takes beside the G-buffer. The RSM is room that the lights use in turn.
-pub(super) struct Indirect<'c> {
-    pub plan: &'c IndirectPlan,
-    pub rsm: Rsm,
-    pub vpls: VplLists,
+/// How the indirect light is gathered.
+pub(super) struct Indirect<'f> {
+    context: &'f Context<'f>,
+    plan: IndirectPlan,
     /// Every pixel; `None` where few are gathered.
     pub receivers: Option<Receivers>,
-    pub radiance: Image,
     submission_target: Duration,
-    /// Of the lights so far, where they lie in the lists.
-    listed: Vec<ListedVpls>,
-    /// The same for the draws of rays.
-    listed_lights: Vec<ListedLight>,
 }
 
-impl<'c> Indirect<'c> {
-    pub fn new(
-        context: &Context,
-        plan: &'c IndirectPlan,
+impl<'f> Indirect<'f> {
+    /// `None` where the plan has no indirect light.
+    pub fn for_plan(
+        context: &'f Context<'f>,
         submission_target: Duration,
-    ) -> Result<Self> {
-        let Context {
-            device,
-            plan: frame,
-            ..
-        } = *context;
-        let faces = frame.max_faces();
-        let shape = ImageShape::plain(frame.resolution_px);
-        let texels = faces * plan.rsm_size * plan.rsm_size;
-        let is_refined = plan.refinement().is_some();
-        let light_count = frame.lights.len() as u32;
-        let vpls = match plan.method {
-            IndirectMethod::Bounce(_) => VplLists::for_bounce(device, frame, light_count, texels)?,
-            IndirectMethod::Sum(_) => {
-                let lists = if is_refined { light_count } else { 1 };
-                VplLists::new(device, frame, lists, texels)?
-            }
+    ) -> Result<Option<Indirect<'f>>> {
+        let Some(plan) = context.plan.indirect else {
+            return Ok(None);
         };
-        Ok(Indirect {
+        Ok(Some(Indirect {
+            context,
             plan,
-            rsm: Rsm::new(device, frame, plan.rsm_size, faces)?,
-            vpls,
-            receivers: (!is_refined)
-                .then(|| Receivers::new(device, frame))
+            receivers: (plan.refinement().is_none())
+                .then(|| Receivers::new(context.device, context.plan))
                 .transpose()?,
-            radiance: Image::new(device, "indirect radiance", shape)?,
             submission_target,
-            listed: Vec::new(),
-            listed_lights: Vec::new(),
-        })
+        }))
     }
 
-    /// After the submission that listed a light's VPLs.
-    pub fn take_vpls(&mut self, light: &DeviceLight, cost: &mut Cost) -> Result<()> {
-        let lengths = self.vpls.lengths()?;
-        cost.vpl_count += u64::from(lengths.matte) + u64::from(lengths.glossy);
-        self.listed.push(ListedVpls {
-            first: light.parameters.first_vpl,
-            lengths,
-        });
-        if let IndirectMethod::Bounce(_) = self.plan.method {
-            self.listed_lights
-                .push(ListedLight::new(light, &self.vpls)?);
-        }
-        Ok(())
-    }
-
-    /// Adds what the last light's VPLs send to every pixel, where that is how it is done.
+    /// Adds what a light's VPLs send to every pixel, where that is how it is done.
     pub fn gather_everywhere(
         &self,
-        context: &Context,
-        gbuffer: &GBuffer,
+        light: usize,
+        lighting: &Lighting,
+        images: &FrameImages,
         progress: &mut ProgressReport,
         cost: &mut Cost,
     ) -> Result<()> {
-        let (IndirectMethod::Sum(sum), Some(receivers), Some(&listed)) =
-            (self.plan.method, &self.receivers, self.listed.last())
+        let (IndirectMethod::Sum(sum), Some(receivers), Some(listed)) =
+            (self.plan.method, &self.receivers, lighting.vpls_of(light))
         else {
             return Ok(());
         };
-        let mut gather = self.gather(context, sum, gbuffer);
+        let (vpls, radiance) = of_bounce(lighting, images)?;
+        let mut gather = self.gather(sum, &images.gbuffer, vpls);
         let runs = receivers.runs()?;
         gather.accumulate(
             &[listed],
             (&receivers.pixels, &runs),
-            Sums::Image(&self.radiance),
+            Sums::Image(radiance),
             &mut |share| progress.report("gather", share),
         )?;
         cost.add_gather(gather.stats);
         // What is exact is within every error that is asked for.
-        let asked = context
+        let asked = self
+            .context
             .scene
             .indirect
             .and_then(|indirect| indirect.target_error);
@@ -122,29 +84,32 @@ impl<'c> Indirect<'c> {
     /// Gathers the light of all VPLs, or by rays, at the pixels where it varies, where that is how it is done.
     pub fn gather_where_it_varies(
         &self,
-        context: &Context,
-        gbuffer: &GBuffer,
-        rays: Option<(&RayTreeImages, &HitSurfaces)>,
+        stage: &Stage,
+        lighting: &Lighting,
+        images: &FrameImages,
         progress: &mut ProgressReport,
         cost: &mut Cost,
     ) -> Result<()> {
         let Some(plan) = self.plan.refinement() else {
             return Ok(());
         };
+        let (vpls, radiance) = of_bounce(lighting, images)?;
         let adaptive = Adaptive {
-            context,
+            context: self.context,
             plan,
-            gbuffer,
-            indirect_radiance: &self.radiance,
+            gbuffer: &images.gbuffer,
+            indirect_radiance: radiance,
         };
+        let rays = stage.ray_tree.as_ref().zip(stage.hit_surfaces.as_ref());
         match (self.plan.method, rays) {
             (IndirectMethod::Sum(sum), _) => {
-                if self.listed.iter().all(|listed| listed.count() == 0) {
+                let lights = lighting.listed();
+                if lights.iter().all(|listed| listed.count() == 0) {
                     return Ok(());
                 }
                 let mut sums = SumOfLights {
-                    gather: self.gather(context, sum, gbuffer),
-                    lights: &self.listed,
+                    gather: self.gather(sum, &images.gbuffer, vpls),
+                    lights: &lights,
                 };
                 let estimated = if sums.may_pay() {
                     adaptive.gather(&mut sums, progress, cost)?
@@ -152,18 +117,18 @@ impl<'c> Indirect<'c> {
                     None
                 };
                 if estimated.is_none() {
-                    sums.gather_everywhere(&self.radiance, progress, cost)?;
+                    sums.gather_everywhere(radiance, progress, cost)?;
                 }
                 cost.estimated_error = estimated.or(Some(0.0));
                 cost.add_gather(sums.gather.stats);
             }
             (IndirectMethod::Bounce(bounce_plan), Some(rays)) => {
                 let mut bounce = Bounce::new(
-                    context,
-                    gbuffer,
+                    self.context,
+                    &images.gbuffer,
                     rays,
-                    &self.vpls,
-                    &self.listed_lights,
+                    vpls,
+                    &lighting.listed_lights(),
                     bounce_plan.kernel,
                     self.submission_target,
                 )?;
@@ -179,18 +144,27 @@ impl<'c> Indirect<'c> {
 
     fn gather<'g>(
         &'g self,
-        context: &'g Context<'g>,
         SumPlan { kernel, .. }: SumPlan,
         gbuffer: &'g GBuffer,
+        vpls: &'g VplLists,
     ) -> Gather<'g> {
         Gather {
-            context,
+            context: self.context,
             estimator: self.plan.estimator,
             kernel,
             gbuffer,
-            vpls: &self.vpls,
+            vpls,
             submission_target: self.submission_target,
             stats: GatherStats::default(),
         }
     }
+}
+
+/// What is there wherever there is indirect light.
+fn of_bounce<'f>(
+    lighting: &'f Lighting,
+    images: &'f FrameImages,
+) -> Result<(&'f VplLists, &'f Image)> {
+    let both = lighting.vpls.as_ref().zip(images.indirect.as_ref());
+    both.ok_or_else(|| Error::internal("there is no room for indirect light"))
 }

@@ -2,10 +2,14 @@
 
 mod adaptive;
 mod cost;
+mod images;
 mod indirect;
+mod kept;
+mod lighting;
 mod progress;
 mod readback;
 mod source;
+mod stage;
 
 use std::time::Duration;
 
@@ -15,43 +19,38 @@ use crate::{
     passes::{
         Context,
         direct::{self, Occluders},
-        gbuffer::{self, GBuffer},
-        hits::HitSurfaces,
-        light::DeviceLight,
-        rays::RayTreeImages,
-        receivers, rsm, sensor,
-        shadow::{self, ShadowMap},
-        surface::{Surfaces, upload_view},
+        gbuffer, receivers, rsm, sensor, shadow,
+        surface::upload_view,
         view, vpl,
     },
-    vulkan::{Image, ImageShape, Recorder},
+    vulkan::Recorder,
 };
 
 pub(crate) use cost::Cost;
+pub(crate) use images::FrameImages;
 use indirect::Indirect;
+pub(crate) use kept::Kept;
+use lighting::Lighting;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
 pub(crate) use readback::{Readback, read_layers};
+use stage::Stage;
 
 /// Passes of one submission but the gather's: as many have timestamps.
 const TIMED_PASSES: u32 = 16;
 
-/// The images that a frame ends with.
-pub(crate) struct DrawnFrame {
-    pub gbuffer: GBuffer,
-    pub direct: Image,
-    pub indirect: Option<Image>,
-    pub energy: Option<Image>,
-}
-
 /// The frame: G-buffer; for each light its maps, direct light, VPLs and gather; the sensor.
+///
+/// Of what the frame before has left in `kept`, all that still fits is used again; what does not, and everything where the
+/// frame fails, is given up.
 pub(crate) fn draw(
     context: &Context,
     submission_target: Duration,
+    kept: &mut Kept,
     progress: &mut ProgressReport,
     cost: &mut Cost,
     mut keep: Option<&mut Intermediates>,
-) -> Result<DrawnFrame> {
+) -> Result<FrameImages> {
     let Context {
         device,
         scene,
@@ -59,65 +58,68 @@ pub(crate) fn draw(
         space,
         ..
     } = *context;
-    let image = |what| Image::new(device, what, ImageShape::plain(plan.resolution_px));
-    let surfaces = Surfaces::upload(device, scene, plan, space)?;
-    let ray_tree = RayTreeImages::for_plan(device, scene, plan, space)?;
-    let hit_surfaces = plan
-        .bounce()
-        .map(|_| HitSurfaces::upload(device, scene, plan))
-        .transpose()?;
+    let before = std::mem::take(kept);
+    let kept_stage = Stage::kept(before.stage, context);
+    // What lights see are surfaces.
+    let kept_lighting = before.lighting.filter(|_| kept_stage.is_some());
+    let kept_lighting = Lighting::kept(kept_lighting, context);
+    let kept_images = FrameImages::kept(before.images, context);
+    let (is_new_stage, stage) = match kept_stage {
+        Some(stage) => (false, stage),
+        None => (true, Stage::new(context)?),
+    };
+    let (is_new_room, mut lighting) = match kept_lighting {
+        Some(lighting) => (false, lighting),
+        None => (true, Lighting::new(context)?),
+    };
+    let images = kept_images.map_or_else(|| FrameImages::new(context), Ok)?;
     let camera_view = upload_view(device, &view::of_camera(&scene.camera, space))?;
-    let gbuffer = GBuffer::new(device, plan)?;
-    let direct = image("direct radiance")?;
-    let shadow_map = ShadowMap::for_plan(device, plan)?;
-    let mut indirect = plan
-        .indirect
-        .as_ref()
-        .map(|indirect| Indirect::new(context, indirect, submission_target))
-        .transpose()?;
+    let indirect = Indirect::for_plan(context, submission_target)?;
 
     progress.report("gbuffer", 0.0)?;
     let mut recorder = Recorder::new(device, TIMED_PASSES)?;
-    surfaces.record_textures(&mut recorder);
-    if let Some(tree) = &ray_tree {
-        tree.record_copy(&mut recorder);
+    if is_new_stage {
+        stage.record_copies(&mut recorder);
     }
-    if let Some(surfaces) = &hit_surfaces {
-        surfaces.record_copy(&mut recorder);
+    if let (true, Some(_), Some(vpls)) = (is_new_room, plan.bounce(), &lighting.vpls) {
+        recorder.prepare_images(&[&vpls.matte]);
     }
-    recorder.prepare_images(&[&direct]);
-    recorder.clear_image(&direct);
-    gbuffer::draw(&mut recorder, context, &surfaces, &camera_view, &gbuffer)?;
-    if let Some(indirect) = &indirect {
-        recorder.prepare_images(&[&indirect.radiance]);
-        recorder.clear_image(&indirect.radiance);
-        if let Some(receivers) = &indirect.receivers {
-            receivers::list(&mut recorder, context, &gbuffer, receivers)?;
-        } else if plan.bounce().is_some() {
-            recorder.prepare_images(&[&indirect.vpls.matte]);
-        }
+    for sum in images.sums() {
+        recorder.prepare_images(&[sum]);
+        recorder.clear_image(sum);
+    }
+    let gbuffer = &images.gbuffer;
+    gbuffer::draw(
+        &mut recorder,
+        context,
+        &stage.surfaces,
+        &camera_view,
+        gbuffer,
+    )?;
+    if let Some(pixels) = indirect.as_ref().and_then(|i| i.receivers.as_ref()) {
+        receivers::list(&mut recorder, context, gbuffer, pixels)?;
     }
     cost.submit(recorder)?;
 
-    for (index, (light, light_plan)) in scene.lights.iter().zip(&plan.lights).enumerate() {
+    for (index, light_plan) in plan.lights.iter().enumerate() {
         progress.begin_light(index, "direct")?;
-        let place = match &indirect {
-            Some(indirect) => indirect.vpls.room_per_light.map(|room| index as u32 * room),
-            None => [0; 2],
-        };
-        let light = DeviceLight::new(context, light, light_plan, place)?;
-        if let Some(indirect) = &mut indirect {
-            indirect.vpls.set_texel_count(light.texel_count)?;
-        }
-
+        let is_new = lighting.renew(context, index)?;
+        let light = lighting.light(index)?;
         let mut recorder = Recorder::new(device, TIMED_PASSES)?;
-        if let Some(indirect) = &indirect {
-            rsm::draw(&mut recorder, context, &surfaces, &light, &indirect.rsm)?;
+        if let (true, Some(rsm)) = (is_new, &lighting.rsm) {
+            rsm::draw(&mut recorder, context, &stage.surfaces, light, rsm)?;
         }
-        let occluders = match (light_plan.shadow, &indirect, &shadow_map, &ray_tree) {
-            (ShadowPlan::Rsm { .. }, Some(indirect), ..) => Occluders::Map(&indirect.rsm.position),
+        let occluders = match (
+            light_plan.shadow,
+            &lighting.rsm,
+            &lighting.shadow_map,
+            &stage.ray_tree,
+        ) {
+            (ShadowPlan::Rsm { .. }, Some(rsm), ..) => Occluders::Map(&rsm.position),
             (ShadowPlan::Map { .. }, _, Some(map), _) => {
-                shadow::draw(&mut recorder, context, &surfaces, &light, map)?;
+                if is_new {
+                    shadow::draw(&mut recorder, context, &stage.surfaces, light, map)?;
+                }
                 Occluders::Map(&map.position)
             }
             (ShadowPlan::Rays(kernel), .., Some(tree)) => Occluders::Rays(kernel, tree),
@@ -130,55 +132,50 @@ pub(crate) fn draw(
         direct::shade(
             &mut recorder,
             context,
-            &surfaces,
-            &gbuffer,
-            &light,
+            &stage.surfaces,
+            gbuffer,
+            light,
             occluders,
-            &direct,
+            &images.direct,
         )?;
-        if let Some(Indirect {
-            plan, rsm, vpls, ..
-        }) = &indirect
+        if let (true, Some(indirect), Some(rsm), Some(vpls)) =
+            (is_new, &plan.indirect, &lighting.rsm, &lighting.vpls)
         {
-            vpl::extract(&mut recorder, context, plan, &light, rsm, vpls)?;
+            vpl::extract(&mut recorder, context, indirect, light, rsm, vpls)?;
         }
         cost.submit(recorder)?;
 
         if let Some(keep) = keep.as_deref_mut() {
-            let rsm = indirect.as_ref().map(|i| (&i.rsm, &i.vpls));
-            let kept = LightIntermediates::read(context, &light, occluders.map(), rsm)?;
+            let rsm = lighting.rsm.as_ref().zip(lighting.vpls.as_ref());
+            let kept = LightIntermediates::read(context, light, occluders.map(), rsm)?;
             keep.lights.push(kept);
         }
-        if let Some(indirect) = &mut indirect {
-            indirect.take_vpls(&light, cost)?;
-            indirect.gather_everywhere(context, &gbuffer, progress, cost)?;
+        if is_new {
+            lighting.take_vpls(index)?;
+        }
+        cost.add_vpls(lighting.vpls_of(index));
+        if let Some(indirect) = &indirect {
+            indirect.gather_everywhere(index, &lighting, &images, progress, cost)?;
         }
     }
 
     if let Some(indirect) = &indirect {
-        let rays = ray_tree.as_ref().zip(hit_surfaces.as_ref());
-        indirect.gather_where_it_varies(context, &gbuffer, rays, progress, cost)?;
+        indirect.gather_where_it_varies(&stage, &lighting, &images, progress, cost)?;
     }
-    let mut frame = DrawnFrame {
-        gbuffer,
-        direct,
-        indirect: indirect.map(|indirect| indirect.radiance),
-        energy: None,
-    };
-    if let Some(joule_per_irradiance) = plan.joule_per_irradiance {
-        let energy = image("energy")?;
+    if let (Some(joule_per_irradiance), Some(energy)) = (plan.joule_per_irradiance, &images.energy)
+    {
         let mut recorder = Recorder::new(device, TIMED_PASSES)?;
-        let (direct, indirect) = (&frame.direct, frame.indirect.as_ref());
         sensor::expose(
             &mut recorder,
             context,
             joule_per_irradiance,
-            direct,
-            indirect,
-            &energy,
+            &images.direct,
+            images.indirect.as_ref(),
+            energy,
         )?;
         cost.submit(recorder)?;
-        frame.energy = Some(energy);
     }
-    Ok(frame)
+    kept.stage = Some(stage);
+    kept.lighting = Some(lighting);
+    Ok(images)
 }

@@ -4,7 +4,7 @@ use std::thread;
 
 use glam::DVec3;
 
-use super::DrawnFrame;
+use super::FrameImages;
 use crate::{
     Device, LocalSpace, Result,
     output::{Layer, LayerData},
@@ -41,11 +41,11 @@ pub(crate) fn read_layers(
     device: &Device,
     camera: &Camera,
     space: &LocalSpace,
-    drawn: &DrawnFrame,
+    images: &FrameImages,
 ) -> Result<Vec<(Layer, LayerData)>> {
-    let mut readback = Readback::new(device, drawn.direct.shape)?;
+    let mut readback = Readback::new(device, images.direct.shape)?;
 
-    let pixels = readback.pixels(&drawn.gbuffer.position_mesh)?;
+    let pixels = readback.pixels(&images.gbuffer.position_mesh)?;
     let count = pixels.len();
     let position = per_pixel(count, |i| match pixels[i] {
         [_, _, _, 0.0] => [0.0; 3],
@@ -74,11 +74,11 @@ pub(crate) fn read_layers(
             [r, g, b]
         }))
     };
-    let normal = rgb(&drawn.gbuffer.normal_geometric)?;
-    let direct = rgb(&drawn.direct)?;
-    let indirect = drawn.indirect.as_ref().map(&mut rgb).transpose()?;
-    let energy = drawn.energy.as_ref().map(&mut rgb).transpose()?;
-    let pixels = readback.pixels(&drawn.gbuffer.kd_material)?;
+    let normal = rgb(&images.gbuffer.normal_geometric)?;
+    let direct = rgb(&images.direct)?;
+    let indirect = images.indirect.as_ref().map(&mut rgb).transpose()?;
+    let energy = images.energy.as_ref().map(&mut rgb).transpose()?;
+    let pixels = readback.pixels(&images.gbuffer.kd_material)?;
     let material_ids = per_pixel(count, |i| [pixels[i][3] as u32]);
     let radiance = match &indirect {
         None => direct.clone(),

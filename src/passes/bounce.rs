@@ -73,7 +73,7 @@ impl<'b> Bounce<'b> {
         gbuffer: &'b GBuffer,
         (tree, surfaces): (&'b RayTreeImages, &'b HitSurfaces),
         vpls: &'b VplLists,
-        lights: &[ListedLight],
+        lights: &[&ListedLight],
         kernel: RayKernel,
         submission_target: Duration,
     ) -> Result<Bounce<'b>> {

@@ -14,8 +14,8 @@ use crate::{
 };
 
 /// What the passes of one light share.
-pub(crate) struct DeviceLight<'c> {
-    pub plan: &'c LightPlan,
+pub(crate) struct DeviceLight {
+    pub plan: LightPlan,
     pub domain: EmissionDomain,
     pub parameters: shaders::Light,
     pub uniform: Buffer,
@@ -27,12 +27,12 @@ pub(crate) struct DeviceLight<'c> {
     pub texel_count: u32,
 }
 
-impl<'c> DeviceLight<'c> {
+impl DeviceLight {
     /// `first_vpl` and `first_tile` are where its VPLs and the tiles of its RSM begin in lists that all lights share.
     pub fn new(
-        context: &Context<'c>,
+        context: &Context,
         light: &Light,
-        plan: &'c LightPlan,
+        plan: &LightPlan,
         [first_vpl, first_tile]: [u32; 2],
     ) -> Result<Self> {
         let Context {
@@ -77,7 +77,7 @@ impl<'c> DeviceLight<'c> {
             ..parameters(light, &domain, space)
         };
         Ok(DeviceLight {
-            plan,
+            plan: plan.clone(),
             uniform: Buffer::upload(device, "light", &[parameters])?,
             parameters,
             shadow_views: match plan.shadow.own_map_size() {

@@ -60,7 +60,7 @@ pub(crate) struct VplDraws {
 
 impl VplDraws {
     /// Half of the draws go to the lights alike and half by their power; within a light all VPLs are alike.
-    pub fn even(device: &Device, lights: &[ListedLight], guide_cells: u32) -> Result<VplDraws> {
+    pub fn even(device: &Device, lights: &[&ListedLight], guide_cells: u32) -> Result<VplDraws> {
         let lit = || lights.iter().filter(|light| light.has_vpls());
         let power_w: f64 = lit().map(|light| light.power_w).sum();
         let mut tiles = Vec::new();

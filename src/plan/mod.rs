@@ -231,6 +231,12 @@ impl Plan {
         self.lights.iter().any(is_by_rays)
     }
 
+    /// Whether direct light is tested in maps of what lights see.
+    pub(crate) fn has_shadow_maps(&self) -> bool {
+        let has_map = |light: &LightPlan| light.shadow.map_size().is_some();
+        self.lights.iter().any(has_map)
+    }
+
     /// Whether anything casts rays.
     pub(crate) fn has_rays(&self) -> bool {
         self.has_shadow_rays() || self.bounce().is_some()
