@@ -29,7 +29,7 @@ fn refined(mut scene: Scene) -> Scene {
 }
 
 fn two_lights(mut scene: Scene) -> Scene {
-    let mut second = scene.lights[0].clone();
+    let mut second = scene.lights[0];
     shift(&mut second, DVec3::new(-0.1, -0.2, 0.05));
     scene.lights.push(second);
     scene
@@ -76,7 +76,7 @@ fn changes() -> Vec<(&'static str, fn(&mut Scene))> {
             };
         }),
         ("another light", |scene| {
-            let mut light = scene.lights[0].clone();
+            let mut light = scene.lights[0];
             shift(&mut light, DVec3::new(0.05, -0.1, -0.1));
             scene.lights.push(light);
         }),

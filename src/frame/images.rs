@@ -56,10 +56,7 @@ impl FrameImages {
                 .has_indirect
                 .then(|| image("indirect radiance"))
                 .transpose()?,
-            energy: made_for
-                .has_energy
-                .then(|| image("energy"))
-                .transpose()?,
+            energy: made_for.has_energy.then(|| image("energy")).transpose()?,
             made_for,
         })
     }

@@ -3,13 +3,8 @@
 use crate::{
     Error, IndirectMethod, Result,
     passes::{
-        Context,
-        gather::ListedVpls,
-        light::DeviceLight,
-        rsm::Rsm,
-        shadow::ShadowMap,
-        vpl::VplLists,
-        vpl_draws::ListedLight,
+        Context, gather::ListedVpls, light::DeviceLight, rsm::Rsm, shadow::ShadowMap,
+        vpl::VplLists, vpl_draws::ListedLight,
     },
     scene::{Estimator, Light},
 };
@@ -114,9 +109,7 @@ impl Lighting {
                 let vpls = match lists {
                     Lists::InTurn => VplLists::new(device, plan, 1, texels)?,
                     Lists::OfAll => VplLists::new(device, plan, light_count, texels)?,
-                    Lists::OfAllForRays => {
-                        VplLists::for_bounce(device, plan, light_count, texels)?
-                    }
+                    Lists::OfAllForRays => VplLists::for_bounce(device, plan, light_count, texels)?,
                 };
                 (Some(Rsm::new(device, plan, rsm_size, faces)?), Some(vpls))
             }
@@ -145,7 +138,7 @@ impl Lighting {
             vpls.set_texel_count(device.texel_count)?;
         }
         self.lights[index] = Some(LitLight {
-            light: light.clone(),
+            light: *light,
             device,
             listed: None,
             listed_light: None,
