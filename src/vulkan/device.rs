@@ -6,8 +6,10 @@ use ash::{khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::{
-    failed,
+    Fault, FaultCount, MemoryUse, failed,
+    faults::Faults,
     instance::{DeviceInfo, Instance},
+    memory::Memory,
 };
 use crate::{Error, Result};
 
@@ -43,9 +45,20 @@ struct Shared {
     queue: Mutex<vk::Queue>,
     queue_family: u32,
     /// Taken out before the device is destroyed.
-    allocator: Mutex<Option<Allocator>>,
+    memory: Mutex<Option<Memory>>,
+    condition: Mutex<Condition>,
+    faults: Faults,
     info: DeviceInfo,
     instance: Arc<Instance>,
+}
+
+/// How the device is.
+#[derive(Debug, Clone, Copy)]
+struct Condition {
+    /// The last pass that is known to have begun.
+    last_pass: &'static str,
+    /// The call that told that the device is lost.
+    lost_in: Option<&'static str>,
 }
 
 impl Device {
@@ -146,7 +159,12 @@ impl Device {
             raw,
             queue: Mutex::new(queue),
             queue_family,
-            allocator: Mutex::new(None),
+            memory: Mutex::new(None),
+            condition: Mutex::new(Condition {
+                last_pass: "none",
+                lost_in: None,
+            }),
+            faults: Faults::default(),
             info,
             instance,
         };
@@ -155,7 +173,7 @@ impl Device {
             bytes: 0,
             problem: error.to_string(),
         })?;
-        *lock(&shared.allocator) = Some(allocator);
+        *lock(&shared.memory) = Some(Memory::new(allocator));
         Ok(Device {
             shared: Arc::new(shared),
         })
@@ -169,6 +187,75 @@ impl Device {
     /// Warnings and errors of the Khronos validation layer since the device was opened; empty without it.
     pub fn validation_messages(&self) -> Vec<String> {
         self.shared.instance.messages()
+    }
+
+    /// What buffers and images hold of the device's memory: nothing between renders.
+    pub fn memory_use(&self) -> MemoryUse {
+        self.with_memory(|memory| memory.usage())
+            .unwrap_or_default()
+    }
+
+    /// Asks for something to go wrong, or for nothing; counts, and takes the peak of the memory, from here on.
+    #[doc(hidden)]
+    pub fn inject(&self, fault: Option<Fault>) {
+        self.shared.faults.ask(fault);
+        self.with_memory(Memory::forget_peak);
+    }
+
+    /// What there was since a fault was last asked for.
+    #[doc(hidden)]
+    pub fn fault_count(&self) -> FaultCount {
+        self.shared.faults.count()
+    }
+
+    pub(super) fn faults(&self) -> &Faults {
+        &self.shared.faults
+    }
+
+    /// Calls a Vulkan function that can fail.
+    pub(super) fn call<T>(
+        &self,
+        name: &'static str,
+        call: impl FnOnce(&ash::Device) -> ash::prelude::VkResult<T>,
+    ) -> Result<T> {
+        self.check()?;
+        let result = if self.shared.faults.next_call_fails() {
+            Err(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)
+        } else {
+            call(&self.shared.raw)
+        };
+        result.map_err(|result| match result {
+            vk::Result::ERROR_DEVICE_LOST => self.lose(name, None),
+            other => failed(name)(other),
+        })
+    }
+
+    /// Of a lost device nothing more is asked.
+    pub(crate) fn check(&self) -> Result<()> {
+        let condition = *lock(&self.shared.condition);
+        match condition.lost_in {
+            None => Ok(()),
+            Some(call) => Err(Error::DeviceLost {
+                pass: condition.last_pass,
+                call,
+            }),
+        }
+    }
+
+    /// After a submission: the last pass that has begun, for all that is known.
+    pub(super) fn note_pass(&self, pass: &'static str) {
+        lock(&self.shared.condition).last_pass = pass;
+    }
+
+    /// From here on the device is lost, as `call` told.
+    pub(super) fn lose(&self, call: &'static str, last_pass: Option<&'static str>) -> Error {
+        let mut condition = lock(&self.shared.condition);
+        condition.lost_in = Some(call);
+        condition.last_pass = last_pass.unwrap_or(condition.last_pass);
+        Error::DeviceLost {
+            pass: condition.last_pass,
+            call,
+        }
     }
 
     pub(super) fn raw(&self) -> &ash::Device {
@@ -187,9 +274,9 @@ impl Device {
         self.shared.queue_family
     }
 
-    /// Runs `use_it` on the allocator, which is there as long as the device is.
-    pub(super) fn with_allocator<T>(&self, use_it: impl FnOnce(&mut Allocator) -> T) -> Option<T> {
-        lock(&self.shared.allocator).as_mut().map(use_it)
+    /// Runs `use_it` on the memory, which is there as long as the device is.
+    pub(super) fn with_memory<T>(&self, use_it: impl FnOnce(&mut Memory) -> T) -> Option<T> {
+        lock(&self.shared.memory).as_mut().map(use_it)
     }
 }
 
@@ -204,8 +291,9 @@ impl Drop for Shared {
     fn drop(&mut self) {
         // SAFETY: buffers, images, pipelines and recorders hold a clone of the device, so none is left.
         unsafe {
+            // Fails where the device is lost, which leaves nothing to wait for.
             let _ = self.raw.device_wait_idle();
-            drop(lock(&self.allocator).take());
+            drop(lock(&self.memory).take());
             self.raw.destroy_device(None);
         }
     }

@@ -5,7 +5,7 @@ use std::{any::Any, marker::PhantomData, sync::Arc};
 use ash::vk;
 
 use super::{
-    Buffer, ComputePipeline, Device, Image, RasterPipeline, failed,
+    Buffer, BufferUse, ComputePipeline, Device, Image, RasterPipeline,
     pipeline::Parts,
     shaders::{BindingKind, Plain, bytes_of},
 };
@@ -41,7 +41,12 @@ pub(crate) struct Recorder<'r> {
     fence: vk::Fence,
     queries: vk::QueryPool,
     query_capacity: u32,
+    /// All that were recorded; the first of them are timed.
     passes: Vec<&'static str>,
+    /// How many of the passes have begun: written by the device, so that it can be read when that is lost.
+    begun: Option<Buffer>,
+    /// A fault asked for: the last pass that runs before the device is lost.
+    ends_in: Option<usize>,
     /// Submitted, and not known to be complete.
     is_in_flight: bool,
     /// Pipelines in use.
@@ -52,7 +57,6 @@ pub(crate) struct Recorder<'r> {
 impl<'r> Recorder<'r> {
     /// A command buffer in which up to `pass_capacity` passes are timed; further ones run untimed.
     pub fn new(device: &Device, pass_capacity: u32) -> Result<Self> {
-        let raw = device.raw();
         // From here on what was made is destroyed on every way out.
         let mut recorder = Recorder {
             device: device.clone(),
@@ -62,6 +66,8 @@ impl<'r> Recorder<'r> {
             queries: vk::QueryPool::null(),
             query_capacity: 2 * pass_capacity.max(1),
             passes: Vec::new(),
+            begun: None,
+            ends_in: device.faults().next_submission_ends_in(),
             is_in_flight: false,
             pipelines: Vec::new(),
             resources: PhantomData,
@@ -70,31 +76,40 @@ impl<'r> Recorder<'r> {
             .queue_family_index(device.queue_family())
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
         // SAFETY (all calls below): the device is live, and what they take was made from it just before.
-        recorder.pool = unsafe { raw.create_command_pool(&pool, None) }
-            .map_err(failed("vkCreateCommandPool"))?;
+        recorder.pool = device.call("vkCreateCommandPool", |raw| unsafe {
+            raw.create_command_pool(&pool, None)
+        })?;
         let allocate = vk::CommandBufferAllocateInfo::default()
             .command_pool(recorder.pool)
             .command_buffer_count(1);
         // SAFETY: as above.
-        let buffers = unsafe { raw.allocate_command_buffers(&allocate) }
-            .map_err(failed("vkAllocateCommandBuffers"))?;
+        let buffers = device.call("vkAllocateCommandBuffers", |raw| unsafe {
+            raw.allocate_command_buffers(&allocate)
+        })?;
         recorder.commands = buffers.first().copied().unwrap_or_default();
         // SAFETY: as above.
-        recorder.fence = unsafe { raw.create_fence(&vk::FenceCreateInfo::default(), None) }
-            .map_err(failed("vkCreateFence"))?;
+        recorder.fence = device.call("vkCreateFence", |raw| unsafe {
+            raw.create_fence(&vk::FenceCreateInfo::default(), None)
+        })?;
         let queries = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::TIMESTAMP)
             .query_count(recorder.query_capacity);
         // SAFETY: as above.
-        recorder.queries = unsafe { raw.create_query_pool(&queries, None) }
-            .map_err(failed("vkCreateQueryPool"))?;
+        recorder.queries = device.call("vkCreateQueryPool", |raw| unsafe {
+            raw.create_query_pool(&queries, None)
+        })?;
+        let mut begun = Buffer::new(device, "passes begun", 4, BufferUse::Readback)?;
+        begun.fill(&[0u32])?;
+        recorder.begun = Some(begun);
         let begin = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: as above.
-        unsafe {
+        device.call("vkBeginCommandBuffer", |raw| unsafe {
             raw.begin_command_buffer(recorder.commands, &begin)
-                .map_err(failed("vkBeginCommandBuffer"))?;
-            raw.cmd_reset_query_pool(
+        })?;
+        // SAFETY: as above.
+        unsafe {
+            device.raw().cmd_reset_query_pool(
                 recorder.commands,
                 recorder.queries,
                 0,
@@ -164,11 +179,15 @@ impl<'r> Recorder<'r> {
         name: &'static str,
         record: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
+        if self.ends_in.is_some_and(|last| self.passes.len() > last) {
+            return Ok(());
+        }
         self.barrier();
         let query = 2 * self.passes.len() as u32;
+        self.passes.push(name);
+        self.note_begin();
         let is_timed = query < self.query_capacity;
         if is_timed {
-            self.passes.push(name);
             self.timestamp(query);
         }
         record(self)?;
@@ -176,6 +195,32 @@ impl<'r> Recorder<'r> {
             self.timestamp(query + 1);
         }
         Ok(())
+    }
+
+    /// Lets the device tell the host that the last pass begins.
+    fn note_begin(&mut self) {
+        let Some(begun) = &self.begun else {
+            return;
+        };
+        let to_host = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::CLEAR)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let dependency = vk::DependencyInfo::default().memory_barriers(&to_host);
+        let raw = self.device.raw();
+        let count = self.passes.len() as u32;
+        // SAFETY: the command buffer is being recorded, and the buffer lives as long as this.
+        unsafe {
+            raw.cmd_fill_buffer(self.commands, begun.raw, 0, 4, count);
+            raw.cmd_pipeline_barrier2(self.commands, &dependency);
+        }
+    }
+
+    /// What the device has told of it.
+    fn last_begun(&self) -> Option<&'static str> {
+        let begun = self.begun.as_ref()?.mapped::<u32>(1).ok()?[0] as usize;
+        self.passes.get(begun.checked_sub(1)?).copied()
     }
 
     fn timestamp(&mut self, query: u32) {
@@ -353,40 +398,12 @@ impl<'r> Recorder<'r> {
 
     /// Hands the work to the device and waits until it is done. What was written can then be read by the host.
     pub fn submit(mut self) -> Result<PassTimes> {
-        self.barrier();
-        let host = [vk::MemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
-            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
-        let dependency = vk::DependencyInfo::default().memory_barriers(&host);
-        let raw = self.device.raw();
-        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
-        // SAFETY: the command buffer is complete, and everything it names is alive for `'r`.
-        unsafe {
-            raw.cmd_pipeline_barrier2(self.commands, &dependency);
-            raw.end_command_buffer(self.commands)
-                .map_err(failed("vkEndCommandBuffer"))?;
-            raw.queue_submit2(*self.device.queue(), &submit, self.fence)
-                .map_err(failed("vkQueueSubmit2"))?;
-            self.is_in_flight = true;
-            raw.wait_for_fences(&[self.fence], true, u64::MAX)
-                .map_err(failed("vkWaitForFences"))?;
-        }
-        self.is_in_flight = false;
-        let mut ticks = vec![0u64; 2 * self.passes.len()];
-        if !ticks.is_empty() {
-            // SAFETY: the submission is complete, so the queries that it wrote are available.
-            unsafe {
-                raw.get_query_pool_results(
-                    self.queries,
-                    0,
-                    &mut ticks,
-                    vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
-                )
-            }
-            .map_err(failed("vkGetQueryPoolResults"))?;
+        let ticks = self.run().map_err(|error| match error {
+            Error::DeviceLost { call, .. } => self.device.lose(call, self.last_begun()),
+            other => other,
+        })?;
+        if let Some(last) = self.passes.last() {
+            self.device.note_pass(last);
         }
         let period_ms = f64::from(self.device.info().limits.timestamp_period_ns) * 1e-6;
         let milliseconds = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * period_ms;
@@ -396,6 +413,59 @@ impl<'r> Recorder<'r> {
             .copied()
             .zip(ticks.chunks_exact(2).map(milliseconds))
             .collect())
+    }
+
+    /// The timestamps: two of each pass that has them.
+    fn run(&mut self) -> Result<Vec<u64>> {
+        self.barrier();
+        let host = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let dependency = vk::DependencyInfo::default().memory_barriers(&host);
+        let device = self.device.clone();
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        // SAFETY: the command buffer is being recorded.
+        unsafe {
+            device
+                .raw()
+                .cmd_pipeline_barrier2(self.commands, &dependency);
+        }
+        // SAFETY: the command buffer is complete.
+        device.call("vkEndCommandBuffer", |raw| unsafe {
+            raw.end_command_buffer(self.commands)
+        })?;
+        // SAFETY: everything that the command buffer names is alive for `'r`.
+        device.call("vkQueueSubmit2", |raw| unsafe {
+            raw.queue_submit2(*device.queue(), &submit, self.fence)
+        })?;
+        self.is_in_flight = true;
+        // SAFETY: the fence was submitted.
+        let waited = device.call("vkWaitForFences", |raw| {
+            unsafe { raw.wait_for_fences(&[self.fence], true, u64::MAX) }?;
+            match self.ends_in {
+                None => Ok(()),
+                Some(_) => Err(vk::Result::ERROR_DEVICE_LOST),
+            }
+        });
+        waited?;
+        self.is_in_flight = false;
+        let timed = (2 * self.passes.len()).min(self.query_capacity as usize);
+        let mut ticks = vec![0u64; timed];
+        if !ticks.is_empty() {
+            // SAFETY: the submission is complete, so the queries that it wrote are available.
+            device.call("vkGetQueryPoolResults", |raw| unsafe {
+                raw.get_query_pool_results(
+                    self.queries,
+                    0,
+                    &mut ticks,
+                    vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
+                )
+            })?;
+        }
+        Ok(ticks)
     }
 
     fn push<T: Plain>(&mut self, parts: &Parts, immediate: &T) {
