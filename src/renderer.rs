@@ -61,7 +61,8 @@ impl Renderer {
     /// [`Error::Scene`](crate::Error::Scene) for an invalid scene and [`Error::DeviceLimit`](crate::Error::DeviceLimit) for
     /// one that the device cannot hold, both before any work starts; [`Error::NoDevice`](crate::Error::NoDevice) for a
     /// kernel that does not run on this one; [`Error::Cancelled`](crate::Error::Cancelled);
-    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
+    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails, after which
+    /// it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         self.render_keeping(scene, options, None)
     }
@@ -87,6 +88,7 @@ impl Renderer {
         mut keep: Option<&mut Intermediates>,
     ) -> Result<Frame> {
         let start = Instant::now();
+        self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
         let method = plan.indirect.as_mut().map(|indirect| &mut indirect.method);

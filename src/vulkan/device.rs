@@ -219,7 +219,7 @@ impl Device {
         call: impl FnOnce(&ash::Device) -> ash::prelude::VkResult<T>,
     ) -> Result<T> {
         self.check()?;
-        let result = if self.shared.faults.next_call_fails() {
+        let result = if self.shared.faults.next_call_fails(name) {
             Err(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)
         } else {
             call(&self.shared.raw)

@@ -6,7 +6,11 @@ use std::sync::{Mutex, PoisonError};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
     /// A call that can run out of memory does: one that makes something, binds, records, submits or waits, or an allocation.
-    OutOfMemory { call: u64 },
+    /// Only calls of `function` are counted, where one is named.
+    OutOfMemory {
+        function: Option<&'static str>,
+        call: u64,
+    },
     /// A submission ends with the loss of the device, and what it holds behind one of its passes never ran.
     DeviceLost { submission: u64, pass: usize },
 }
@@ -33,13 +37,20 @@ impl Faults {
     }
 
     /// Counts a call. Whether it is to run out of memory.
-    pub fn next_call_fails(&self) -> bool {
+    pub fn next_call_fails(&self, name: &'static str) -> bool {
         self.with(|fault, count| {
             count.calls += 1;
-            *fault
-                == Some(Fault::OutOfMemory {
-                    call: count.calls - 1,
-                })
+            match fault {
+                Some(Fault::OutOfMemory { function, call })
+                    if function.is_none_or(|function| function == name) =>
+                {
+                    let is_due = *call == 0;
+                    // Once it has come, it is over.
+                    *call = call.wrapping_sub(1);
+                    is_due
+                }
+                _ => false,
+            }
         })
     }
 

@@ -296,7 +296,7 @@ fn allocate(
         allocation_scheme: AllocationScheme::GpuAllocatorManaged,
     };
     device.check()?;
-    let allocated = if device.faults().next_call_fails() {
+    let allocated = if device.faults().next_call_fails("vkAllocateMemory") {
         Err(AllocationError::OutOfMemory)
     } else {
         device
@@ -330,6 +330,8 @@ pub struct MemoryUse {
     pub bytes: u64,
     /// The most bytes that there were at a time since the device was opened.
     pub peak_bytes: u64,
+    /// Bytes of the largest buffer or image since then.
+    pub largest_bytes: u64,
 }
 
 /// A device's allocator, and what it was asked for.
@@ -337,6 +339,7 @@ pub(super) struct Memory {
     allocator: Allocator,
     bytes: u64,
     peak_bytes: u64,
+    largest_bytes: u64,
 }
 
 impl Memory {
@@ -345,6 +348,7 @@ impl Memory {
             allocator,
             bytes: 0,
             peak_bytes: 0,
+            largest_bytes: 0,
         }
     }
 
@@ -355,6 +359,7 @@ impl Memory {
         let allocation = self.allocator.allocate(request)?;
         self.bytes += allocation.size();
         self.peak_bytes = self.peak_bytes.max(self.bytes);
+        self.largest_bytes = self.largest_bytes.max(allocation.size());
         Ok(allocation)
     }
 
@@ -371,10 +376,11 @@ impl Memory {
             allocations: report.allocations.len(),
             bytes: report.total_allocated_bytes,
             peak_bytes: self.peak_bytes,
+            largest_bytes: self.largest_bytes,
         }
     }
 
     pub fn forget_peak(&mut self) {
-        self.peak_bytes = self.bytes;
+        (self.peak_bytes, self.largest_bytes) = (self.bytes, 0);
     }
 }

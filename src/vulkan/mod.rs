@@ -12,9 +12,9 @@ mod recorder;
 pub(crate) mod shaders;
 
 pub use device::{Device, DeviceChoice, DeviceOptions};
-pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
 #[doc(hidden)]
 pub use faults::{Fault, FaultCount};
+pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
 pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
 pub(crate) use pipeline::{ComputePipeline, Pipelines, RasterPipeline};
@@ -29,9 +29,7 @@ pub(crate) fn failed(call: &'static str) -> impl FnOnce(ash::vk::Result) -> Erro
         call,
         result,
         mend: match result {
-            Vk::ERROR_DEVICE_LOST => {
-                "the driver gave the device up while it was opened: try again"
-            }
+            Vk::ERROR_DEVICE_LOST => "the driver gave the device up while it was opened: try again",
             Vk::ERROR_OUT_OF_DEVICE_MEMORY | Vk::ERROR_OUT_OF_HOST_MEMORY => {
                 "render a smaller image or RSM, or choose another device"
             }
