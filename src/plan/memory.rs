@@ -24,8 +24,8 @@ const IMAGE_TILE_PX: u64 = 4;
 const SMALL_THINGS_BYTES: u64 = 256 << 10;
 /// What the refinement takes whatever the scene: the results of 65 536 receivers, and a sample of pixels.
 const REFINEMENT_BYTES: u64 = (2 << 20) + (256 << 10);
-/// By rays also what the pilot's draws of VPLs have brought, the lattice of draws, and the guide to those of VPLs.
-const DRAWS_BYTES: u64 = 2 << 20;
+/// By rays also the lattice of up to 16 384 draws and the guide to those of VPLs, both with the ones that they replace.
+const DRAWS_BYTES: u64 = (1 << 20) + (256 << 10);
 
 /// Bytes of what is held together, by what they grow with.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

@@ -303,29 +303,71 @@ impl Drop for Shared {
 mod tests {
     use std::{path::Path, sync::Arc};
 
-    use super::{Device, DeviceOptions};
-    use crate::{RenderOptions, Renderer, Scene};
+    use super::{Device, DeviceOptions, Fault, Instance};
+    use crate::{
+        RenderOptions, Renderer, Result, Scene,
+        output::Frame,
+        scene::{Estimator, Indirect},
+    };
 
-    /// What was made from a device and not destroyed is only told when the device is destroyed.
-    #[test]
-    fn nothing_is_left_when_the_device_closes() {
-        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
-        let mut scene = Scene::load(&scene).expect("a demo scene loads");
-        scene.camera.resolution_px = [8, 8];
-        let device = Device::open(&DeviceOptions {
+    fn open() -> Device {
+        Device::open(&DeviceOptions {
             validation: true,
             ..DeviceOptions::default()
         })
-        .expect("scripts/test installs a driver and the layer");
-        let instance = device.shared.instance.clone();
-        let mut renderer = Renderer::new(&device).expect("a renderer");
-        renderer
-            .render(&scene, &mut RenderOptions::default())
-            .expect("the scene renders");
-        drop(renderer);
+        .expect("scripts/test installs a driver and the layer")
+    }
+
+    fn render(renderer: &mut Renderer) -> Result<Frame> {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
+        let mut scene = Scene::load(&scene).expect("a demo scene loads");
+        scene.camera.resolution_px = [8, 8];
+        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 8));
+        renderer.render(&scene, &mut RenderOptions::default())
+    }
+
+    /// Closes a device that nothing else holds. What was made from it and not destroyed is only told then.
+    #[track_caller]
+    fn assert_nothing_is_left(device: Device) {
+        let instance: Arc<Instance> = device.shared.instance.clone();
         assert_eq!(Arc::strong_count(&device.shared), 1);
         drop(device);
         assert_eq!(Arc::strong_count(&instance), 1);
         assert_eq!(instance.messages(), [""; 0]);
+    }
+
+    #[test]
+    fn nothing_is_left_when_the_device_closes() {
+        let device = open();
+        render(&mut Renderer::new(&device).expect("a renderer")).expect("the scene renders");
+        assert_nothing_is_left(device);
+    }
+
+    /// No object of any kind, be it one without memory.
+    #[test]
+    fn nothing_is_left_when_calls_have_failed() {
+        let device = open();
+        let mut renderer = Renderer::new(&device).expect("a renderer");
+        for call in 0.. {
+            device.inject(Some(Fault::OutOfMemory {
+                function: None,
+                call,
+            }));
+            if render(&mut renderer).is_ok() {
+                break;
+            }
+        }
+        drop(renderer);
+        assert_nothing_is_left(device);
+    }
+
+    #[test]
+    fn nothing_is_left_when_the_device_was_lost() {
+        let device = open();
+        let mut renderer = Renderer::new(&device).expect("a renderer");
+        device.inject(Some(Fault::DeviceLostIn { pass: "gather" }));
+        render(&mut renderer).expect_err("it is lost");
+        drop(renderer);
+        assert_nothing_is_left(device);
     }
 }

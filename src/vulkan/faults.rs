@@ -13,6 +13,8 @@ pub enum Fault {
     },
     /// A submission ends with the loss of the device, and what it holds behind one of its passes never ran.
     DeviceLost { submission: u64, pass: usize },
+    /// The same in the first pass of a name.
+    DeviceLostIn { pass: &'static str },
 }
 
 /// What there was since a fault was last asked for.
@@ -67,6 +69,11 @@ impl Faults {
                 _ => None,
             }
         })
+    }
+
+    /// Whether the device is to be lost in this pass.
+    pub fn ends_in(&self, name: &str) -> bool {
+        self.with(|fault, _| matches!(fault, Some(Fault::DeviceLostIn { pass }) if *pass == name))
     }
 
     fn with<T>(&self, use_it: impl FnOnce(&mut Option<Fault>, &mut FaultCount) -> T) -> T {

@@ -182,6 +182,9 @@ impl<'r> Recorder<'r> {
         if self.ends_in.is_some_and(|last| self.passes.len() > last) {
             return Ok(());
         }
+        if self.device.faults().ends_in(name) {
+            self.ends_in = Some(self.passes.len());
+        }
         self.barrier();
         let query = 2 * self.passes.len() as u32;
         self.passes.push(name);
