@@ -2,7 +2,7 @@
 
 mod gpu;
 
-use std::{collections::BTreeSet, time::Instant};
+use std::time::Instant;
 
 use camlux::{
     DeviceInfo, Error, Plan, RenderOptions, Scene,
@@ -67,7 +67,7 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
 }
 
 #[test]
-fn the_plan_knows_what_a_frame_holds() {
+fn the_plan_knows_what_a_frame_holds_and_has_checked_all_of_it() {
     let mut gpu = Gpu::open();
     for (what, scene) in scenes([320, 240]) {
         let plan = Plan::new(&scene, gpu.device.info()).expect("the scene is valid");
@@ -82,6 +82,10 @@ fn the_plan_knows_what_a_frame_holds() {
         let bound = (held.peak_bytes as f64 * SLACK) as u64 + CONSTANT_BYTES;
         assert!(said <= bound, "{what}: {said} > {bound}, {held:?}");
 
+        // Every Vulkan device takes the refinement's results, which are as many for every scene.
+        let checked = least_allocation_bytes(&scene, gpu.device.info()).max(2 << 20);
+        assert!(checked >= held.largest_bytes, "{what}: {checked}, {held:?}");
+
         let values = |layer| frame.values(layer).map_or(0, <[f32]>::len);
         let ids = |layer| frame.ids(layer).map_or(0, <[u32]>::len);
         let words: usize = Layer::ALL
@@ -92,63 +96,103 @@ fn the_plan_knows_what_a_frame_holds() {
     }
 }
 
-/// Raises a limit from 1 to where the plan takes the scene. Returns what was over it on the way, and where it ends.
-fn raised(
-    scene: &Scene,
-    mut device: DeviceInfo,
-    limit: impl Fn(&mut DeviceInfo, u64),
-) -> (BTreeSet<String>, u64) {
-    let mut met = BTreeSet::new();
-    let mut value = 1;
+/// The lowest limit of an allocation with which the plan takes the scene.
+fn least_allocation_bytes(scene: &Scene, device: &DeviceInfo) -> u64 {
+    let mut device = device.clone();
+    device.limits.max_allocation_bytes = 1;
     loop {
-        limit(&mut device, value);
         match Plan::new(scene, &device) {
-            Ok(_) => return (met, value),
-            Err(Error::DeviceLimit { what, asked, .. }) => {
-                assert!(asked > value, "{what}");
-                met.insert(what);
-                value = asked;
-            }
+            Ok(_) => return device.limits.max_allocation_bytes,
+            Err(Error::DeviceLimit { asked, .. }) => device.limits.max_allocation_bytes = asked,
             Err(other) => panic!("{other}"),
         }
     }
 }
 
-/// No buffer and no image that a frame makes is larger than the plan was told that it may be; and each check is met by some limit.
-#[test]
-fn whatever_a_frame_makes_is_checked_before() {
-    let mut gpu = Gpu::open();
-    let mut all = BTreeSet::new();
-    for (what, scene) in scenes([320, 240]) {
-        let mut device = gpu.device.info().clone();
-        // A real device may have less than some of the figures below.
-        device.limits.memory_bytes = 1 << 50;
-        gpu.device.inject(None);
-        gpu.render(&scene);
-        let largest = gpu.device.memory_use().largest_bytes;
-        let (met, bytes) = raised(&scene, device.clone(), |device, value| {
-            device.limits.max_allocation_bytes = value;
-        });
-        // Every Vulkan device takes the refinement's results, which are as many for every scene.
-        let bytes = bytes.max(2 << 20);
-        assert!(bytes >= largest, "{what}: {bytes} < {largest}");
-        all.extend(met);
-        let limits: [fn(&mut DeviceInfo, u64); 5] = [
-            |device, value| device.limits.max_image_px = value as u32,
-            |device, value| device.limits.max_storage_buffer_bytes = value,
-            |device, value| device.limits.max_buffer_bytes = value,
-            |device, value| device.limits.memory_bytes = value,
-            |device, value| device.limits.max_storage_images = value as u32,
-        ];
-        for limit in limits {
-            all.extend(raised(&scene, device.clone(), limit).0);
-        }
+/// Asserts that the plan takes the scene with a limit of so much, and refuses it with one less.
+#[track_caller]
+fn assert_checked(what: &str, scene: &Scene, asked: u64, limit: fn(&mut DeviceInfo, u64)) {
+    let gpu = Gpu::open();
+    let mut device = gpu.device.info().clone();
+    limit(&mut device, asked - 1);
+    let error = Plan::new(scene, &device).expect_err(what);
+    let message = error.to_string();
+    let says = format!("{what} is {asked}, over the limit of {}", asked - 1);
+    assert!(message.contains(&says), "{message}");
+    limit(&mut device, asked);
+    if let Err(next) = Plan::new(scene, &device) {
+        assert!(!next.to_string().contains(what), "{next}");
     }
-    let all: Vec<&str> = all.iter().map(String::as_str).collect();
-    assert_eq!(all, CHECKS);
 }
 
-const CHECKS: [&str; 0] = [];
+/// Each check that `hard_device_limits` has no test of, met by a device whose limit is lowered to it.
+#[test]
+fn each_list_and_image_is_checked() {
+    let scene = demo_scene("cornell", [8, 8]);
+    let allocation: fn(&mut DeviceInfo, u64) = |device, value| {
+        device.limits.max_allocation_bytes = value;
+    };
+    let storage: fn(&mut DeviceInfo, u64) = |device, value| {
+        device.limits.max_storage_buffer_bytes = value;
+    };
+    let sum = |rsm_size| plain_sum(scene.clone(), rsm_size);
+    // 24 rows of 1024 VPLs of three vectors; 6 · 128² texels of 8 bytes.
+    let list_bytes = 24 * 1024 * 3 * 16;
+    assert_checked("the list of VPLs (bytes)", &sum(64), list_bytes, allocation);
+    let table = "the table of the RSM's texels (bytes)";
+    assert_checked(table, &sum(128), 6 * 128 * 128 * 8, storage);
+    let by_map = with(&scene, |scene| scene.indirect = None);
+    // Six faces of 256².
+    let map_bytes = 6 * 256 * 256 * 16;
+    assert_checked("the shadow map (bytes)", &by_map, map_bytes, allocation);
+    let textured = with(&demo_scene("textured", [8, 8]), |scene| {
+        let texture = &mut scene.textures[0];
+        texture.size_px = [400, 400];
+        texture.linear_rgb = vec![[0.5; 3]; 160_000];
+        texture.name = "large".into();
+    });
+    let texture_bytes = 400 * 400 * 16;
+    let what = "texture \"large\" (bytes)";
+    assert_checked(what, &textured, texture_bytes, allocation);
+    assert_checked(what, &textured, texture_bytes, |device, value| {
+        device.limits.max_buffer_bytes = value;
+    });
+    let many = |vertices: usize, triangles: usize| {
+        with(&by_map, |scene| {
+            let corners = vec![[0.0, 1.0, 0.0]; vertices];
+            let triangles = vec![[0, 1, 2]; triangles];
+            scene.meshes = vec![Mesh::from_slices("many", &corners, &triangles, 0)];
+        })
+    };
+    let what = "the list of vertices (bytes)";
+    assert_checked(what, &many(1000, 1), 16_000, storage);
+    let what = "the list of triangles (bytes)";
+    assert_checked(what, &many(3, 1000), 12_000, storage);
+
+    let rays = with(&scene, |scene| {
+        scene.indirect = indirect(Visibility::Rays, Some(0.3));
+    });
+    // Each twice, in three texels; 1024 a row.
+    let materials = with(&rays, |scene| {
+        scene.indirect = Some(Indirect {
+            rsm_size: Some(8),
+            ..scene.indirect.expect("it was just put there")
+        });
+        scene.materials.resize(1400, scene.materials[0].clone());
+    });
+    let what = "the materials that rays hit (rows)";
+    assert_checked(what, &materials, 9, |device, value| {
+        device.limits.max_image_px = value as u32;
+    });
+    // A lattice of every pixel of 32 bytes.
+    let wide = with(&rays, |scene| scene.camera.resolution_px = [4000, 100]);
+    let what = "the light on the coarsest lattice (bytes)";
+    assert_checked(what, &wide, 4000 * 100 * 32, storage);
+    let what = "an image on its way to the host (bytes)";
+    assert_checked(what, &wide, 4000 * 100 * 16, |device, value| {
+        device.limits.max_buffer_bytes = value;
+    });
+}
 
 #[test]
 fn sixteen_thousand_pixels_squared_are_refused_with_what_they_need() {
