@@ -5,7 +5,7 @@ mod gpu;
 use std::time::Instant;
 
 use camlux::{
-    DeviceInfo, Error, Plan, RenderOptions, Scene,
+    DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
     output::Layer,
     scene::{Estimator, Indirect, Mesh, Shadow, Visibility},
 };
@@ -146,6 +146,7 @@ fn each_list_and_image_is_checked() {
     let map_bytes = 6 * 256 * 256 * 16;
     assert_checked("the shadow map (bytes)", &by_map, map_bytes, allocation);
     let textured = with(&demo_scene("textured", [8, 8]), |scene| {
+        scene.indirect = None;
         let texture = &mut scene.textures[0];
         texture.size_px = [400, 400];
         texture.linear_rgb = vec![[0.5; 3]; 160_000];
@@ -209,8 +210,16 @@ fn sixteen_thousand_pixels_squared_are_refused_with_what_they_need() {
     let need = plan.device_memory_bytes(&scene);
     // Seven images of 4 GiB and a depth at least.
     assert!(need > 29 << 30, "{need}");
+    let takes = |device: &DeviceInfo| Plan::new(&scene, device).is_ok();
     device.limits.memory_bytes = need;
-    assert!(Plan::new(&scene, &device).is_ok());
+    device.kind = DeviceKind::Discrete;
+    assert!(takes(&device));
+    // Where the host's memory is the device's, the layers lie in it too.
+    device.kind = DeviceKind::Cpu;
+    assert!(!takes(&device));
+    device.limits.memory_bytes = need + plan.layer_bytes();
+    assert!(takes(&device));
+    device.kind = DeviceKind::Discrete;
     device.limits.memory_bytes = need - 1;
     let start = Instant::now();
     let error = Plan::new(&scene, &device).expect_err("that is too much");

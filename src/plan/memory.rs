@@ -6,7 +6,7 @@ use crate::{
     passes::predict::Step,
     ray_tree::{max_box_texels, max_triangle_texels},
     scene::Scene,
-    vulkan::DeviceInfo,
+    vulkan::{DeviceInfo, DeviceKind},
 };
 
 /// Bytes of a pixel of a depth image, of a word, and of what a gather finds at a receiver.
@@ -74,13 +74,19 @@ impl Plan {
     /// Refuses what all together is more than the device has, before any of it is asked for.
     pub(super) fn check_memory(&self, scene: &Scene, device: &DeviceInfo) -> Result<()> {
         let need = self.memory_need(scene);
+        // The host's memory and the device's are one.
+        let layers = match device.kind {
+            DeviceKind::Cpu | DeviceKind::Integrated => self.layer_bytes(),
+            _ => 0,
+        };
+        let asked = need.total() + layers;
         let limit = device.limits.memory_bytes;
-        if need.total() <= limit {
+        if asked <= limit {
             return Ok(());
         }
         Err(Error::DeviceLimit {
             what: "the memory of the frame (bytes)".into(),
-            asked: need.total(),
+            asked,
             limit,
             device: device.name.clone(),
             mend: need.mend().into(),

@@ -9,7 +9,7 @@ use std::{
 use ash::{ext, khr, vk};
 
 use super::{
-    failed,
+    failed, host_memory,
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
 };
 use crate::{Error, Result};
@@ -66,7 +66,8 @@ pub struct DeviceLimits {
     pub max_allocation_bytes: u64,
     /// Largest buffer.
     pub max_buffer_bytes: u64,
-    /// The device's own memory; where the driver tells, what was free of it when the device was listed.
+    /// The device's own memory; where the driver tells, what was free of it when the device was listed. Of CPU drivers the host's
+    /// free memory, where the system tells.
     pub memory_bytes: u64,
     /// Storage images that one shader can see.
     pub max_storage_images: u32,
@@ -228,7 +229,11 @@ impl Instance {
                 max_storage_buffer_bytes: limits.max_storage_buffer_range.into(),
                 max_allocation_bytes: maintenance3.max_memory_allocation_size,
                 max_buffer_bytes: vulkan13.max_buffer_size,
-                memory_bytes: self.memory_bytes(device),
+                memory_bytes: match properties.device_type {
+                    vk::PhysicalDeviceType::CPU => host_memory::available_bytes(),
+                    _ => None,
+                }
+                .unwrap_or_else(|| self.heap_bytes(device)),
                 max_storage_images: limits.max_per_stage_descriptor_storage_images,
                 shared_memory_bytes: limits.max_compute_shared_memory_size,
                 subgroup_lanes: subgroup.subgroup_size,
@@ -239,7 +244,7 @@ impl Instance {
     }
 
     /// Of the largest heap of the device's own.
-    fn memory_bytes(&self, device: vk::PhysicalDevice) -> u64 {
+    fn heap_bytes(&self, device: vk::PhysicalDevice) -> u64 {
         let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
         let mut memory = vk::PhysicalDeviceMemoryProperties2::default();
         let has_budget = self.has_extension(device, ext::memory_budget::NAME);

@@ -5,6 +5,7 @@
 
 mod device;
 mod faults;
+mod host_memory;
 mod instance;
 mod memory;
 mod pipeline;
