@@ -42,6 +42,17 @@ pub enum Error {
         mend: &'static str,
     },
 
+    /// The driver gave the device up. What was made from it is of no more use, and every later call says this at once.
+    #[error(
+        "the device is lost ({call}), and {pass} was the last pass to begin: the driver has reset it, most likely after a submission that took longer than it allows; open the device again, and if it happens again set a shorter submission_target or render a smaller image or RSM"
+    )]
+    DeviceLost {
+        /// The last pass that is known to have begun; "none" before the first one.
+        pass: &'static str,
+        /// The Vulkan function that told.
+        call: &'static str,
+    },
+
     /// Device memory ran out or could not be bound.
     #[error(
         "device memory for {what} ({bytes} bytes): {problem}; render a smaller image or RSM, or choose another device"

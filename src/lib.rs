@@ -49,4 +49,8 @@ pub use plan::{
 };
 pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;
-pub use vulkan::{Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions};
+pub use vulkan::{
+    Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions, MemoryUse,
+};
+#[doc(hidden)]
+pub use vulkan::{Fault, FaultCount};

@@ -33,6 +33,15 @@ pub(crate) fn max_triangle_texels(triangle_count: u64) -> u64 {
     TRIANGLE_TEXELS as u64 * (triangle_count + GROUP as u64)
 }
 
+/// Texels of the boxes over so many triangles at most: the header, and a tree with one triangle a leaf.
+pub(crate) fn max_box_texels(triangle_count: u64) -> u64 {
+    3 + if triangle_count <= MAX_FACETS as u64 {
+        0
+    } else {
+        2 * triangle_count - 1
+    }
+}
+
 /// Two lists of texels.
 #[derive(Debug, Default)]
 pub(crate) struct RayTree {

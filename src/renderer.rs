@@ -18,8 +18,8 @@ use crate::{
 ///
 /// Pipelines are made once and kept. Of a frame, what the next one may need again stays on the device: surfaces, and what the
 /// lights see and light up. It is used where it comes from the same values, for meshes and textures the same
-/// [`Shared`](crate::scene::Shared) ones; it shows in the time that a frame takes, and in nothing else. To give it back,
-/// drop the renderer.
+/// [`Shared`](crate::scene::Shared) ones; it shows in the time that a frame takes, and in nothing else. A frame that fails
+/// leaves nothing.
 pub struct Renderer {
     device: Device,
     pipelines: Pipelines,
@@ -62,13 +62,19 @@ impl Renderer {
         })
     }
 
+    /// Gives back what the last frame has left on the device; the next one makes it anew.
+    pub fn forget(&mut self) {
+        self.kept = Kept::default();
+    }
+
     /// Renders a frame.
     ///
     /// # Errors
     /// [`Error::Scene`](crate::Error::Scene) for an invalid scene and [`Error::DeviceLimit`](crate::Error::DeviceLimit) for
     /// one that the device cannot hold, both before any work starts; [`Error::NoDevice`](crate::Error::NoDevice) for a
     /// kernel that does not run on this one; [`Error::Cancelled`](crate::Error::Cancelled);
-    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
+    /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails, after which
+    /// it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         self.render_keeping(scene, options, None)
     }
@@ -94,6 +100,7 @@ impl Renderer {
         mut keep: Option<&mut Intermediates>,
     ) -> Result<Frame> {
         let start = Instant::now();
+        self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
         let method = plan.indirect.as_mut().map(|indirect| &mut indirect.method);

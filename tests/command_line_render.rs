@@ -8,6 +8,7 @@ use std::{
     process::{Child, ChildStderr, Command, Output, Stdio},
 };
 
+use camlux::{Device, DeviceOptions};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
 
 fn program(folder: &Path, arguments: &[&str]) -> Command {
@@ -363,21 +364,27 @@ fn without_a_driver_it_says_what_to_install() {
 fn an_image_over_the_devices_limits_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let scene = scene_file("cornell");
-    let arguments = [
-        "render",
-        scene.to_str().unwrap(),
-        "-o",
-        "a.exr",
-        "--size",
-        "300000",
-        "4",
-    ];
-    let output = program(folder.path(), &arguments).output().unwrap();
-    assert_fails(
-        folder.path(),
-        &output,
+    let scene = scene.to_str().unwrap();
+    let refused = |[width, height]: [&str; 2], says: &[&str]| {
+        let arguments = ["render", scene, "-o", "a.exr", "--size", width, height];
+        let output = program(folder.path(), &arguments).output().unwrap();
+        assert_fails(folder.path(), &output, says);
+    };
+    refused(
+        ["300000", "4"],
         &["300000", "over the limit", "smaller image"],
     );
+    // Seven images of 4 GiB and more.
+    let device = Device::open(&DeviceOptions::default()).unwrap();
+    let memory_bytes = device.info().limits.memory_bytes;
+    if memory_bytes < 28 << 30 {
+        let says = [
+            "the memory of the frame (bytes)",
+            &memory_bytes.to_string()[..2],
+            "smaller image",
+        ];
+        refused(["16384", "16384"], &says);
+    }
 }
 
 /// A render that has reached the gather, and what it goes on to say.

@@ -17,6 +17,9 @@ fn small_device(gpu: &Gpu) -> DeviceInfo {
     device.limits.max_image_px = 16384;
     device.limits.max_allocation_bytes = 2 << 30;
     device.limits.max_storage_buffer_bytes = 128 << 20;
+    device.limits.max_buffer_bytes = 2 << 30;
+    // What is over the memory all together is told first: tests/hard_device_memory.rs.
+    device.limits.memory_bytes = 1 << 50;
     device
 }
 

@@ -38,10 +38,25 @@ impl Plan {
             max_image_px,
             smaller_image,
         )?;
+        if let Some(indirect) = self.indirect {
+            check(
+                "rsm_size (texels)",
+                indirect.rsm_size.into(),
+                max_image_px,
+                smaller_rsm,
+            )?;
+        }
+        self.check_memory(scene, device)?;
         check(
             "an image of the G-buffer (bytes)",
             pixels * PIXEL_BYTES,
             limits.max_allocation_bytes,
+            smaller_image,
+        )?;
+        check(
+            "an image on its way to the host (bytes)",
+            pixels * PIXEL_BYTES,
+            limits.max_buffer_bytes,
             smaller_image,
         )?;
         if let Some(indirect) = self.indirect {
@@ -52,12 +67,14 @@ impl Plan {
                 limits.max_storage_buffer_bytes,
                 smaller_image,
             )?;
-            check(
-                "rsm_size (texels)",
-                rsm_size.into(),
-                max_image_px,
-                smaller_rsm,
-            )?;
+            if let Some(bounce) = indirect.bounce() {
+                check(
+                    "the light on the coarsest lattice (bytes)",
+                    self.smoothing_bytes(bounce.refinement.coarsest_stride),
+                    limits.max_storage_buffer_bytes,
+                    smaller_image,
+                )?;
+            }
             let texels = u64::from(self.max_faces()) * u64::from(rsm_size) * u64::from(rsm_size);
             check(
                 "an image of the RSM (bytes)",
@@ -107,7 +124,7 @@ impl Plan {
             check(
                 &format!("texture \"{}\" (bytes)", texture.name),
                 u64::from(width) * u64::from(height) * PIXEL_BYTES,
-                limits.max_allocation_bytes,
+                largest_list(device),
                 "scale the texture down, or choose another device",
             )?;
         }
@@ -141,6 +158,16 @@ impl Plan {
         )?;
         check("the number of triangles", triangles, MAX_TRIANGLES, fewer)?;
         let is_shadow_asked = scene.direct.shadow == Some(Shadow::Rays);
+        if self.bounce().is_some() {
+            // Each with and without its texture, in three texels.
+            let rows = (6 * scene.materials.len() as u64).div_ceil(ROW_TEXELS);
+            check(
+                "the materials that rays hit (rows)",
+                rows,
+                max_image_px,
+                "set visibility = \"none\" in [indirect], use fewer materials, or choose another device",
+            )?;
+        }
         self.check_ray_limits(triangles, textures, is_shadow_asked, device)
     }
 
@@ -185,7 +212,7 @@ impl Plan {
             device,
             "the triangles for rays (bytes)",
             rows * ROW_TEXELS * PIXEL_BYTES,
-            limits.max_allocation_bytes,
+            largest_list(device),
             &mend,
         )?;
         if self.bounce().is_none() {
@@ -215,10 +242,16 @@ impl Plan {
             device,
             "the textures that rays hit (bytes, all together)",
             rows * ROW_TEXELS * PIXEL_BYTES,
-            limits.max_allocation_bytes,
+            largest_list(device),
             smaller,
         )
     }
+}
+
+/// Bytes of a list that goes to an image through a buffer.
+fn largest_list(device: &DeviceInfo) -> u64 {
+    let limits = &device.limits;
+    limits.max_allocation_bytes.min(limits.max_buffer_bytes)
 }
 
 /// The most that any of its kernels has.

@@ -4,6 +4,7 @@
 mod display;
 mod kernels;
 mod limits;
+mod memory;
 
 pub use kernels::{GatherKernel, RayKernel};
 

@@ -6,8 +6,10 @@ use ash::{khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
 use super::{
-    failed,
+    Fault, FaultCount, MemoryUse, failed,
+    faults::Faults,
     instance::{DeviceInfo, Instance},
+    memory::Memory,
 };
 use crate::{Error, Result};
 
@@ -43,9 +45,20 @@ struct Shared {
     queue: Mutex<vk::Queue>,
     queue_family: u32,
     /// Taken out before the device is destroyed.
-    allocator: Mutex<Option<Allocator>>,
+    memory: Mutex<Option<Memory>>,
+    condition: Mutex<Condition>,
+    faults: Faults,
     info: DeviceInfo,
     instance: Arc<Instance>,
+}
+
+/// How the device is.
+#[derive(Debug, Clone, Copy)]
+struct Condition {
+    /// The last pass that is known to have begun.
+    last_pass: &'static str,
+    /// The call that told that the device is lost.
+    lost_in: Option<&'static str>,
 }
 
 impl Device {
@@ -146,7 +159,12 @@ impl Device {
             raw,
             queue: Mutex::new(queue),
             queue_family,
-            allocator: Mutex::new(None),
+            memory: Mutex::new(None),
+            condition: Mutex::new(Condition {
+                last_pass: "none",
+                lost_in: None,
+            }),
+            faults: Faults::default(),
             info,
             instance,
         };
@@ -155,7 +173,7 @@ impl Device {
             bytes: 0,
             problem: error.to_string(),
         })?;
-        *lock(&shared.allocator) = Some(allocator);
+        *lock(&shared.memory) = Some(Memory::new(allocator));
         Ok(Device {
             shared: Arc::new(shared),
         })
@@ -169,6 +187,75 @@ impl Device {
     /// Warnings and errors of the Khronos validation layer since the device was opened; empty without it.
     pub fn validation_messages(&self) -> Vec<String> {
         self.shared.instance.messages()
+    }
+
+    /// What buffers and images hold of the device's memory. Between renders that is what renderers keep.
+    pub fn memory_use(&self) -> MemoryUse {
+        self.with_memory(|memory| memory.usage())
+            .unwrap_or_default()
+    }
+
+    /// Asks for something to go wrong, or for nothing; counts, and takes the peak of the memory, from here on.
+    #[doc(hidden)]
+    pub fn inject(&self, fault: Option<Fault>) {
+        self.shared.faults.ask(fault);
+        self.with_memory(Memory::forget_peak);
+    }
+
+    /// What there was since a fault was last asked for.
+    #[doc(hidden)]
+    pub fn fault_count(&self) -> FaultCount {
+        self.shared.faults.count()
+    }
+
+    pub(super) fn faults(&self) -> &Faults {
+        &self.shared.faults
+    }
+
+    /// Calls a Vulkan function that can fail.
+    pub(super) fn call<T>(
+        &self,
+        name: &'static str,
+        call: impl FnOnce(&ash::Device) -> ash::prelude::VkResult<T>,
+    ) -> Result<T> {
+        self.check()?;
+        let result = if self.shared.faults.next_call_fails(name) {
+            Err(vk::Result::ERROR_OUT_OF_DEVICE_MEMORY)
+        } else {
+            call(&self.shared.raw)
+        };
+        result.map_err(|result| match result {
+            vk::Result::ERROR_DEVICE_LOST => self.lose(name, None),
+            other => failed(name)(other),
+        })
+    }
+
+    /// Of a lost device nothing more is asked.
+    pub(crate) fn check(&self) -> Result<()> {
+        let condition = *lock(&self.shared.condition);
+        match condition.lost_in {
+            None => Ok(()),
+            Some(call) => Err(Error::DeviceLost {
+                pass: condition.last_pass,
+                call,
+            }),
+        }
+    }
+
+    /// After a submission: the last pass that has begun, for all that is known.
+    pub(super) fn note_pass(&self, pass: &'static str) {
+        lock(&self.shared.condition).last_pass = pass;
+    }
+
+    /// From here on the device is lost, as `call` told.
+    pub(super) fn lose(&self, call: &'static str, last_pass: Option<&'static str>) -> Error {
+        let mut condition = lock(&self.shared.condition);
+        condition.lost_in = Some(call);
+        condition.last_pass = last_pass.unwrap_or(condition.last_pass);
+        Error::DeviceLost {
+            pass: condition.last_pass,
+            call,
+        }
     }
 
     pub(super) fn raw(&self) -> &ash::Device {
@@ -187,9 +274,9 @@ impl Device {
         self.shared.queue_family
     }
 
-    /// Runs `use_it` on the allocator, which is there as long as the device is.
-    pub(super) fn with_allocator<T>(&self, use_it: impl FnOnce(&mut Allocator) -> T) -> Option<T> {
-        lock(&self.shared.allocator).as_mut().map(use_it)
+    /// Runs `use_it` on the memory, which is there as long as the device is.
+    pub(super) fn with_memory<T>(&self, use_it: impl FnOnce(&mut Memory) -> T) -> Option<T> {
+        lock(&self.shared.memory).as_mut().map(use_it)
     }
 }
 
@@ -204,8 +291,9 @@ impl Drop for Shared {
     fn drop(&mut self) {
         // SAFETY: buffers, images, pipelines and recorders hold a clone of the device, so none is left.
         unsafe {
+            // Fails where the device is lost, which leaves nothing to wait for.
             let _ = self.raw.device_wait_idle();
-            drop(lock(&self.allocator).take());
+            drop(lock(&self.memory).take());
             self.raw.destroy_device(None);
         }
     }
@@ -215,29 +303,71 @@ impl Drop for Shared {
 mod tests {
     use std::{path::Path, sync::Arc};
 
-    use super::{Device, DeviceOptions};
-    use crate::{RenderOptions, Renderer, Scene};
+    use super::{Device, DeviceOptions, Fault, Instance};
+    use crate::{
+        RenderOptions, Renderer, Result, Scene,
+        output::Frame,
+        scene::{Estimator, Indirect},
+    };
 
-    /// What was made from a device and not destroyed is only told when the device is destroyed.
-    #[test]
-    fn nothing_is_left_when_the_device_closes() {
-        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
-        let mut scene = Scene::load(&scene).expect("a demo scene loads");
-        scene.camera.resolution_px = [8, 8];
-        let device = Device::open(&DeviceOptions {
+    fn open() -> Device {
+        Device::open(&DeviceOptions {
             validation: true,
             ..DeviceOptions::default()
         })
-        .expect("scripts/test installs a driver and the layer");
-        let instance = device.shared.instance.clone();
-        let mut renderer = Renderer::new(&device).expect("a renderer");
-        renderer
-            .render(&scene, &mut RenderOptions::default())
-            .expect("the scene renders");
-        drop(renderer);
+        .expect("scripts/test installs a driver and the layer")
+    }
+
+    fn render(renderer: &mut Renderer) -> Result<Frame> {
+        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
+        let mut scene = Scene::load(&scene).expect("a demo scene loads");
+        scene.camera.resolution_px = [8, 8];
+        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 8));
+        renderer.render(&scene, &mut RenderOptions::default())
+    }
+
+    /// Closes a device that nothing else holds. What was made from it and not destroyed is only told then.
+    #[track_caller]
+    fn assert_nothing_is_left(device: Device) {
+        let instance: Arc<Instance> = device.shared.instance.clone();
         assert_eq!(Arc::strong_count(&device.shared), 1);
         drop(device);
         assert_eq!(Arc::strong_count(&instance), 1);
         assert_eq!(instance.messages(), [""; 0]);
+    }
+
+    #[test]
+    fn nothing_is_left_when_the_device_closes() {
+        let device = open();
+        render(&mut Renderer::new(&device).expect("a renderer")).expect("the scene renders");
+        assert_nothing_is_left(device);
+    }
+
+    /// No object of any kind, be it one without memory.
+    #[test]
+    fn nothing_is_left_when_calls_have_failed() {
+        let device = open();
+        let mut renderer = Renderer::new(&device).expect("a renderer");
+        for call in 0.. {
+            device.inject(Some(Fault::OutOfMemory {
+                function: None,
+                call,
+            }));
+            if render(&mut renderer).is_ok() {
+                break;
+            }
+        }
+        drop(renderer);
+        assert_nothing_is_left(device);
+    }
+
+    #[test]
+    fn nothing_is_left_when_the_device_was_lost() {
+        let device = open();
+        let mut renderer = Renderer::new(&device).expect("a renderer");
+        device.inject(Some(Fault::DeviceLostIn { pass: "gather" }));
+        render(&mut renderer).expect_err("it is lost");
+        drop(renderer);
+        assert_nothing_is_left(device);
     }
 }

@@ -9,7 +9,7 @@ use std::{
 use ash::{ext, khr, vk};
 
 use super::{
-    failed,
+    failed, host_memory,
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
 };
 use crate::{Error, Result};
@@ -64,6 +64,11 @@ pub struct DeviceLimits {
     /// Largest range of a storage buffer that a shader can see.
     pub max_storage_buffer_bytes: u64,
     pub max_allocation_bytes: u64,
+    /// Largest buffer.
+    pub max_buffer_bytes: u64,
+    /// The device's own memory; where the driver tells, what was free of it when the device was listed. Of CPU drivers the host's
+    /// free memory, where the system tells.
+    pub memory_bytes: u64,
     /// Storage images that one shader can see.
     pub max_storage_images: u32,
     /// Workgroup memory.
@@ -180,10 +185,12 @@ impl Instance {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
         let mut maintenance3 = vk::PhysicalDeviceMaintenance3Properties::default();
+        let mut vulkan13 = vk::PhysicalDeviceVulkan13Properties::default();
         let mut properties = vk::PhysicalDeviceProperties2::default()
             .push_next(&mut driver)
             .push_next(&mut subgroup)
-            .push_next(&mut maintenance3);
+            .push_next(&mut maintenance3)
+            .push_next(&mut vulkan13);
         // SAFETY: the instance is live and the device is its own.
         unsafe {
             self.raw
@@ -221,6 +228,12 @@ impl Instance {
                 max_image_layers: limits.max_image_array_layers,
                 max_storage_buffer_bytes: limits.max_storage_buffer_range.into(),
                 max_allocation_bytes: maintenance3.max_memory_allocation_size,
+                max_buffer_bytes: vulkan13.max_buffer_size,
+                memory_bytes: match properties.device_type {
+                    vk::PhysicalDeviceType::CPU => host_memory::available_bytes(),
+                    _ => None,
+                }
+                .unwrap_or_else(|| self.heap_bytes(device)),
                 max_storage_images: limits.max_per_stage_descriptor_storage_images,
                 shared_memory_bytes: limits.max_compute_shared_memory_size,
                 subgroup_lanes: subgroup.subgroup_size,
@@ -228,6 +241,40 @@ impl Instance {
             },
             unusable: self.lacks(device, &properties),
         }
+    }
+
+    /// Of the largest heap of the device's own.
+    fn heap_bytes(&self, device: vk::PhysicalDevice) -> u64 {
+        let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
+        let mut memory = vk::PhysicalDeviceMemoryProperties2::default();
+        let has_budget = self.has_extension(device, ext::memory_budget::NAME);
+        if has_budget {
+            memory = memory.push_next(&mut budget);
+        }
+        // SAFETY: the instance is live and the device is its own.
+        unsafe {
+            self.raw
+                .get_physical_device_memory_properties2(device, &mut memory);
+        }
+        let memory = memory.memory_properties;
+        let heaps = memory.memory_heaps_as_slice().iter().enumerate();
+        heaps
+            .filter(|(_, heap)| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+            .map(|(index, heap)| match budget.heap_budget[index] {
+                0 => heap.size,
+                free => free.min(heap.size),
+            })
+            .max()
+            .unwrap_or_default()
+    }
+
+    fn has_extension(&self, device: vk::PhysicalDevice, name: &CStr) -> bool {
+        // SAFETY: the instance is live and the device is its own.
+        let extensions = unsafe { self.raw.enumerate_device_extension_properties(device) };
+        extensions
+            .unwrap_or_default()
+            .iter()
+            .any(|extension| extension.extension_name_as_c_str() == Ok(name))
     }
 
     /// What camlux needs and the device does not have.
@@ -239,18 +286,12 @@ impl Instance {
         if properties.api_version < vk::API_VERSION_1_3 {
             return Some("Vulkan 1.3".into());
         }
-        // SAFETY: the instance is live and the device is its own.
-        let extensions = unsafe { self.raw.enumerate_device_extension_properties(device) };
-        let has_push_descriptor = extensions
-            .unwrap_or_default()
-            .iter()
-            .any(|extension| extension.extension_name_as_c_str() == Ok(khr::push_descriptor::NAME));
-        if !has_push_descriptor {
+        if !self.has_extension(device, khr::push_descriptor::NAME) {
             return Some("VK_KHR_push_descriptor".into());
         }
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut features13);
-        // SAFETY: as above.
+        // SAFETY: the instance is live and the device is its own.
         unsafe {
             self.raw
                 .get_physical_device_features2(device, &mut features);

@@ -2,12 +2,12 @@
 
 use ash::vk;
 use gpu_allocator::{
-    MemoryLocation,
-    vulkan::{Allocation, AllocationCreateDesc, AllocationScheme},
+    AllocationError, MemoryLocation,
+    vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator},
 };
 
 use super::{
-    Device, failed,
+    Device,
     shaders::{Plain, bytes_of, values_in},
 };
 use crate::{Error, Result};
@@ -46,8 +46,9 @@ impl Buffer {
             )
             .sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is live.
-        let raw =
-            unsafe { device.raw().create_buffer(&info, None) }.map_err(failed("vkCreateBuffer"))?;
+        let raw = device.call("vkCreateBuffer", |device| unsafe {
+            device.create_buffer(&info, None)
+        })?;
         // From here on the buffer is destroyed on every way out.
         let mut buffer = Buffer {
             device: device.clone(),
@@ -63,29 +64,32 @@ impl Buffer {
             BufferUse::Readback => MemoryLocation::GpuToCpu,
         };
         let allocation = allocate(device, what, requirements, location, true)?;
-        // SAFETY: the memory was allocated for this buffer's requirements and is bound once.
-        unsafe {
-            device
-                .raw()
-                .bind_buffer_memory(raw, allocation.memory(), allocation.offset())
-        }
-        .map_err(failed("vkBindBufferMemory"))?;
+        let (memory, offset) = (memory_of(&allocation), allocation.offset());
         buffer.allocation = Some(allocation);
+        // SAFETY: the memory was allocated for this buffer's requirements and is bound once.
+        device.call("vkBindBufferMemory", |device| unsafe {
+            device.bind_buffer_memory(raw, memory, offset)
+        })?;
         Ok(buffer)
     }
 
     /// A buffer filled with values.
     pub fn upload<T: Plain>(device: &Device, what: &str, values: &[T]) -> Result<Buffer> {
         let mut buffer = Buffer::new(device, what, size_of_val(values) as u64, BufferUse::Upload)?;
+        buffer.fill(values)?;
+        Ok(buffer)
+    }
+
+    /// Puts values at the start of a buffer that is not for the device alone, and that no submission uses.
+    pub fn fill<T: Plain>(&mut self, values: &[T]) -> Result<()> {
         let bytes = bytes_of(values);
-        buffer
-            .allocation
+        self.allocation
             .as_mut()
             .and_then(Allocation::mapped_slice_mut)
             .and_then(|memory| memory.get_mut(..bytes.len()))
-            .ok_or_else(|| Error::internal(format!("{what} is not mapped")))?
+            .ok_or_else(|| Error::internal("a buffer to be filled is not mapped"))?
             .copy_from_slice(bytes);
-        Ok(buffer)
+        Ok(())
     }
 
     /// The first `count` values of a readback buffer, after the submission that wrote it has completed.
@@ -211,8 +215,9 @@ impl Image {
             .usage(usage)
             .sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is live.
-        let raw =
-            unsafe { device.raw().create_image(&info, None) }.map_err(failed("vkCreateImage"))?;
+        let raw = device.call("vkCreateImage", |device| unsafe {
+            device.create_image(&info, None)
+        })?;
         // From here on the image is destroyed on every way out.
         let mut image = Image {
             device: device.clone(),
@@ -225,14 +230,12 @@ impl Image {
         // SAFETY: device and image are live.
         let requirements = unsafe { device.raw().get_image_memory_requirements(raw) };
         let allocation = allocate(device, what, requirements, MemoryLocation::GpuOnly, false)?;
-        // SAFETY: the memory was allocated for this image's requirements and is bound once.
-        unsafe {
-            device
-                .raw()
-                .bind_image_memory(raw, allocation.memory(), allocation.offset())
-        }
-        .map_err(failed("vkBindImageMemory"))?;
+        let (memory, offset) = (memory_of(&allocation), allocation.offset());
         image.allocation = Some(allocation);
+        // SAFETY: the memory was allocated for this image's requirements and is bound once.
+        device.call("vkBindImageMemory", |device| unsafe {
+            device.bind_image_memory(raw, memory, offset)
+        })?;
         let kind = match shape.layers {
             None => vk::ImageViewType::TYPE_2D,
             Some(_) => vk::ImageViewType::TYPE_2D_ARRAY,
@@ -258,8 +261,9 @@ impl Image {
                 layer_count: count,
             });
         // SAFETY: device and image are live, and the layers are the image's own.
-        unsafe { self.device.raw().create_image_view(&info, None) }
-            .map_err(failed("vkCreateImageView"))
+        self.device.call("vkCreateImageView", |device| unsafe {
+            device.create_image_view(&info, None)
+        })
     }
 }
 
@@ -291,19 +295,92 @@ fn allocate(
         linear,
         allocation_scheme: AllocationScheme::GpuAllocatorManaged,
     };
-    device
-        .with_allocator(|allocator| allocator.allocate(&request))
-        .ok_or_else(|| Error::internal("the device is closed"))?
-        .map_err(|error| Error::Memory {
-            what: what.into(),
-            bytes: requirements.size,
-            problem: error.to_string(),
-        })
+    device.check()?;
+    let allocated = if device.faults().next_call_fails("vkAllocateMemory") {
+        Err(AllocationError::OutOfMemory)
+    } else {
+        device
+            .with_memory(|memory| memory.allocate(&request))
+            .ok_or_else(|| Error::internal("the device is closed"))?
+    };
+    allocated.map_err(|error| Error::Memory {
+        what: what.into(),
+        bytes: requirements.size,
+        problem: error.to_string(),
+    })
 }
 
 fn free(device: &Device, allocation: Option<Allocation>) {
     if let Some(allocation) = allocation {
+        device.with_memory(|memory| memory.free(allocation));
+    }
+}
+
+fn memory_of(allocation: &Allocation) -> vk::DeviceMemory {
+    // SAFETY: the handle is used to bind the memory that the allocation stands for, and for nothing else.
+    unsafe { allocation.memory() }
+}
+
+/// What a device's buffers and images hold of its memory.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct MemoryUse {
+    /// Buffers and images that have memory. 0 between renders.
+    pub allocations: usize,
+    /// Bytes of these.
+    pub bytes: u64,
+    /// The most bytes that there were at a time since the device was opened.
+    pub peak_bytes: u64,
+    /// Bytes of the largest buffer or image since then.
+    pub largest_bytes: u64,
+}
+
+/// A device's allocator, and what it was asked for.
+pub(super) struct Memory {
+    allocator: Allocator,
+    bytes: u64,
+    peak_bytes: u64,
+    largest_bytes: u64,
+}
+
+impl Memory {
+    pub fn new(allocator: Allocator) -> Self {
+        Memory {
+            allocator,
+            bytes: 0,
+            peak_bytes: 0,
+            largest_bytes: 0,
+        }
+    }
+
+    fn allocate(
+        &mut self,
+        request: &AllocationCreateDesc,
+    ) -> std::result::Result<Allocation, AllocationError> {
+        let allocation = self.allocator.allocate(request)?;
+        self.bytes += allocation.size();
+        self.peak_bytes = self.peak_bytes.max(self.bytes);
+        self.largest_bytes = self.largest_bytes.max(allocation.size());
+        Ok(allocation)
+    }
+
+    fn free(&mut self, allocation: Allocation) {
+        self.bytes = self.bytes.saturating_sub(allocation.size());
         // Freeing fails only for memory that is not the allocator's own.
-        let _ = device.with_allocator(|allocator| allocator.free(allocation));
+        let _ = self.allocator.free(allocation);
+    }
+
+    /// What the allocator knows to be live.
+    pub fn usage(&self) -> MemoryUse {
+        let report = self.allocator.generate_report();
+        MemoryUse {
+            allocations: report.allocations.len(),
+            bytes: report.total_allocated_bytes,
+            peak_bytes: self.peak_bytes,
+            largest_bytes: self.largest_bytes,
+        }
+    }
+
+    pub fn forget_peak(&mut self) {
+        (self.peak_bytes, self.largest_bytes) = (self.bytes, 0);
     }
 }

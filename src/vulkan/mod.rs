@@ -4,6 +4,8 @@
 //! barriers; descriptors are pushed, by the names that the shaders give their bindings.
 
 mod device;
+mod faults;
+mod host_memory;
 mod instance;
 mod memory;
 mod pipeline;
@@ -11,7 +13,10 @@ mod recorder;
 pub(crate) mod shaders;
 
 pub use device::{Device, DeviceChoice, DeviceOptions};
+#[doc(hidden)]
+pub use faults::{Fault, FaultCount};
 pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
+pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
 pub(crate) use pipeline::{ComputePipeline, Pipelines, RasterPipeline};
 pub(crate) use recorder::{PassTimes, Recorder, Resource, Target};
@@ -25,9 +30,7 @@ pub(crate) fn failed(call: &'static str) -> impl FnOnce(ash::vk::Result) -> Erro
         call,
         result,
         mend: match result {
-            Vk::ERROR_DEVICE_LOST => {
-                "the driver gave the device up: create a new one, and if it happens again render a smaller image or RSM"
-            }
+            Vk::ERROR_DEVICE_LOST => "the driver gave the device up while it was opened: try again",
             Vk::ERROR_OUT_OF_DEVICE_MEMORY | Vk::ERROR_OUT_OF_HOST_MEMORY => {
                 "render a smaller image or RSM, or choose another device"
             }

@@ -8,7 +8,7 @@ use std::{
 use ash::vk;
 
 use super::{
-    Device, failed,
+    Device,
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
     shaders::{Binding, BindingKind, Module},
 };
@@ -94,12 +94,11 @@ impl ComputePipeline {
             .layout(parts.layout)
             .stage(shader.stage(vk::ShaderStageFlags::COMPUTE));
         // SAFETY: module and layout are live and were made from each other's interface.
-        parts.raw = created(unsafe {
-            device
-                .raw()
-                .create_compute_pipelines(vk::PipelineCache::null(), &[info], None)
-        })
-        .map_err(failed("vkCreateComputePipelines"))?;
+        parts.raw = device.call("vkCreateComputePipelines", |device| {
+            created(unsafe {
+                device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None)
+            })
+        })?;
         Ok(ComputePipeline { parts, module })
     }
 }
@@ -161,12 +160,11 @@ impl RasterPipeline {
             .layout(parts.layout)
             .push_next(&mut rendering);
         // SAFETY: modules and layout are live and were made from each other's interface.
-        parts.raw = created(unsafe {
-            device
-                .raw()
-                .create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
-        })
-        .map_err(failed("vkCreateGraphicsPipelines"))?;
+        parts.raw = device.call("vkCreateGraphicsPipelines", |device| {
+            created(unsafe {
+                device.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
+            })
+        })?;
         Ok(RasterPipeline { parts })
     }
 }
@@ -222,8 +220,9 @@ impl Parts {
             .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
             .bindings(&slots);
         // SAFETY: the device is live and has the push descriptor extension.
-        parts.set_layout = unsafe { device.raw().create_descriptor_set_layout(&info, None) }
-            .map_err(failed("vkCreateDescriptorSetLayout"))?;
+        parts.set_layout = device.call("vkCreateDescriptorSetLayout", |device| unsafe {
+            device.create_descriptor_set_layout(&info, None)
+        })?;
         let sets = [parts.set_layout];
         let ranges = [vk::PushConstantRange {
             stage_flags: stages,
@@ -235,8 +234,9 @@ impl Parts {
             info = info.push_constant_ranges(&ranges);
         }
         // SAFETY: device and set layout are live.
-        parts.layout = unsafe { device.raw().create_pipeline_layout(&info, None) }
-            .map_err(failed("vkCreatePipelineLayout"))?;
+        parts.layout = device.call("vkCreatePipelineLayout", |device| unsafe {
+            device.create_pipeline_layout(&info, None)
+        })?;
         Ok(parts)
     }
 }
@@ -278,8 +278,9 @@ impl<'d> ShaderModule<'d> {
         let words = module.words();
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are a module that naga wrote and spirv-val accepts.
-        let raw = unsafe { device.raw().create_shader_module(&info, None) }
-            .map_err(failed("vkCreateShaderModule"))?;
+        let raw = device.call("vkCreateShaderModule", |device| unsafe {
+            device.create_shader_module(&info, None)
+        })?;
         Ok(ShaderModule {
             device,
             raw,

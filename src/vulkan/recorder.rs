@@ -1,18 +1,19 @@
 //! One command buffer: recorded, submitted, waited for.
 
+mod submission;
+
 use std::{any::Any, marker::PhantomData, sync::Arc};
 
 use ash::vk;
 
 use super::{
-    Buffer, ComputePipeline, Device, Image, RasterPipeline, failed,
+    Buffer, BufferUse, ComputePipeline, Device, Image, RasterPipeline,
     pipeline::Parts,
     shaders::{BindingKind, Plain, bytes_of},
 };
 use crate::{Error, Result};
 
-/// GPU milliseconds of each pass, in the order of recording.
-pub(crate) type PassTimes = Vec<(&'static str, f64)>;
+pub(crate) use submission::PassTimes;
 
 /// What a shader's binding is bound to.
 #[derive(Clone, Copy)]
@@ -41,7 +42,12 @@ pub(crate) struct Recorder<'r> {
     fence: vk::Fence,
     queries: vk::QueryPool,
     query_capacity: u32,
+    /// All that were recorded; the first of them are timed.
     passes: Vec<&'static str>,
+    /// How many of the passes have begun: written by the device, so that it can be read when that is lost.
+    begun: Option<Buffer>,
+    /// A fault asked for: the last pass that runs before the device is lost.
+    ends_in: Option<usize>,
     /// Submitted, and not known to be complete.
     is_in_flight: bool,
     /// Pipelines in use.
@@ -52,7 +58,6 @@ pub(crate) struct Recorder<'r> {
 impl<'r> Recorder<'r> {
     /// A command buffer in which up to `pass_capacity` passes are timed; further ones run untimed.
     pub fn new(device: &Device, pass_capacity: u32) -> Result<Self> {
-        let raw = device.raw();
         // From here on what was made is destroyed on every way out.
         let mut recorder = Recorder {
             device: device.clone(),
@@ -62,6 +67,8 @@ impl<'r> Recorder<'r> {
             queries: vk::QueryPool::null(),
             query_capacity: 2 * pass_capacity.max(1),
             passes: Vec::new(),
+            begun: None,
+            ends_in: device.faults().next_submission_ends_in(),
             is_in_flight: false,
             pipelines: Vec::new(),
             resources: PhantomData,
@@ -70,31 +77,40 @@ impl<'r> Recorder<'r> {
             .queue_family_index(device.queue_family())
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
         // SAFETY (all calls below): the device is live, and what they take was made from it just before.
-        recorder.pool = unsafe { raw.create_command_pool(&pool, None) }
-            .map_err(failed("vkCreateCommandPool"))?;
+        recorder.pool = device.call("vkCreateCommandPool", |raw| unsafe {
+            raw.create_command_pool(&pool, None)
+        })?;
         let allocate = vk::CommandBufferAllocateInfo::default()
             .command_pool(recorder.pool)
             .command_buffer_count(1);
         // SAFETY: as above.
-        let buffers = unsafe { raw.allocate_command_buffers(&allocate) }
-            .map_err(failed("vkAllocateCommandBuffers"))?;
+        let buffers = device.call("vkAllocateCommandBuffers", |raw| unsafe {
+            raw.allocate_command_buffers(&allocate)
+        })?;
         recorder.commands = buffers.first().copied().unwrap_or_default();
         // SAFETY: as above.
-        recorder.fence = unsafe { raw.create_fence(&vk::FenceCreateInfo::default(), None) }
-            .map_err(failed("vkCreateFence"))?;
+        recorder.fence = device.call("vkCreateFence", |raw| unsafe {
+            raw.create_fence(&vk::FenceCreateInfo::default(), None)
+        })?;
         let queries = vk::QueryPoolCreateInfo::default()
             .query_type(vk::QueryType::TIMESTAMP)
             .query_count(recorder.query_capacity);
         // SAFETY: as above.
-        recorder.queries = unsafe { raw.create_query_pool(&queries, None) }
-            .map_err(failed("vkCreateQueryPool"))?;
+        recorder.queries = device.call("vkCreateQueryPool", |raw| unsafe {
+            raw.create_query_pool(&queries, None)
+        })?;
+        let mut begun = Buffer::new(device, "passes begun", 4, BufferUse::Readback)?;
+        begun.fill(&[0u32])?;
+        recorder.begun = Some(begun);
         let begin = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: as above.
-        unsafe {
+        device.call("vkBeginCommandBuffer", |raw| unsafe {
             raw.begin_command_buffer(recorder.commands, &begin)
-                .map_err(failed("vkBeginCommandBuffer"))?;
-            raw.cmd_reset_query_pool(
+        })?;
+        // SAFETY: as above.
+        unsafe {
+            device.raw().cmd_reset_query_pool(
                 recorder.commands,
                 recorder.queries,
                 0,
@@ -164,11 +180,18 @@ impl<'r> Recorder<'r> {
         name: &'static str,
         record: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
+        if self.ends_in.is_some_and(|last| self.passes.len() > last) {
+            return Ok(());
+        }
+        if self.device.faults().ends_in(name) {
+            self.ends_in = Some(self.passes.len());
+        }
         self.barrier();
         let query = 2 * self.passes.len() as u32;
+        self.passes.push(name);
+        self.note_begin();
         let is_timed = query < self.query_capacity;
         if is_timed {
-            self.passes.push(name);
             self.timestamp(query);
         }
         record(self)?;
@@ -351,53 +374,6 @@ impl<'r> Recorder<'r> {
         }
     }
 
-    /// Hands the work to the device and waits until it is done. What was written can then be read by the host.
-    pub fn submit(mut self) -> Result<PassTimes> {
-        self.barrier();
-        let host = [vk::MemoryBarrier2::default()
-            .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
-            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
-        let dependency = vk::DependencyInfo::default().memory_barriers(&host);
-        let raw = self.device.raw();
-        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
-        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
-        // SAFETY: the command buffer is complete, and everything it names is alive for `'r`.
-        unsafe {
-            raw.cmd_pipeline_barrier2(self.commands, &dependency);
-            raw.end_command_buffer(self.commands)
-                .map_err(failed("vkEndCommandBuffer"))?;
-            raw.queue_submit2(*self.device.queue(), &submit, self.fence)
-                .map_err(failed("vkQueueSubmit2"))?;
-            self.is_in_flight = true;
-            raw.wait_for_fences(&[self.fence], true, u64::MAX)
-                .map_err(failed("vkWaitForFences"))?;
-        }
-        self.is_in_flight = false;
-        let mut ticks = vec![0u64; 2 * self.passes.len()];
-        if !ticks.is_empty() {
-            // SAFETY: the submission is complete, so the queries that it wrote are available.
-            unsafe {
-                raw.get_query_pool_results(
-                    self.queries,
-                    0,
-                    &mut ticks,
-                    vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT,
-                )
-            }
-            .map_err(failed("vkGetQueryPoolResults"))?;
-        }
-        let period_ms = f64::from(self.device.info().limits.timestamp_period_ns) * 1e-6;
-        let milliseconds = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * period_ms;
-        Ok(self
-            .passes
-            .iter()
-            .copied()
-            .zip(ticks.chunks_exact(2).map(milliseconds))
-            .collect())
-    }
-
     fn push<T: Plain>(&mut self, parts: &Parts, immediate: &T) {
         let bytes = bytes_of(std::slice::from_ref(immediate));
         let bytes = &bytes[..bytes.len().min(parts.immediate_bytes as usize)];
@@ -477,24 +453,6 @@ impl<'r> Recorder<'r> {
             );
         }
         Ok(())
-    }
-}
-
-impl Drop for Recorder<'_> {
-    fn drop(&mut self) {
-        let raw = self.device.raw();
-        if self.is_in_flight {
-            // The wait for the fence failed. Whoever owns the resources frees them next, so the device must be done.
-            let _queue = self.device.queue();
-            // SAFETY: the lock keeps other threads from submitting meanwhile. Where this fails too, the device is lost.
-            let _ = unsafe { raw.device_wait_idle() };
-        }
-        // SAFETY: the work was never submitted, or is complete, or the device is lost; null handles are ignored.
-        unsafe {
-            raw.destroy_query_pool(self.queries, None);
-            raw.destroy_fence(self.fence, None);
-            raw.destroy_command_pool(self.pool, None);
-        }
     }
 }
 

@@ -60,6 +60,8 @@ fn describe(device: &DeviceInfo) -> String {
         ),
         ("storage buffer", bytes(limits.max_storage_buffer_bytes)),
         ("allocation", bytes(limits.max_allocation_bytes)),
+        ("buffer", bytes(limits.max_buffer_bytes)),
+        ("memory", bytes(limits.memory_bytes)),
         ("shared memory", bytes(limits.shared_memory_bytes.into())),
         ("subgroup", format!("{} lanes", limits.subgroup_lanes)),
         (
