@@ -149,6 +149,10 @@ pub(super) fn axes_of_the_cube(examiner: &mut Examiner) -> Result<Measurement> {
                 let bound = DIRECT_BOUND + penumbra_bound(8.0);
                 parts.push(examiner.direct(&what, &scene, bound)?);
             }
+            // The narrow cone may not be seen to light anything, and then nothing may be claimed.
+            if half_angles_deg[1] > 90.0 {
+                parts.push(examiner.bounce(&what, &scene)?);
+            }
         }
     }
     Ok(Measurement::of(parts))

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use super::{Cost, ProgressReport, adaptive::Adaptive, source::SumOfLights};
+use super::{Cost, ProgressReport, adaptive::Adaptive, shuffle, source::SumOfLights};
 use crate::{
     Error, IndirectMethod, IndirectPlan, Result, SumPlan,
     passes::{
@@ -74,18 +74,29 @@ impl<'c> Indirect<'c> {
     }
 
     /// After the submission that listed a light's VPLs.
-    pub fn take_vpls(&mut self, light: &DeviceLight, cost: &mut Cost) -> Result<()> {
-        let lengths = self.vpls.lengths()?;
-        cost.vpl_count += u64::from(lengths.matte) + u64::from(lengths.glossy);
-        self.listed.push(ListedVpls {
+    pub fn take_vpls(
+        &mut self,
+        context: &Context,
+        light: &DeviceLight,
+        cost: &mut Cost,
+    ) -> Result<()> {
+        let listed = ListedVpls {
             first: light.parameters.first_vpl,
-            lengths,
-        });
-        if let IndirectMethod::Bounce(_) = self.plan.method {
-            self.listed_lights
-                .push(ListedLight::new(light, &self.vpls)?);
+            lengths: self.vpls.lengths()?,
+        };
+        cost.vpl_count += u64::from(listed.count());
+        self.listed.push(listed);
+        match (self.plan.method, context.vpl_order) {
+            (IndirectMethod::Bounce(_), _) => {
+                let listed = ListedLight::new(light, &self.vpls)?;
+                self.listed_lights.push(listed);
+                Ok(())
+            }
+            (IndirectMethod::Sum(_), Some(seed)) => {
+                shuffle::shuffle(context.device, &self.vpls, listed, seed)
+            }
+            (IndirectMethod::Sum(_), None) => Ok(()),
         }
-        Ok(())
     }
 
     /// Adds what the last light's VPLs send to every pixel, where that is how it is done.

@@ -5,6 +5,7 @@ mod cost;
 mod indirect;
 mod progress;
 mod readback;
+mod shuffle;
 mod source;
 
 use std::time::Duration;
@@ -150,7 +151,7 @@ pub(crate) fn draw(
             keep.lights.push(kept);
         }
         if let Some(indirect) = &mut indirect {
-            indirect.take_vpls(&light, cost)?;
+            indirect.take_vpls(context, &light, cost)?;
             indirect.gather_everywhere(context, &gbuffer, progress, cost)?;
         }
     }
