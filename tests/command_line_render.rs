@@ -449,7 +449,6 @@ fn threads_do_not_show() {
         ("glossy", "rsm-average", "none"),
         ("glossy", "instant-radiosity", "none"),
         ("glossy", "instant-radiosity", "rays"),
-        ("knot", "instant-radiosity", "rays"),
     ];
     for (name, estimator, visibility) in ways {
         let folder = tempfile::tempdir().unwrap();

@@ -27,7 +27,7 @@ hard_cases! {
     two_million_triangles,
     two_materials_in_one_place,
     mesh_with_t_junctions,
-    fan_of_ten_thousand_needles,
+    fan_of_three_thousand_needles,
     room_in_a_mirror,
     images_of_one_pixel_and_oblong_ones,
     shading_normals_across_the_geometry,

@@ -15,7 +15,7 @@ use camlux::{
 };
 use gpu::Gpu;
 use metamorphic::{
-    Effect, Nearness, brightened, on_a_grid, on_random, room, swapped, turn, values,
+    Effect, Nearness, OF_PIECES, brightened, on_a_grid, on_random, room, swapped, turn, values,
 };
 use rmse::relative_rmse;
 
@@ -89,14 +89,14 @@ fn two_halves_of_a_light_are_the_light() {
 #[test]
 fn triangles_cut_in_two_look_the_same() {
     let cut = metamorphic::with_triangles_in_two;
-    assert_without_effect(cut, Nearness::Rounding, Nearness::Within(1e-3));
+    assert_without_effect(cut, Nearness::Within(OF_PIECES), Nearness::Within(1e-3));
 }
 
 /// As in two.
 #[test]
 fn triangles_cut_in_four_look_the_same() {
     let cut = metamorphic::with_triangles_in_four;
-    assert_without_effect(cut, Nearness::Rounding, Nearness::Within(1e-3));
+    assert_without_effect(cut, Nearness::Within(OF_PIECES), Nearness::Within(1e-3));
 }
 
 /// The origin moves with the scene, in f64, and nothing is rounded on the way there.

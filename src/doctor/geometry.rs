@@ -109,7 +109,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "needles_and_triangles_without_area",
         hazard: "needles of aspect 1e6 have normals of noise, and triangles without area none at all",
-        remedy: "planes come from f32 edges, barycentrics are clamped to the triangle, and rays skip what has no area",
+        remedy: "planes come from f32 edges, a ray that misses its triangle by rounding takes the nearest point of it, and rays skip what has no area",
         is_short: true,
         known_issue: None,
         run: meshes::needles,
@@ -179,9 +179,9 @@ pub(super) const CASES: &[Case] = &[
         run: meshes::t_junctions,
     },
     Case {
-        name: "fan_of_ten_thousand_needles",
-        hazard: "one corner in ten thousand triangles, in one pixel; boxes of a tree that all overlap there",
-        remedy: "edges that neighbours decide alike; needles lie in a tree of boxes",
+        name: "fan_of_three_thousand_needles",
+        hazard: "one corner in three thousand triangles, in one pixel; boxes of a tree that all overlap there",
+        remedy: "a pixel whose ray misses its needle by rounding takes the nearest point of it, which is not far along it",
         is_short: false,
         known_issue: None,
         run: meshes::needle_fan,

@@ -244,9 +244,8 @@ fn light_in_a_corner(examiner: &mut Examiner) -> Result<Measurement> {
         let outside_m = corner_m + 1e-9 * DVec3::ONE;
         let [scene, outside] =
             [corner_m, outside_m].map(|at| turned(&lit_by(&upright, vec![point_light(at)]), turn));
-        // As on a surface, where the box's own faces are level with the lamp.
-        let bound = if turn == DMat3::IDENTITY { 2e-5 } else { 1e-3 };
-        parts.push(examiner.layer(what, &scene, (&outside, Layer::Direct), bound)?);
+        // As on a tilted surface: on which side of the lamp P lies on the box's own faces is not known.
+        parts.push(examiner.layer(what, &scene, (&outside, Layer::Direct), 1e-3)?);
         parts.push(examiner.sums(what, &scene, 24, KERNEL_BOUND)?);
     }
     Ok(Measurement::of(parts))
@@ -271,6 +270,7 @@ fn spot_on_a_ceiling(examiner: &mut Examiner) -> Result<Measurement> {
             vec![spot_light(at + 1e-9 * down, down, [30.0, 50.0])],
         );
         let what = format!("lamp at ({u}, {v})");
+        // Lamp and P are rounded to 6e-8 m each, and what is lit is at least 2 cm from the lamp.
         let of_lifted = (&lifted, Layer::Direct);
         parts.push(examiner.layer(&what, &scene, of_lifted, 2e-5)?);
         let [sum, of_lifted] =
