@@ -3,6 +3,9 @@
 // Per texel: ΔΩ (sr; directional: ΔA_perp, local units²) of its part inside the emission domain, and the mean of s(θ) there.
 @group(0) @binding(6) var<storage, read> emission: array<vec2<f32>>;
 
+// Height of a light over a plane that rounding of either may make up, for each component of the normal.
+const LIGHT_IN_PLANE: f32 = 12.0 * 5.9604645e-8;
+
 struct Rsm {
     // Q; the triangle it lies on (negative: no surface), exact up to 2^24.
     @location(0) position: vec4<f32>,
@@ -20,10 +23,15 @@ struct Rsm {
 fn fragment_main(raster: Raster) -> Rsm {
     let hit = hit_surface(raster);
     let column_row = vec2<u32>(raster.position.xy);
+    let from_light = hit.position - view.origin;
+    // What the light lies in but for rounding is not in its way, as for its shadows (trace.wgsl). A texel of it would be at distance 0.
+    let height = abs(dot(hit.geometric_normal, from_light));
+    if ((view.is_parallel == 0u) & (height <= LIGHT_IN_PLANE * dot(abs(hit.geometric_normal), vec3<f32>(1.0)))) {
+        discard;
+    }
     let falloff = emission[view.first_texel + column_row.y * view.size_px + column_row.x].y;
-    let to_light = hit.position - view.origin;
     // Parallel light does not thin out with distance.
-    let irradiance = falloff / select(dot(to_light, to_light), 1.0, view.is_parallel == 1u);
+    let irradiance = falloff / select(dot(from_light, from_light), 1.0, view.is_parallel == 1u);
 
     var texel: Rsm;
     texel.position = vec4<f32>(hit.position, f32(raster.triangle));

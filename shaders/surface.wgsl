@@ -68,6 +68,24 @@ fn ray_parameter(corner: vec3<f32>) -> f32 {
     return dot(corner, view.forward);
 }
 
+// Barycentric coordinates of the point of a triangle's edges that is nearest. To cut those of a point outside would move it along a needle,
+// and by more than it is outside.
+fn nearest_on_rim(from0: vec3<f32>, edge1: vec3<f32>, edge2: vec3<f32>) -> vec2<f32> {
+    let along1 = nearest_on_edge(from0, edge1);
+    let along2 = nearest_on_edge(from0, edge2);
+    let across = nearest_on_edge(from0 - edge1, edge2 - edge1);
+    let off1 = from0 - along1 * edge1;
+    let off2 = from0 - along2 * edge2;
+    let off3 = from0 - mix(edge1, edge2, across);
+    let distances = vec3<f32>(dot(off1, off1), dot(off2, off2), dot(off3, off3));
+    let on_a_side = select(vec2<f32>(along1, 0.0), vec2<f32>(0.0, along2), distances.y < distances.x);
+    return select(on_a_side, vec2<f32>(1.0 - across, across), distances.z < min(distances.x, distances.y));
+}
+
+fn nearest_on_edge(offset: vec3<f32>, edge: vec3<f32>) -> f32 {
+    return clamp(dot(offset, edge) / max(dot(edge, edge), 1e-37), 0.0, 1.0);
+}
+
 fn hit_surface(raster: Raster) -> Hit {
     let pixel = vec3<f32>(1.0, raster.position.xy);
     let ray_offset = view.ray_offset * pixel;
@@ -102,8 +120,12 @@ fn hit_surface(raster: Raster) -> Hit {
     let doubled_area = cross(edge1, edge2);
     let from0 = offset - corner0;
     let scale = 1.0 / dot(doubled_area, doubled_area);
-    let b1 = clamp(dot(cross(from0, edge2), doubled_area) * scale, 0.0, 1.0);
-    let b2 = clamp(dot(cross(edge1, from0), doubled_area) * scale, 0.0, 1.0 - b1);
+    let plain = scale * vec2<f32>(dot(cross(from0, edge2), doubled_area), dot(cross(edge1, from0), doubled_area));
+    // Rasterisers round corners to 1/256 pixel, so that the ray may miss the triangle.
+    let is_inside = min(min(plain.x, plain.y), 1.0 - plain.x - plain.y) >= 0.0;
+    let shares = select(nearest_on_rim(from0, edge1, edge2), plain, is_inside);
+    let b1 = shares.x;
+    let b2 = shares.y;
     let b0 = 1.0 - b1 - b2;
     // From the triangle and not along the ray, whose rounding would lift the point off the surface: so it is right by its
     // plane to rounding, however far the origin is.

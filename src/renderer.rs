@@ -36,6 +36,9 @@ pub struct RenderOptions<'a> {
     pub gather_kernel: Option<GatherKernel>,
     /// The kernel of shadow rays; `None`: the fastest for the device.
     pub ray_kernel: Option<RayKernel>,
+    /// Plain sums take the VPLs of a light in an order that this number decides, to see what the order makes of a sum; `None`: in
+    /// the order of the RSM's texels. The draws of rays need the latter and keep it.
+    pub vpl_order: Option<u64>,
 }
 
 impl Default for RenderOptions<'_> {
@@ -45,6 +48,7 @@ impl Default for RenderOptions<'_> {
             submission_target: Duration::from_millis(500),
             gather_kernel: None,
             ray_kernel: None,
+            vpl_order: None,
         }
     }
 }
@@ -126,6 +130,7 @@ impl Renderer {
             scene,
             plan: &plan,
             space: &space,
+            vpl_order: options.vpl_order,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
         let is_refined = plan.indirect.is_some_and(|i| i.refinement().is_some());

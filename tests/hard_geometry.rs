@@ -24,6 +24,12 @@ hard_cases! {
     views_of_a_thousandth_of_a_degree_and_of_179,
     shading_normals_against_the_geometry,
     two_million_triangles,
+    two_materials_in_one_place,
+    mesh_with_t_junctions,
+    fan_of_three_thousand_needles,
+    room_in_a_mirror,
+    images_of_one_pixel_and_oblong_ones,
+    shading_normals_across_the_geometry,
     no_triangle_in_view,
     closed_box_with_camera_and_light_inside,
 }

@@ -9,6 +9,7 @@ hard_cases! {
     light_a_millimetre_above_a_surface,
     light_on_a_surface_along_the_axes,
     light_on_a_tilted_surface,
+    light_in_a_corner_of_a_mesh,
     spot_mounted_on_a_tilted_ceiling,
     light_inside_closed_geometry,
     light_at_the_camera,

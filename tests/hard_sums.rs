@@ -6,6 +6,7 @@ mod hard;
 
 hard_cases! {
     camlux::doctor::Group::Sums;
+    vpls_shuffled,
     lights_in_another_order,
     one_light_as_sixteen,
     tiles_of_every_size,

@@ -1,48 +1,18 @@
 //! The faces of the cube map do not show. A scene that is turned as a whole, camera and lights included, shows the same
 //! picture while the cube stays aligned with the world's axes: that is to turn the cube against the scene.
 
+#![cfg(feature = "reference")]
+
 mod gpu;
 
 use camlux::{
     Scene,
+    doctor::scenes::turned,
     output::{Frame, Layer},
-    scene::{Estimator, Indirect, Light},
+    scene::{Estimator, Indirect},
 };
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use gpu::{Gpu, demo_scene};
-
-fn turned(scene: &Scene, turn: DMat3) -> Scene {
-    let mut scene = scene.clone();
-    let camera = &mut scene.camera;
-    for vector in [
-        &mut camera.position_m,
-        &mut camera.look_at_m,
-        &mut camera.up,
-    ] {
-        *vector = turn * *vector;
-    }
-    for light in &mut scene.lights {
-        match light {
-            Light::Point { position_m, .. } => *position_m = turn * *position_m,
-            Light::Spot {
-                position_m,
-                direction,
-                ..
-            } => {
-                *position_m = turn * *position_m;
-                *direction = turn * *direction;
-            }
-            Light::Directional { direction, .. } => *direction = turn * *direction,
-        }
-    }
-    for mesh in &mut scene.meshes {
-        let mesh = &mut **mesh;
-        for vector in mesh.positions_m.iter_mut().chain(&mut mesh.normals) {
-            *vector = turn * *vector;
-        }
-    }
-    scene
-}
 
 /// The 24 rotations that map the axes to axes; exact in f64.
 fn cube_rotations() -> Vec<DMat3> {

@@ -156,6 +156,16 @@ impl Examiner {
         self.bounce_within(what, scene, TARGET_ERROR, REFERENCE_SAMPLES)
     }
 
+    /// The same against the reference of a scene that ought to look the same.
+    pub(super) fn bounce_like(
+        &mut self,
+        what: &str,
+        scene: &Scene,
+        same: &Scene,
+    ) -> Result<Measurement> {
+        self.bounce_against(what, scene, (TARGET_ERROR, same, REFERENCE_SAMPLES))
+    }
+
     /// The same for another target, with a reference of so many samples a round.
     pub(super) fn bounce_within(
         &mut self,
@@ -164,7 +174,16 @@ impl Examiner {
         target_error: f64,
         samples: u32,
     ) -> Result<Measurement> {
-        let mut reference = Reference::new(scene, samples)?;
+        self.bounce_against(what, scene, (target_error, scene, samples))
+    }
+
+    fn bounce_against(
+        &mut self,
+        what: &str,
+        scene: &Scene,
+        (target_error, same, samples): (f64, &Scene, u32),
+    ) -> Result<Measurement> {
+        let mut reference = Reference::new(same, samples)?;
         for _ in 0..REFERENCE_ROUNDS {
             reference.add_round(&mut |_| ControlFlow::Continue(()))?;
         }

@@ -1,20 +1,20 @@
 //! Surfaces in corners, in one another, in the way of the camera, and thinner than anything that samples them.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::{
     Case, Examiner, Measurement,
     examiner::{DIRECT_BOUND, KERNEL_BOUND, largest, values},
     meshes,
     scenes::{
-        COLOURED, GREY, grid, moved, point_light, quad, room, rounded, scene_of, sphere, two_walls,
-        with_rays, with_sum,
+        COLOURED, GREY, grid, point_light, quad, room, rounded, scene_of, sphere, turned,
+        two_walls, with_rays, with_sum,
     },
 };
 use crate::{
     Result, Scene,
     output::Layer,
-    scene::{Estimator, Lens, Mesh},
+    scene::{Estimator, Intrinsics, Lens, Mesh},
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -109,7 +109,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         name: "needles_and_triangles_without_area",
         hazard: "needles of aspect 1e6 have normals of noise, and triangles without area none at all",
-        remedy: "planes come from f32 edges, barycentrics are clamped to the triangle, and rays skip what has no area",
+        remedy: "planes come from f32 edges, a ray that misses its triangle by rounding takes the nearest point of it, and rays skip what has no area",
         is_short: true,
         known_issue: None,
         run: meshes::needles,
@@ -161,6 +161,54 @@ pub(super) const CASES: &[Case] = &[
         is_short: false,
         known_issue: None,
         run: meshes::two_million_triangles,
+    },
+    Case {
+        name: "two_materials_in_one_place",
+        hazard: "black and white triangles in one place: which is seen is noise, and rays see another one than the camera",
+        remedy: "the first of the scene is seen, by camera, light and rays",
+        is_short: true,
+        known_issue: None,
+        run: meshes::two_materials_in_one_place,
+    },
+    Case {
+        name: "mesh_with_t_junctions",
+        hazard: "corners of small triangles on the edge of a large one, off it by rounding: light comes through the gaps",
+        remedy: "gaps of 1e-7 of the scene's size, which hardly a ray finds",
+        is_short: true,
+        known_issue: None,
+        run: meshes::t_junctions,
+    },
+    Case {
+        name: "fan_of_three_thousand_needles",
+        hazard: "one corner in three thousand triangles, in one pixel; boxes of a tree that all overlap there",
+        remedy: "a pixel whose ray misses its needle by rounding takes the nearest point of it, which is not far along it",
+        is_short: false,
+        known_issue: None,
+        run: meshes::needle_fan,
+    },
+    Case {
+        name: "room_in_a_mirror",
+        hazard: "scaled by −1, all triangles turn their backs",
+        remedy: "sides are what is seen, whatever the order of corners",
+        is_short: true,
+        known_issue: None,
+        run: meshes::room_in_a_mirror,
+    },
+    Case {
+        name: "images_of_one_pixel_and_oblong_ones",
+        hazard: "lattices, samples and workgroups that expect an image; pixels that are not square; a principal point outside",
+        remedy: "every list takes any length; four focal parameters everywhere",
+        is_short: true,
+        known_issue: None,
+        run: odd_images,
+    },
+    Case {
+        name: "shading_normals_across_the_geometry",
+        hazard: "shading normals at 90° to their triangles belong to neither side, and those at more light the back",
+        remedy: "the side is that of the triangle; a light behind it is behind, whatever the shading normal says",
+        is_short: true,
+        known_issue: None,
+        run: normals_across,
     },
     Case {
         name: "no_triangle_in_view",
@@ -314,8 +362,12 @@ fn one_triangle(examiner: &mut Examiner) -> Result<Measurement> {
         eye_m,
         DVec3::ZERO,
     );
-    // Twice a share of 1 mm in 1.2 m.
-    examiner.direct("ground of 20 km, 1 m away", &scene, 2e-3)
+    Ok(Measurement::of([
+        // Twice a share of 1 mm in 1.2 m.
+        examiner.direct("ground of 20 km, 1 m away", &scene, 2e-3)?,
+        // One plane, as in `receiver_and_vpl_in_one_plane`.
+        no_indirect_light(examiner, &scene, 1e-7)?,
+    ]))
 }
 
 /// Sheets from behind the camera to before it, which pass it at a millimetre, or in which it lies: then they are not seen.
@@ -359,6 +411,63 @@ fn shading_normals(examiner: &mut Examiner) -> Result<Measurement> {
         *normal = -*normal;
     }
     parts.push(examiner.all("room inside out", &scene, 24)?);
+    Ok(Measurement::of(parts))
+}
+
+/// On the floor, at right angles to its triangles and beyond.
+fn normals_across(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut parts = Vec::new();
+    for (what, height) in [("90°", 0.0), ("91°", -0.0175), ("100°", -0.176)] {
+        let mut scene = room();
+        let floor = grid(
+            "floor",
+            [
+                DVec3::new(-1.0, -0.99, -1.0),
+                2.0 * DVec3::Z,
+                2.0 * DVec3::X,
+            ],
+            [4, 4],
+            GREY,
+        );
+        let normals = (0..floor.positions_m.len()).map(|i| {
+            let turn = 0.7 * i as f64;
+            DVec3::new(turn.cos(), height, turn.sin())
+        });
+        scene.meshes.push(
+            Mesh {
+                normals: normals.collect(),
+                ..floor
+            }
+            .into(),
+        );
+        parts.push(examiner.all(what, &scene, 24)?);
+    }
+    Ok(Measurement::of(parts))
+}
+
+/// One pixel, rows and columns of them, and pixels four times as high as wide whose principal point lies beside the image.
+fn odd_images(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut parts = Vec::new();
+    for resolution_px in [[1, 1], [67, 1], [1, 67]] {
+        let mut scene = room();
+        scene.camera.resolution_px = resolution_px;
+        scene.camera.lens = Lens::Intrinsics(Intrinsics {
+            fx: 20.0,
+            fy: 20.0,
+            cx: 0.4 * f64::from(resolution_px[0]),
+            cy: 0.6 * f64::from(resolution_px[1]),
+        });
+        let [width, height] = resolution_px;
+        parts.push(examiner.all(&format!("{width} x {height}"), &scene, 24)?);
+    }
+    let mut scene = room();
+    scene.camera.lens = Lens::Intrinsics(Intrinsics {
+        fx: 60.0,
+        fy: 15.0,
+        cx: -30.0,
+        cy: 9.0,
+    });
+    parts.push(examiner.all("oblong pixels", &scene, 24)?);
     Ok(Measurement::of(parts))
 }
 
@@ -407,19 +516,8 @@ fn closed_box(examiner: &mut Examiner) -> Result<Measurement> {
     scene.meshes.truncate(1);
     let mut parts = vec![examiner.all("empty room", &scene, 24)?];
     // Turned, so that no wall lies along an axis of the light's cube.
-    let turn = glam::DQuat::from_axis_angle(DVec3::new(0.3, 0.5, 0.8).normalize(), 0.7);
-    let mut turned = moved(&scene, 1.0, DVec3::ZERO);
-    for position in turned
-        .meshes
-        .iter_mut()
-        .flat_map(|mesh| &mut mesh.positions_m)
-    {
-        *position = turn * *position;
-    }
-    turned.camera.position_m = turn * turned.camera.position_m;
-    turned.camera.look_at_m = turn * turned.camera.look_at_m;
-    turned.camera.up = turn * turned.camera.up;
-    turned.lights = vec![point_light(turn * DVec3::new(0.23, 0.71, 0.17))];
+    let turn = DMat3::from_axis_angle(DVec3::new(0.3, 0.5, 0.8).normalize(), 0.7);
+    let turned = turned(&scene, turn);
     parts.push(examiner.all("turned room", &turned, 24)?);
     Ok(Measurement::of(parts))
 }

@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::{
     Case, Examiner, Measurement, cones,
     examiner::{DIRECT_BOUND, KERNEL_BOUND, bands_of, error_of, largest, values},
     scenes::{
         COLOURED, GREY, amplified, cuboid, directional_light, grid, lit_by, point_light, quad,
-        room, scene_of, spot_light, with_rays, with_sum,
+        room, scene_of, spot_light, turned, with_rays, with_sum,
     },
 };
 use crate::{
@@ -43,6 +43,14 @@ pub(super) const CASES: &[Case] = &[
         is_short: true,
         known_issue: None,
         run: |examiner| light_on_a_surface(examiner, 0.23),
+    },
+    Case {
+        name: "light_in_a_corner_of_a_mesh",
+        hazard: "three faces meet in the light: all of them are level with it, and its distance to them is 0",
+        remedy: "what a light lies in is not in its way, and has no cosine",
+        is_short: true,
+        known_issue: None,
+        run: light_in_a_corner,
     },
     Case {
         name: "spot_mounted_on_a_tilted_ceiling",
@@ -208,8 +216,37 @@ fn light_on_a_surface(examiner: &mut Examiner, tilt: f64) -> Result<Measurement>
         // Whether P lies 1e-7 m above the lamp or below is not known; the nearest pixels are 5 cm from it, where that is
         // 1e-7/d³ = 1e-3 W/m² more or less. Along the axes P and lamp have the same height, bit for bit.
         let bound = if tilt == 0.0 { 2e-5 } else { 1e-3 };
-        let what = format!("lamp at ({u}, {v}), direct");
-        parts.push(Measurement::new(what, error, bound));
+        let what = format!("lamp at ({u}, {v})");
+        let direct = format!("{what}, direct");
+        parts.push(Measurement::new(direct, error, bound));
+        parts.push(examiner.sums(&what, &scene, 24, KERNEL_BOUND)?);
+        // Half of its light goes below the floor. A lamp above, however near, would shine on the floor under it instead.
+        let half_sphere = spot_light(at + 1e-9 * above, above, [90.0, 90.0]);
+        let upper = lit_by(&scene, vec![amplified(half_sphere, [0.5; 3])]);
+        parts.push(examiner.bounce_like(&what, &scene, &upper)?);
+    }
+    Ok(Measurement::of(parts))
+}
+
+/// In the upper corner of a box, along the axes and turned: as a lamp a nanometre outside.
+fn light_in_a_corner(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut parts = Vec::new();
+    let turns = [
+        ("along the axes", DMat3::IDENTITY),
+        (
+            "turned",
+            DMat3::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), 0.4),
+        ),
+    ];
+    for (what, turn) in turns {
+        let upright = room();
+        let corner_m = upright.meshes[1].positions_m[7];
+        let outside_m = corner_m + 1e-9 * DVec3::ONE;
+        let [scene, outside] =
+            [corner_m, outside_m].map(|at| turned(&lit_by(&upright, vec![point_light(at)]), turn));
+        // As on a tilted surface: on which side of the lamp P lies on the box's own faces is not known.
+        parts.push(examiner.layer(what, &scene, (&outside, Layer::Direct), 1e-3)?);
+        parts.push(examiner.sums(what, &scene, 24, KERNEL_BOUND)?);
     }
     Ok(Measurement::of(parts))
 }
@@ -233,6 +270,7 @@ fn spot_on_a_ceiling(examiner: &mut Examiner) -> Result<Measurement> {
             vec![spot_light(at + 1e-9 * down, down, [30.0, 50.0])],
         );
         let what = format!("lamp at ({u}, {v})");
+        // Lamp and P are rounded to 6e-8 m each, and what is lit is at least 2 cm from the lamp.
         let of_lifted = (&lifted, Layer::Direct);
         parts.push(examiner.layer(&what, &scene, of_lifted, 2e-5)?);
         let [sum, of_lifted] =
@@ -264,6 +302,8 @@ fn light_inside_a_box(examiner: &mut Examiner) -> Result<Measurement> {
     for at in [DVec3::ZERO, DVec3::splat(0.01), 0.49 * size] {
         scene.lights = vec![point_light(centre + at)];
         parts.push(examiner.leaks(&scene, bright)?);
+        // To sums the box is no obstacle.
+        parts.push(examiner.sums("", &scene, 24, KERNEL_BOUND)?);
     }
     Ok(Measurement::of(parts))
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{
     Case, Examiner, Measurement,
     examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR},
-    scenes::{COLOURED, point_light, quad, room, scene_of},
+    scenes::{COLOURED, point_light, quad, room, scene_of, spot_light},
 };
 use crate::{
     Result, Scene,
@@ -59,7 +59,7 @@ pub(super) const CASES: &[Case] = &[
         remedy: "the same; how a lobe narrower than an RSM texel is sampled is the sum's own error",
         is_short: true,
         known_issue: None,
-        run: |examiner| sharp_lobes(examiner, 1e6),
+        run: lobes_of_a_million,
     },
     Case {
         name: "glossy_seen_in_glossy",
@@ -157,6 +157,33 @@ fn needle_lobes(examiner: &mut Examiner) -> Result<Measurement> {
     ]))
 }
 
+/// A floor that mirrors a ceiling on which a spot stands, but takes no light itself: of two such lobes on one way there is no truth to
+/// be had.
+fn lobes_of_a_million(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut scene = room();
+    let wall = quad(
+        "mirror",
+        DVec3::new(-0.9, -0.99, -0.9),
+        1.8 * DVec3::Z,
+        1.8 * DVec3::X,
+        COLOURED,
+    );
+    scene.meshes.truncate(1);
+    scene.meshes.push(wall.into());
+    let material = &mut scene.materials[COLOURED as usize];
+    material.kd = [0.0; 3];
+    material.ks = [1.0, 0.9, 0.8];
+    material.shininess = 1e6;
+    let at = DVec3::new(0.1, 0.2, -0.2);
+    scene.lights = vec![spot_light(at, DVec3::new(0.2, 1.0, -0.3), [40.0, 44.0])];
+    scene.camera.look_at_m = DVec3::new(0.0, -0.9, -0.1);
+    Ok(Measurement::of([
+        sharp_lobes(examiner, 1e6)?,
+        examiner.sums("ceiling in a floor", &scene, 24, lobe_bound(1e6))?,
+        examiner.bounce("ceiling in a floor", &scene)?,
+    ]))
+}
+
 /// A checkerboard of 0 and 1, and a texture of one texel, with coordinates up to a thousand.
 fn textures(examiner: &mut Examiner) -> Result<Measurement> {
     let plane = [DVec3::new(-1.0, 0.0, -1.0), 2.0 * DVec3::Z, 2.0 * DVec3::X];
@@ -192,6 +219,20 @@ fn textures(examiner: &mut Examiner) -> Result<Measurement> {
         let bound = DIRECT_BOUND + 4.0 * 2.0 * 1.2e-7 * repeats;
         parts.push(examiner.direct(what, &scene, bound)?);
         parts.push(examiner.sums(what, &scene, 24, KERNEL_BOUND)?);
+        parts.push(examiner.bounce(what, &scene)?);
+    }
+    // All corners in one point of the texture, and in two: what is seen there has no size.
+    for (what, corners) in [
+        ("one place of the texture", [[0.25, 0.25]; 4]),
+        (
+            "a line of the texture",
+            [[0.1, 0.7], [0.1, 0.7], [0.9, 0.7], [0.9, 0.7]],
+        ),
+    ] {
+        for mesh in &mut scene.meshes {
+            mesh.texcoords = corners.to_vec();
+        }
+        parts.push(examiner.all(what, &scene, 24)?);
     }
     Ok(Measurement::of(parts))
 }

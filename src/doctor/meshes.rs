@@ -1,16 +1,21 @@
 //! The cases of [geometry](super::geometry) that are about what meshes are made of: thin walls, needles, two in one place.
 
-use glam::DVec3;
+use std::f64::consts::TAU;
+
+use glam::{DMat3, DVec3};
 
 use super::{
     Examiner, Measurement,
     examiner::{DIRECT_BOUND, KERNEL_BOUND, largest, values},
-    scenes::{COLOURED, GREY, cuboid, grid, point_light, quad, room, sphere, two_walls},
+    scenes::{
+        COLOURED, GREY, cuboid, grid, point_light, quad, room, rounded, sphere, turned, two_walls,
+        with_shadow,
+    },
 };
 use crate::{
     Result, Scene,
     output::Layer,
-    scene::{Mesh, Shared},
+    scene::{Material, Mesh, Shadow, Shared},
 };
 
 /// The room cut in two, its light on one side, its camera on the other; everything that is seen must be black.
@@ -24,7 +29,11 @@ fn dark_side(examiner: &mut Examiner, wall: Mesh) -> Result<Measurement> {
     scene.lights = vec![point_light(DVec3::new(0.4, 0.3, 0.2))];
     let bright = largest(values(&examiner.render(&scene)?, Layer::Direct));
     scene.lights = vec![lit];
-    examiner.leaks(&scene, bright)
+    Ok(Measurement::of([
+        examiner.leaks(&scene, bright)?,
+        // To sums the wall is no obstacle.
+        examiner.sums("", &scene, 24, KERNEL_BOUND)?,
+    ]))
 }
 
 pub(super) fn wall_of_a_millimetre(examiner: &mut Examiner) -> Result<Measurement> {
@@ -59,6 +68,7 @@ pub(super) fn slats(examiner: &mut Examiner) -> Result<Measurement> {
     let scene = room_with_slats();
     Ok(Measurement::of([
         examiner.direct("40 slats of 2 mm", &scene, DIRECT_BOUND)?,
+        examiner.sums("40 slats of 2 mm", &scene, 24, KERNEL_BOUND)?,
         examiner.bounce("40 slats of 2 mm", &scene)?,
     ]))
 }
@@ -86,6 +96,7 @@ pub(super) fn interpenetrating(examiner: &mut Examiner) -> Result<Measurement> {
     Ok(Measurement::of([
         examiner.direct("balls, a block and a room", &scene, DIRECT_BOUND)?,
         examiner.direct_by_map("balls, a block and a room", &scene, DIRECT_BOUND)?,
+        examiner.sums("balls, a block and a room", &scene, 24, KERNEL_BOUND)?,
         examiner.bounce("balls, a block and a room", &scene)?,
     ]))
 }
@@ -150,6 +161,85 @@ pub(super) fn needles(examiner: &mut Examiner) -> Result<Measurement> {
         examiner.sums("needles of aspect 1e6", &scene, 24, KERNEL_BOUND)?,
         examiner.bounce("needles of aspect 1e6", &scene)?,
     ]))
+}
+
+/// Against the reference of a scene without the triangles that must not be seen.
+pub(super) fn two_materials_in_one_place(examiner: &mut Examiner) -> Result<Measurement> {
+    let seen = room();
+    let mut parts = Vec::new();
+    for (what, other) in [("black", BLACK), ("white", WHITE)] {
+        let mut scene = seen.clone();
+        for (name, reflectance) in [("black", 0.0), ("white", 1.0)] {
+            let material = Material::lambert(name, [reflectance; 3]);
+            scene.materials.push(material);
+        }
+        for mut mesh in seen.meshes.clone() {
+            mesh.triangle_materials.fill(other);
+            scene.meshes.push(mesh);
+        }
+        for shadow in Shadow::ALL {
+            let scene = with_shadow(&scene, shadow);
+            let what = format!("{what} under it, shadow by {}", shadow.name());
+            parts.push(examiner.layer(&what, &scene, (&seen, Layer::Direct), DIRECT_BOUND)?);
+        }
+        parts.push(examiner.sums(what, &scene, 24, KERNEL_BOUND)?);
+        parts.push(examiner.bounce_like(what, &scene, &seen)?);
+    }
+    Ok(Measurement::of(parts))
+}
+
+/// After those of the scenes.
+const BLACK: u32 = 3;
+const WHITE: u32 = 4;
+
+/// A slanted wall across the room, one half of it in cells, whose corners lie on the long edge of the other half but for rounding.
+pub(super) fn t_junctions(examiner: &mut Examiner) -> Result<Measurement> {
+    let corner = DVec3::new(-0.31, -1.1, -1.4);
+    let [along, across] = [DVec3::new(0.37, 2.2, 0.13), DVec3::new(0.11, 0.0, 1.4)];
+    let mut wall = grid("wall", [corner, along, across], [37, 5], COLOURED);
+    let whole = quad("whole", corner + across, along, across, COLOURED);
+    let first = wall.positions_m.len() as u32;
+    wall.positions_m.extend(whole.positions_m);
+    let triangles = whole.triangles.iter().map(|t| t.map(|i| first + i));
+    wall.triangles.extend(triangles);
+    wall.triangle_materials.extend(whole.triangle_materials);
+    dark_side(examiner, wall)
+}
+
+/// A tent over the floor: three thousand needles from its top to its rim, 1.5 mm wide there.
+pub(super) fn needle_fan(examiner: &mut Examiner) -> Result<Measurement> {
+    const NEEDLES: u32 = 3_000;
+    let mut positions = vec![[-0.1, -0.5, -0.2]];
+    positions.extend((0..NEEDLES).map(|i| {
+        let (sine, cosine) = (f64::from(i) / f64::from(NEEDLES) * TAU).sin_cos();
+        [-0.1 + 0.7 * cosine, -0.9, -0.2 + 0.7 * sine]
+    }));
+    let triangles: Vec<_> = (0..NEEDLES)
+        .map(|i| [0, 1 + i, 1 + (i + 1) % NEEDLES])
+        .collect();
+    let mut scene = room();
+    scene.meshes.truncate(1);
+    scene
+        .meshes
+        .push(Mesh::from_slices("tent", &positions, &triangles, COLOURED).into());
+    let what = "3 000 needles";
+    // Rasterisers round corners to 1/256 pixel, here 0.2 mm in 1 m, and where that takes a pixel's centre out of its needle, P stays
+    // at the needle's rim.
+    let of_raster = 2.0 * 0.5 * 0.0002;
+    Ok(Measurement::of([
+        examiner.direct(what, &scene, DIRECT_BOUND + of_raster)?,
+        examiner.sums(what, &scene, 24, KERNEL_BOUND)?,
+        examiner.bounce(what, &scene)?,
+    ]))
+}
+
+/// x turned to −x, with shading normals on one of the boxes.
+pub(super) fn room_in_a_mirror(examiner: &mut Examiner) -> Result<Measurement> {
+    let mut scene = room();
+    let centre_m = DVec3::new(-0.35, -0.45, -0.5);
+    scene.meshes[1] = rounded(Mesh::clone(&scene.meshes[1]), centre_m).into();
+    let scene = turned(&scene, DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0)));
+    examiner.all("", &scene, 24)
 }
 
 /// A corner whose floor is of two million triangles.

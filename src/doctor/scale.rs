@@ -167,5 +167,6 @@ fn near_shadows(examiner: &mut Examiner) -> Result<Measurement> {
     Ok(Measurement::of([
         examiner.direct(what, &scene, DIRECT_BOUND)?,
         examiner.direct_by_map(what, &scene, DIRECT_BOUND)?,
+        examiner.bounce(what, &scene)?,
     ]))
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use crate::scene::{
     Bands, Camera, Direct, Estimator, Indirect, Lens, Light, Material, Mesh, Scene, Shadow, Shared,
@@ -263,6 +263,35 @@ pub fn moved(scene: &Scene, scale: f64, shift_m: DVec3) -> Scene {
         match light {
             Light::Point { position_m, .. } | Light::Spot { position_m, .. } => place(position_m),
             Light::Directional { .. } => {}
+        }
+    }
+    scene
+}
+
+/// The scene turned about 0 as a whole, camera and lights with it.
+pub fn turned(scene: &Scene, turn: DMat3) -> Scene {
+    let mut scene = scene.clone();
+    let rotate = |vector: &mut DVec3| *vector = turn * *vector;
+    for mesh in &mut scene.meshes {
+        mesh.positions_m.iter_mut().for_each(rotate);
+        mesh.normals.iter_mut().for_each(rotate);
+    }
+    let camera = &mut scene.camera;
+    rotate(&mut camera.position_m);
+    rotate(&mut camera.look_at_m);
+    rotate(&mut camera.up);
+    for light in &mut scene.lights {
+        match light {
+            Light::Point { position_m, .. } => rotate(position_m),
+            Light::Spot {
+                position_m,
+                direction,
+                ..
+            } => {
+                rotate(position_m);
+                rotate(direction);
+            }
+            Light::Directional { direction, .. } => rotate(direction),
         }
     }
     scene

@@ -20,6 +20,14 @@ const SPREAD: f64 = 1e-6;
 
 pub(super) const CASES: &[Case] = &[
     Case {
+        name: "vpls_shuffled",
+        hazard: "f32 sums depend on the order of their terms, and RSMs bring large ones side by side",
+        remedy: "sums of three levels: tile, dispatch, image",
+        is_short: true,
+        known_issue: None,
+        run: vpls_shuffled,
+    },
+    Case {
         name: "lights_in_another_order",
         hazard: "f32 sums depend on the order of their terms, the more so the more terms",
         remedy: "sums of three levels: tile, dispatch, image",
@@ -92,6 +100,29 @@ fn apart(examiner: &mut Examiner, one: &Scene, other: &Scene) -> Result<f64> {
     let frame = examiner.render(other)?;
     let truth = bands_of(values(&truth, Layer::Indirect), 1.0);
     Ok(error_of(values(&frame, Layer::Indirect), &truth))
+}
+
+/// On the device, between the passes that list and that gather them.
+fn vpls_shuffled(examiner: &mut Examiner) -> Result<Measurement> {
+    let ways = [None, Some(1), Some(2), Some(3)].map(|vpl_order| {
+        let options = RenderOptions {
+            vpl_order,
+            ..RenderOptions::default()
+        };
+        (
+            vpl_order.map_or("as listed".into(), |seed| format!("order {seed}")),
+            options,
+        )
+    });
+    let shuffled = spread(examiner, ways.into_iter(), SPREAD)?;
+    // A sum of some ten thousand terms in another order never is the same in every pixel.
+    let unchanged = shuffled
+        .parts
+        .iter()
+        .skip(2)
+        .filter(|part| part.error == 0.0);
+    let unchanged = Measurement::new("sums that no order changes", unchanged.count() as f64, 0.0);
+    Ok(Measurement::of([shuffled, unchanged]))
 }
 
 fn lights_in_another_order(examiner: &mut Examiner) -> Result<Measurement> {

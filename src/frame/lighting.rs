@@ -1,5 +1,6 @@
 //! What the lights of a scene see and the VPLs they make: what frames share until a light or a surface changes.
 
+use super::shuffle;
 use crate::{
     Error, IndirectMethod, Result,
     passes::{
@@ -39,6 +40,7 @@ struct Room {
     max_faces: u32,
     light_count: usize,
     is_specular: bool,
+    vpl_order: Option<u64>,
 }
 
 /// Where VPLs are listed.
@@ -68,6 +70,7 @@ impl Room {
             max_faces: plan.max_faces(),
             light_count: plan.lights.len(),
             is_specular: plan.is_specular,
+            vpl_order: context.vpl_order,
         }
     }
 
@@ -155,18 +158,23 @@ impl Lighting {
     }
 
     /// After the submission that listed a light's VPLs.
-    pub fn take_vpls(&mut self, index: usize) -> Result<()> {
+    pub fn take_vpls(&mut self, context: &Context, index: usize) -> Result<()> {
         let (Some(vpls), Some(lit)) = (&self.vpls, &mut self.lights[index]) else {
             return Ok(());
         };
-        lit.listed = Some(ListedVpls {
+        let listed = ListedVpls {
             first: lit.device.parameters.first_vpl,
             lengths: vpls.lengths()?,
-        });
-        if let Some((.., Lists::OfAllForRays)) = self.made_for.indirect {
-            lit.listed_light = Some(ListedLight::new(&lit.device, vpls)?);
+        };
+        lit.listed = Some(listed);
+        match (self.made_for.indirect, self.made_for.vpl_order) {
+            (Some((.., Lists::OfAllForRays)), _) => {
+                lit.listed_light = Some(ListedLight::new(&lit.device, vpls)?);
+                Ok(())
+            }
+            (_, Some(seed)) => shuffle::shuffle(context.device, vpls, listed, seed),
+            (_, None) => Ok(()),
         }
-        Ok(())
     }
 
     /// Where the VPLs of a light lie; `None` without indirect light.

@@ -8,6 +8,7 @@ mod kept;
 mod lighting;
 mod progress;
 mod readback;
+mod shuffle;
 mod source;
 mod stage;
 
@@ -151,7 +152,7 @@ pub(crate) fn draw(
             keep.lights.push(kept);
         }
         if is_new {
-            lighting.take_vpls(index)?;
+            lighting.take_vpls(context, index)?;
         }
         cost.add_vpls(lighting.vpls_of(index));
         if let Some(indirect) = &indirect {

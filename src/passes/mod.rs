@@ -36,6 +36,8 @@ pub(crate) struct Context<'c> {
     pub scene: &'c Scene,
     pub plan: &'c Plan,
     pub space: &'c LocalSpace,
+    /// Of the VPLs of sums: a seed, or `None` for the RSM's.
+    pub vpl_order: Option<u64>,
 }
 
 impl Context<'_> {
