@@ -66,8 +66,9 @@ const IGNORED: [&str; 14] = [
     "shadow_obj",
 ];
 
-/// How many triangles are tried in search of a fan, per corner of the polygon.
-const MOST_TRIANGLES_PER_CORNER: usize = 1000;
+/// How many triangles are tried in search of a fan: for a polygon, and per corner of a large one.
+const MOST_TRIANGLES: usize = 1_000_000;
+const MOST_TRIANGLES_PER_CORNER: usize = 100;
 
 /// Checks the text of the OBJ `file`; with `flat`, normals are left out.
 ///
@@ -275,7 +276,7 @@ fn fan_apex(outline: &[DVec3]) -> Option<usize> {
     // A triangle of no area does not fold; rounding may give it either sign.
     let folded = -1e-9 * area.length_squared();
     // All fans of a polygon of up to a thousand corners are tried. All of a million corners would take hours.
-    let mut triangles_left = MOST_TRIANGLES_PER_CORNER * n;
+    let mut triangles_left = MOST_TRIANGLES.max(MOST_TRIANGLES_PER_CORNER * n);
     (0..n).find(|&apex| {
         fan(apex).all(|triangle| {
             triangles_left = triangles_left.saturating_sub(1);

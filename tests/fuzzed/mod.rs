@@ -1,5 +1,7 @@
 //! Feeds an input to what reads it, and judges: no panic, no hang, no memory beyond what the input can stand for.
 
+#![allow(dead_code, reason = "each test binary uses its own part of it")]
+
 pub mod mutate;
 pub mod scene_text;
 
@@ -136,7 +138,7 @@ pub fn check_message(error: &Error) {
 }
 
 /// A device with lavapipe's limits.
-fn device() -> DeviceInfo {
+pub fn device() -> DeviceInfo {
     DeviceInfo {
         index: 0,
         name: "none".into(),
