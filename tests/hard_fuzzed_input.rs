@@ -11,14 +11,9 @@ use camlux::metrics::{Comparison, Pixels};
 use camlux::output::LayeredImage;
 use exr::prelude::*;
 use fuzzed::mutate::{self, Random, mend_png};
-use fuzzed::{Bound, check_message, check_scene, judge, scene_text, take_turn};
+use fuzzed::{Bound, TEXT, check_message, check_scene, judge, scene_text, take_turn};
 use scene_folder::{CAMERA, LIGHT, MESH, MTL, SceneFolder, TRIANGLE};
 
-/// What a byte of text may take: "f 1 2 3" is 8 bytes, and its run of one face some 700 in `tobj`, twice while a list grows.
-const TEXT: Bound = Bound {
-    constant_bytes: 1 << 20,
-    factor: 400,
-};
 /// A byte of deflate stands for 1032 bytes at best, which are 8256 pixels of 1 bit. Each takes up to 4 bytes as the decoder
 /// gives it, 6 with 16 bits a band, and 12 as it stays.
 const TEXTURE: Bound = Bound {

@@ -12,7 +12,7 @@ use camlux::output::LayeredImage;
 use camlux::{Plan, Scene};
 use exr::prelude::*;
 use fuzzed::mutate::crc32;
-use fuzzed::{Bound, check_message, check_scene, device, judge, take_turn};
+use fuzzed::{Bound, TEXT, check_message, check_scene, device, judge, take_turn};
 use scene_folder::{CAMERA, LIGHT, MESH, MTL, SceneFolder, TRIANGLE, assert_says};
 
 /// Tables and messages, but nothing that grows with what a file claims.
@@ -20,12 +20,6 @@ const SMALL: Bound = Bound {
     constant_bytes: 1 << 20,
     factor: 30,
 };
-/// What a byte of text may take (see `hard_fuzzed_input.rs`).
-const TEXT: Bound = Bound {
-    constant_bytes: 1 << 20,
-    factor: 400,
-};
-
 /// Reads `mesh.obj` with this content and gives the message, empty where it loads.
 fn load_obj(folder: &SceneFolder, obj: impl AsRef<[u8]>, bound: Bound) -> String {
     let obj = obj.as_ref();
@@ -195,6 +189,11 @@ fn long_texts_take_no_longer_than_they_are() {
             "mtllib mesh.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nusemtl {}\n{}",
             "x".repeat(100_000),
             "f 1 2 3\nf 1//1 2//1 3//1\n".repeat(5_000)
+        ),
+        // A run for each face.
+        format!(
+            "{TRIANGLE}vn 0 0 1\n{}",
+            "f 1 2 3\nf 1//1 2//1 3//1\n".repeat(20_000)
         ),
         // A material for each face.
         format!("{TRIANGLE}{}", "usemtl white\nf 1 2 3\n".repeat(20_000)),

@@ -6,7 +6,7 @@ use camlux::output::LayeredImage;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    let read = camlux_fuzz::with_file("image.exr", bytes, LayeredImage::read::<&std::path::Path>);
+    let read = camlux_fuzz::with_file("image.exr", bytes, |file| LayeredImage::read(file));
     let image = match read {
         Ok(image) => image,
         Err(error) => return camlux_fuzz::check_message(&error),

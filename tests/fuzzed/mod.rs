@@ -27,6 +27,13 @@ pub struct Bound {
     pub factor: usize,
 }
 
+/// What a text may take, twice the worst that was found: a bracket of TOML is a token and an event of 100 bytes together, and
+/// what OBJ has for a face, with a group of its own, takes 74 bytes a byte.
+pub const TEXT: Bound = Bound {
+    constant_bytes: 1 << 20,
+    factor: 200,
+};
+
 /// The allocator counts for the whole process: one input at a time.
 static TURN: Mutex<()> = Mutex::new(());
 static RUNNING: Mutex<Option<Running>> = Mutex::new(None);
