@@ -96,9 +96,21 @@ impl Error {
         mend: impl Into<String>,
     ) -> Self {
         Error::Scene {
-            at: at.into(),
-            problem: problem.into(),
-            mend: mend.into(),
+            at: one_line(at.into()),
+            problem: shortened(one_line(problem.into())),
+            mend: shortened(one_line(mend.into())),
+        }
+    }
+
+    pub(crate) fn input(
+        at: impl Into<String>,
+        problem: impl Into<String>,
+        mend: impl Into<String>,
+    ) -> Self {
+        Error::Input {
+            at: one_line(at.into()),
+            problem: shortened(one_line(problem.into())),
+            mend: shortened(one_line(mend.into())),
         }
     }
 
@@ -107,4 +119,32 @@ impl Error {
             problem: problem.into(),
         }
     }
+}
+
+/// A message is one line, whatever a file has for a name: a control character could even steer the terminal.
+fn one_line(text: String) -> String {
+    if !text.contains(char::is_control) {
+        return text;
+    }
+    let escaped = |character: char| {
+        if character.is_control() {
+            character.escape_default().to_string()
+        } else {
+            character.into()
+        }
+    };
+    text.chars().map(escaped).collect()
+}
+
+/// A message can be read: what a file has for a name, or a list of a thousand names, shows its beginning and its end only.
+fn shortened(text: String) -> String {
+    const BEGINNING: usize = 800;
+    const END: usize = 200;
+    let count = text.chars().count();
+    if count <= BEGINNING + END {
+        return text;
+    }
+    let beginning: String = text.chars().take(BEGINNING).collect();
+    let end: String = text.chars().skip(count - END).collect();
+    format!("{beginning} ... {end}")
 }

@@ -20,6 +20,7 @@ pub mod doctor;
 pub mod emission;
 pub mod error;
 mod frame;
+mod input_file;
 pub mod intermediates;
 mod lattice;
 mod local_space;

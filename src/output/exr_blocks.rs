@@ -10,6 +10,7 @@ use exr::meta::header::Header;
 use half::f16;
 
 use super::exr_decode::{Refusal, damaged, explain};
+use super::exr_dwa::check_block;
 use super::exr_read::ImageLayer;
 use super::frame::Layer;
 
@@ -103,13 +104,16 @@ fn read_blocks<R: Read + Seek>(
     header: &Header,
     layers: &mut [LayerUnderConstruction],
 ) -> Result<(), Refusal> {
-    let full_resolution = reader
+    let mut full_resolution = reader
         .filter_chunks(false, |_, tile, _| tile.is_largest_resolution_level())
         .map_err(explain)?;
     let mut blocks_read = HashSet::new();
     let mut pixels_read = 0;
-    for block in full_resolution.sequential_decompressor(false) {
-        let block = block.map_err(explain)?;
+    while let Some(chunk) = full_resolution.read_next_chunk() {
+        let chunk = chunk.map_err(explain)?;
+        check_block(&chunk, header)?;
+        let block = UncompressedBlock::decompress_chunk(chunk, full_resolution.meta_data(), false)
+            .map_err(explain)?;
         let at = block.index.pixel_position;
         if block.index.level.0 == 0 && block.index.level.1 == 0 && blocks_read.insert((at.0, at.1))
         {

@@ -2,8 +2,8 @@
 
 use std::any::Any;
 use std::collections::BTreeMap;
-use std::fs::{self, File};
-use std::io::{BufReader, Read, Seek};
+use std::fs::File;
+use std::io::{BufReader, ErrorKind, Read, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -15,6 +15,7 @@ use exr::prelude::Compression;
 
 use super::exr_blocks::read_layers;
 use super::exr_read::LayeredImage;
+use crate::input_file;
 
 /// What is wrong, and what to do about it.
 pub(super) type Refusal = (String, &'static str);
@@ -57,22 +58,18 @@ fn panic_text(panic: &(dyn Any + Send)) -> String {
 }
 
 fn open(path: &Path) -> Result<(File, u64), Refusal> {
-    let cannot_open = |error: std::io::Error| {
+    let (file, file_bytes) = input_file::open(path).map_err(|error| {
         let mend = "check the name and the permissions";
         match error.kind() {
-            std::io::ErrorKind::NotFound => ("there is no such file".into(), mend),
+            ErrorKind::NotFound => ("there is no such file".into(), mend),
+            ErrorKind::InvalidInput => (error.to_string(), "name an OpenEXR file"),
             _ => (format!("cannot read: {error}"), mend),
         }
-    };
-    let metadata = fs::metadata(path).map_err(cannot_open)?;
-    if !metadata.is_file() {
-        return Err(("it is not a file".into(), "name an OpenEXR file"));
-    }
-    if metadata.len() == 0 {
+    })?;
+    if file_bytes == 0 {
         return Err(damaged("the file is empty"));
     }
-    let file = File::open(path).map_err(cannot_open)?;
-    Ok((file, metadata.len()))
+    Ok((file, file_bytes))
 }
 
 fn decode(file: impl Read + Seek, file_bytes: u64) -> Result<LayeredImage, Refusal> {

@@ -37,11 +37,8 @@ impl LayeredImage {
     /// camlux does not read: several parts, deep pixels, subsampled channels, a data window that is not the display window.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        exr_decode::decode_file(path).map_err(|(problem, mend)| Error::Input {
-            at: path.display().to_string(),
-            problem,
-            mend: mend.into(),
-        })
+        exr_decode::decode_file(path)
+            .map_err(|(problem, mend)| Error::input(path.display().to_string(), problem, mend))
     }
 
     /// Width, height.

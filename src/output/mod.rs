@@ -4,6 +4,7 @@ mod atomic;
 mod exr;
 mod exr_blocks;
 mod exr_decode;
+mod exr_dwa;
 mod exr_read;
 mod frame;
 mod header;

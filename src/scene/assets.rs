@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec3};
 
 use super::keys::did_you_mean;
-use super::lines::read_text;
+use super::lines::{place, read_text};
 use super::mtl::{Entry, Library};
 use super::obj_check::{self, CheckedObj, Named, Run};
 use super::{Material, Mesh, Texture, obj, texture};
@@ -81,15 +81,16 @@ impl Assets {
         let folder = file.parent().unwrap_or(Path::new(""));
         let mut library = Library::default();
         for statement in &checked.libraries {
-            library.read(statement, folder)?;
+            library.read(&statement.name, folder, &place(file, statement.line))?;
         }
         let any_texcoords = checked.runs.iter().any(|run| run.form.texcoords);
         let mut index_of_name = HashMap::new();
         let mut materials = Vec::with_capacity(checked.runs.len());
         for run in &checked.runs {
-            let name = run.material.as_ref().ok_or_else(|| {
+            let material = run.material.map(|index| &checked.materials[index]);
+            let name = material.ok_or_else(|| {
                 Error::scene(
-                    &run.at,
+                    place(file, run.line),
                     "a face has no material",
                     "name one with mtllib and usemtl above it, or give the [[mesh]] a material = \"...\"",
                 )
@@ -97,13 +98,13 @@ impl Assets {
             let index = match index_of_name.get(&name.name) {
                 Some(&index) => index,
                 None => {
-                    let index = self.add_from_library(name, &library)?;
+                    let index = self.add_from_library(name, file, &library)?;
                     index_of_name.insert(&name.name, index);
                     index
                 }
             };
             if any_texcoords {
-                self.check_texcoords(run, index)?;
+                self.check_texcoords(run, file, index)?;
             }
             materials.push(index);
         }
@@ -111,13 +112,13 @@ impl Assets {
     }
 
     /// In a mesh where other faces have texture coordinates, a face without them would show one arbitrary texel.
-    fn check_texcoords(&self, run: &Run, material: u32) -> Result<()> {
+    fn check_texcoords(&self, run: &Run, file: &Path, material: u32) -> Result<()> {
         let material = &self.materials[material as usize];
         if run.form.texcoords || material.kd_texture.is_none() {
             return Ok(());
         }
         Err(Error::scene(
-            &run.at,
+            place(file, run.line),
             format!(
                 "a face of the textured material \"{}\" has no texture coordinates",
                 material.name
@@ -126,7 +127,7 @@ impl Assets {
         ))
     }
 
-    fn add_from_library(&mut self, name: &Named, library: &Library) -> Result<u32> {
+    fn add_from_library(&mut self, name: &Named, file: &Path, library: &Library) -> Result<u32> {
         let entry = library.get(&name.name).ok_or_else(|| {
             let known = library.names();
             let mend = if known.is_empty() {
@@ -135,7 +136,7 @@ impl Assets {
                 did_you_mean(&name.name, &known)
             };
             Error::scene(
-                &name.at,
+                place(file, name.line),
                 format!("material \"{}\" is in no MTL file", name.name),
                 mend,
             )

@@ -5,10 +5,10 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use super::assets::{Assets, MeshRequest, Transform};
-use super::keys::{Keys, Source, Value, did_you_mean};
+use super::keys::{Keys, LineStarts, Source, Value, did_you_mean};
 use super::validate::{self, Part};
 use super::{Direct, Scene, Shared, file_parts};
-use crate::{Error, Result};
+use crate::{Error, Result, input_file};
 
 const VERSION: u32 = 1;
 
@@ -21,13 +21,15 @@ impl Scene {
     /// [`Error::Scene`] with file and line: a file that is missing or unreadable, text that is not TOML, an unknown or
     /// missing key, a value of the wrong type, and everything that [`Scene::validate`] refuses.
     pub fn load(path: &Path) -> Result<Scene> {
-        let text = std::fs::read_to_string(path).map_err(|error| {
+        let unreadable = |problem: String| {
             Error::scene(
                 path.display().to_string(),
-                format!("cannot read the scene file: {error}"),
+                format!("cannot read the scene file: {problem}"),
                 "check the path and that it is a UTF-8 text file",
             )
-        })?;
+        };
+        let bytes = input_file::read(path).map_err(|error| unreadable(error.to_string()))?;
+        let text = String::from_utf8(bytes).map_err(|error| unreadable(error.to_string()))?;
         Scene::parse(&text, path)
     }
 
@@ -37,7 +39,13 @@ impl Scene {
     /// # Errors
     /// Those of [`Scene::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
-        let mut keys = Source { text, file }.parse()?;
+        let lines = LineStarts::of(text);
+        let mut keys = Source {
+            text,
+            file,
+            lines: &lines,
+        }
+        .parse()?;
         keys.only(&[
             "version", "camera", "sensor", "light", "mesh", "material", "direct", "indirect",
         ])?;

@@ -14,6 +14,21 @@ use crate::{Error, Result};
 pub(super) struct Source<'t> {
     pub text: &'t str,
     pub file: &'t Path,
+    pub lines: &'t LineStarts,
+}
+
+/// Where the lines of a text begin but the first: to count them anew for each key would take the square of a file's size.
+pub(super) struct LineStarts(Vec<usize>);
+
+impl LineStarts {
+    pub fn of(text: &str) -> Self {
+        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        LineStarts(breaks.map(|(offset, _)| offset + 1).collect())
+    }
+
+    fn line_of(&self, offset: usize) -> usize {
+        1 + self.0.partition_point(|&start| start <= offset)
+    }
 }
 
 impl<'t> Source<'t> {
@@ -36,11 +51,7 @@ impl<'t> Source<'t> {
 
     /// `scene.toml:12`
     fn at(self, span: Range<usize>) -> String {
-        let line = 1 + self.text.as_bytes()[..span.start.min(self.text.len())]
-            .iter()
-            .filter(|&&byte| byte == b'\n')
-            .count();
-        format!("{}:{line}", self.file.display())
+        format!("{}:{}", self.file.display(), self.lines.line_of(span.start))
     }
 }
 
@@ -123,9 +134,10 @@ impl<'t> Keys<'t> {
 /// "did you mean "fov_y_deg"? possible are ..."
 pub(super) fn did_you_mean(word: &str, known: &[&str]) -> String {
     // Jaro-Winkler favours a common beginning: "fov" is nearer to "fov_y_deg" than to "up".
+    let likeness = |known: &str| strsim::jaro_winkler(beginning(word), beginning(known));
     let nearest = known
         .iter()
-        .max_by(|a, b| strsim::jaro_winkler(word, a).total_cmp(&strsim::jaro_winkler(word, b)));
+        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
     match nearest {
         Some(nearest) => format!(
             "did you mean \"{nearest}\"? possible are: {}",
@@ -133,6 +145,13 @@ pub(super) fn did_you_mean(word: &str, known: &[&str]) -> String {
         ),
         None => "remove it".into(),
     }
+}
+
+/// As much of a word as is compared: the time goes with the product of both lengths.
+fn beginning(word: &str) -> &str {
+    const MOST_CHARACTERS: usize = 64;
+    let end = word.char_indices().nth(MOST_CHARACTERS);
+    end.map_or(word, |(end, _)| &word[..end])
 }
 
 /// The value of one key.

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use crate::{Error, Result};
+use crate::{Error, Result, input_file};
 
 /// One statement: a keyword and what follows it.
 pub(super) struct Line<'t> {
@@ -14,7 +14,7 @@ pub(super) struct Line<'t> {
 
 /// Reads a file that need not be UTF-8: comments and names are often Latin-1.
 pub(super) fn read_text(file: &Path, named_at: &str, what: &str) -> Result<String> {
-    let bytes = std::fs::read(file).map_err(|error| {
+    let bytes = input_file::read(file).map_err(|error| {
         Error::scene(
             named_at,
             format!("cannot read the {what} {}: {error}", file.display()),
@@ -24,32 +24,54 @@ pub(super) fn read_text(file: &Path, named_at: &str, what: &str) -> Result<Strin
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
+/// `mesh.obj:12`
+pub(super) fn place(file: &Path, line: usize) -> String {
+    format!("{}:{line}", file.display())
+}
+
 /// The statements of a file. A backslash at the end of a line continues it.
 pub(super) fn lines<'t>(text: &'t str, file: &'t Path) -> impl Iterator<Item = Line<'t>> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut numbered = text.lines().enumerate();
     let statements = std::iter::from_fn(move || {
         let (index, first) = numbered.next()?;
-        let mut text = Cow::Borrowed(first);
-        // A comment is not continued: a path at its end would swallow the next line.
-        while let Some(begun) = text.trim().strip_suffix('\\')
-            && !begun.starts_with('#')
-        {
-            let (_, next) = numbered.next().unwrap_or_default();
-            text = Cow::Owned(format!("{begun} {next}"));
-        }
         Some(Line {
             file,
             number: index + 1,
-            text,
+            text: continued(first, numbered.by_ref().map(|(_, line)| line)),
         })
     });
     statements.filter(|line| !line.keyword().is_empty() && !line.keyword().starts_with('#'))
 }
 
+/// A line with those that continue it.
+fn continued<'t>(first: &'t str, mut rest: impl Iterator<Item = &'t str>) -> Cow<'t, str> {
+    let mut text = Cow::Borrowed(first.trim());
+    // A comment is not continued: a path at its end would swallow the next line.
+    while text.ends_with('\\') && !text.starts_with('#') {
+        let text = text.to_mut();
+        text.pop();
+        text.truncate(text.trim_end().len());
+        let Some(next) = rest.next() else {
+            let end = text.trim_end_matches(|c: char| c == '\\' || c.is_whitespace());
+            text.truncate(end.len());
+            break;
+        };
+        if !text.is_empty() && !next.trim().is_empty() {
+            text.push(' ');
+        }
+        text.push_str(next.trim());
+    }
+    text
+}
+
 impl Line<'_> {
+    pub fn number(&self) -> usize {
+        self.number
+    }
+
     pub fn at(&self) -> String {
-        format!("{}:{}", self.file.display(), self.number)
+        place(self.file, self.number)
     }
 
     pub fn keyword(&self) -> &str {

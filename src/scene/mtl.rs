@@ -4,17 +4,17 @@
 //! The MTL format states no defaults. Here Ks is 0 when absent, and Kd is 1 below a map_Kd. A material that has neither Kd
 //! nor map_Kd, or has Ks without Ns, is refused: any number put there would be a guess.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::lines::{Line, lines, read_text};
-use super::obj_check::Named;
 use crate::{Error, Result};
 
 /// The materials that the MTL files of one OBJ define.
 #[derive(Default)]
 pub(super) struct Library {
     entries: HashMap<String, Entry>,
+    files_read: HashSet<PathBuf>,
 }
 
 pub(super) struct Entry {
@@ -27,15 +27,25 @@ pub(super) struct Entry {
 
 impl Library {
     /// Reads what a `mtllib` statement names: one file whose name may hold spaces, or several.
-    pub fn read(&mut self, statement: &Named, folder: &Path) -> Result<()> {
-        let whole = folder.join(&statement.name);
+    pub fn read(&mut self, names: &str, folder: &Path, named_at: &str) -> Result<()> {
+        let whole = folder.join(names);
         if whole.exists() {
-            return self.read_file(&whole, &statement.at);
+            return self.read_once(&whole, named_at);
         }
-        for name in statement.name.split_whitespace() {
-            self.read_file(&folder.join(name), &statement.at)?;
+        for name in names.split_whitespace() {
+            self.read_once(&folder.join(name), named_at)?;
         }
         Ok(())
+    }
+
+    /// Some exporters name the library again with every object.
+    fn read_once(&mut self, file: &Path, named_at: &str) -> Result<()> {
+        // A file that cannot be resolved cannot be read either, and reading it gives the better message.
+        let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+        if !self.files_read.insert(key) {
+            return Ok(());
+        }
+        self.read_file(file, named_at)
     }
 
     pub fn get(&self, name: &str) -> Option<&Entry> {

@@ -18,22 +18,24 @@ pub(super) struct CheckedObj {
     /// The rewritten file. Its groups are named by their index in `runs`.
     pub text: String,
     pub runs: Vec<Run>,
+    /// What `usemtl` names, one a statement.
+    pub materials: Vec<Named>,
     pub libraries: Vec<Named>,
 }
 
 /// A name and the line that has it.
-#[derive(Clone, PartialEq)]
 pub(super) struct Named {
     pub name: String,
-    pub at: String,
+    pub line: usize,
 }
 
 /// Consecutive faces of one material and one form.
 pub(super) struct Run {
-    pub material: Option<Named>,
+    /// Index in [`CheckedObj::materials`]: were the name itself here, a long one would be there a thousand times.
+    pub material: Option<usize>,
     pub form: Form,
-    /// Line of the first face.
-    pub at: String,
+    /// That of the first face.
+    pub line: usize,
 }
 
 /// What the corners of a face have beside a position.
@@ -64,6 +66,10 @@ const IGNORED: [&str; 14] = [
     "shadow_obj",
 ];
 
+/// How many triangles are tried in search of a fan: for a polygon, and per corner of a large one.
+const MOST_TRIANGLES: usize = 1_000_000;
+const MOST_TRIANGLES_PER_CORNER: usize = 100;
+
 /// Checks the text of the OBJ `file`; with `flat`, normals are left out.
 ///
 /// A zero normal (exporters write them for degenerate faces) makes its face flat.
@@ -88,7 +94,6 @@ struct Checker {
     positions: Vec<DVec3>,
     texcoord_count: usize,
     normal_is_zero: Vec<bool>,
-    material: Option<Named>,
     obj: CheckedObj,
 }
 
@@ -113,7 +118,7 @@ impl Checker {
                 self.write("vn", &numbers);
             }
             "f" => self.face(line)?,
-            "usemtl" => self.material = Some(named(line)?),
+            "usemtl" => self.obj.materials.push(named(line)?),
             "mtllib" => self.obj.libraries.push(named(line)?),
             keyword if IGNORED.contains(&keyword) => {}
             _ => {
@@ -189,17 +194,18 @@ impl Checker {
     }
 
     fn begin_run(&mut self, form: Form, line: &Line) {
+        let material = self.obj.materials.len().checked_sub(1);
         if let Some(run) = self.obj.runs.last()
             && run.form == form
-            && run.material == self.material
+            && run.material == material
         {
             return;
         }
         let _ = writeln!(self.obj.text, "g {}", self.obj.runs.len());
         self.obj.runs.push(Run {
-            material: self.material.clone(),
+            material,
             form,
-            at: line.at(),
+            line: line.number(),
         });
     }
 
@@ -234,7 +240,7 @@ impl Checker {
 fn named(line: &Line) -> Result<Named> {
     Ok(Named {
         name: line.name()?.to_owned(),
-        at: line.at(),
+        line: line.number(),
     })
 }
 
@@ -256,7 +262,7 @@ fn zero_based(word: &str, count: usize) -> Option<usize> {
     usize::try_from(from_start).ok().filter(|&i| i < count)
 }
 
-/// The corner from which a fan of triangles fills the polygon without folding over; None where there is none.
+/// The corner from which a fan of triangles fills the polygon without folding over; None where none was found.
 fn fan_apex(outline: &[DVec3]) -> Option<usize> {
     let n = outline.len();
     let fan = |apex: usize| {
@@ -269,5 +275,12 @@ fn fan_apex(outline: &[DVec3]) -> Option<usize> {
     let area: DVec3 = fan(0).sum();
     // A triangle of no area does not fold; rounding may give it either sign.
     let folded = -1e-9 * area.length_squared();
-    (0..n).find(|&apex| fan(apex).all(|triangle| triangle.dot(area) >= folded))
+    // All fans of a polygon of up to a thousand corners are tried. All of a million corners would take hours.
+    let mut triangles_left = MOST_TRIANGLES.max(MOST_TRIANGLES_PER_CORNER * n);
+    (0..n).find(|&apex| {
+        fan(apex).all(|triangle| {
+            triangles_left = triangles_left.saturating_sub(1);
+            triangles_left > 0 && triangle.dot(area) >= folded
+        })
+    })
 }

@@ -1,14 +1,17 @@
 //! Diffuse textures from PNG and JPEG files.
 
+use std::io::Cursor;
 use std::path::Path;
 
+use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
+
 use super::Texture;
-use crate::{Error, Result};
+use crate::{Error, Result, input_file};
 
 /// Loads an image as linear reflectance: 8 or 16 bit, grey or RGB; an alpha channel is ignored.
 ///
 /// # Errors
-/// At `named_at`: a file that is missing, or is no PNG or JPEG.
+/// At `named_at`: a file that is missing, is no PNG or JPEG, or claims more pixels than its bytes can stand for.
 pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
     let unreadable = |problem: String| {
         Error::scene(
@@ -17,13 +20,9 @@ pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
             "give the path of a PNG or JPEG file, relative to the file that names it",
         )
     };
-    let pixels = image::ImageReader::open(file)
-        .and_then(image::ImageReader::with_guessed_format)
-        .map_err(|error| unreadable(error.to_string()))?
-        .decode()
-        .map_err(|error| unreadable(error.to_string()))?
-        // 8-bit values become v·257, so that v·257/65535 is v/255 exactly.
-        .into_rgb16();
+    let bytes = input_file::read(file).map_err(|error| unreadable(error.to_string()))?;
+    // 8-bit values become v·257, so that v·257/65535 is v/255 exactly.
+    let pixels = decode(&bytes).map_err(unreadable)?.into_rgb16();
     let decode = srgb_decoding_table();
     Ok(Texture {
         name: file.display().to_string(),
@@ -33,6 +32,47 @@ pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
             .map(|pixel| pixel.0.map(|value| decode[usize::from(value)]))
             .collect(),
     })
+}
+
+/// The image of a PNG or JPEG file. Memory is taken only for pixels that the file may hold.
+fn decode(file: &[u8]) -> std::result::Result<DynamicImage, String> {
+    let text = |error: ImageError| error.to_string();
+    let decoder = ImageReader::new(Cursor::new(file))
+        .with_guessed_format()
+        .map_err(|error| error.to_string())?
+        .into_decoder()
+        .map_err(text)?;
+    let (width, height) = decoder.dimensions();
+    if u64::from(width) * u64::from(height) > most_pixels(file) {
+        return Err(format!(
+            "its header claims {width} x {height} pixels, which {} bytes cannot hold",
+            file.len()
+        ));
+    }
+    Limits::default()
+        .reserve(decoder.total_bytes())
+        .map_err(text)?;
+    DynamicImage::from_decoder(decoder).map_err(text)
+}
+
+/// The most pixels that an image of so many bytes can have.
+fn most_pixels(file: &[u8]) -> u64 {
+    const PNG_BEGINNING: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
+    let file_bits = 8 * file.len() as u64;
+    match file.strip_prefix(PNG_BEGINNING) {
+        // Width and height, bits per sample, kind of pixel. Deflate makes 1032 bytes of one at best.
+        Some([_, _, _, _, _, _, _, _, sample_bits, kind, ..]) => {
+            let samples = match kind {
+                2 => 3,
+                4 => 2,
+                6 => 4,
+                _ => 1,
+            };
+            file_bits * 1032 / (samples * u64::from(*sample_bits)).max(1)
+        }
+        // JPEG: a block of 8 x 8 pixels takes a bit at least.
+        _ => file_bits * 64,
+    }
 }
 
 fn srgb_decoding_table() -> Vec<f32> {

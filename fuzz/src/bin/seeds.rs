@@ -1,0 +1,98 @@
+//! Writes small valid files of every kind into the corpus folders: `seeds CORPUS SCENES`.
+
+use std::error::Error;
+use std::fs;
+use std::path::Path;
+
+use exr::prelude::*;
+
+fn main() -> std::result::Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [corpus, scenes] = &arguments[..] else {
+        return Err("usage: seeds CORPUS SCENES".into());
+    };
+    let corpus = Path::new(corpus);
+    for target in [
+        "scene_toml",
+        "mesh_obj",
+        "materials_mtl",
+        "texture",
+        "exr_image",
+    ] {
+        fs::create_dir_all(corpus.join(target))?;
+    }
+    copy_scenes(corpus, Path::new(scenes))?;
+    textures(&corpus.join("texture"))?;
+    images(&corpus.join("exr_image"))
+}
+
+/// The repository's scenes but what is large.
+fn copy_scenes(corpus: &Path, scenes: &Path) -> std::result::Result<(), Box<dyn Error>> {
+    for entry in fs::read_dir(scenes)? {
+        let path = entry?.path();
+        let target = match path.extension().and_then(|extension| extension.to_str()) {
+            Some("toml") => "scene_toml",
+            Some("obj") => "mesh_obj",
+            Some("mtl") => "materials_mtl",
+            _ => continue,
+        };
+        if let Some(name) = path.file_name()
+            && fs::metadata(&path)?.len() < 4096
+        {
+            fs::copy(&path, corpus.join(target).join(name))?;
+        }
+    }
+    Ok(())
+}
+
+fn textures(folder: &Path) -> std::result::Result<(), Box<dyn Error>> {
+    let rgb = image::RgbImage::from_fn(5, 4, |x, y| image::Rgb([x as u8 * 50, y as u8 * 60, 7]));
+    rgb.save(folder.join("rgb.png"))?;
+    rgb.save(folder.join("rgb.jpg"))?;
+    let grey = image::ImageBuffer::from_fn(9, 9, |x, y| image::Luma([(x * 7000 + y) as u16]));
+    grey.save(folder.join("grey16.png"))?;
+    image::GrayImage::from_pixel(16, 16, image::Luma([9])).save(folder.join("grey.jpg"))?;
+    Ok(())
+}
+
+fn images(folder: &Path) -> std::result::Result<(), Box<dyn Error>> {
+    for (name, compression) in [
+        ("none", Compression::Uncompressed),
+        ("rle", Compression::RLE),
+        ("zip", Compression::ZIP16),
+        ("piz", Compression::PIZ),
+        ("pxr24", Compression::PXR24),
+        ("b44", Compression::B44),
+        ("dwaa", Compression::DWAA(None)),
+    ] {
+        for (form, blocks) in [
+            ("lines", Blocks::ScanLines),
+            ("tiles", Blocks::Tiles(Vec2(4, 4))),
+        ] {
+            let values = |offset: usize| (0..48).map(move |i| (i + offset) as f32);
+            let channels = [
+                AnyChannel::new("direct.B", FlatSamples::F32(values(0).collect())),
+                AnyChannel::new("direct.G", FlatSamples::F32(values(9).collect())),
+                AnyChannel::new(
+                    "direct.R",
+                    FlatSamples::F16(values(5).map(f16::from_f32).collect()),
+                ),
+                AnyChannel::new("id.mesh", FlatSamples::U32((0..48).collect())),
+            ];
+            let encoding = Encoding {
+                compression,
+                blocks,
+                line_order: LineOrder::Increasing,
+            };
+            let layer = Layer::new(
+                (8, 6),
+                LayerAttributes::default(),
+                encoding,
+                AnyChannels::sort(SmallVec::from_vec(channels.to_vec())),
+            );
+            let file = folder.join(format!("{name}_{form}.exr"));
+            Image::from_layer(layer).write().to_file(file)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,109 @@
+//! What the fuzz targets share: a folder in memory with a valid scene, and what must hold for whatever loads.
+
+use std::cell::RefCell;
+use std::path::Path;
+
+use camlux::{DeviceInfo, DeviceKind, DeviceLimits, Error, Plan, Scene};
+
+pub const SCENE: &str = "[camera]
+resolution = [8, 6]
+position = [0, 1, 3]
+look_at = [0.0, 1.0, 0.0]
+up = [0.0, 1.0, 0.0]
+fov_y_deg = 50.0
+[[light]]
+kind = \"point\"
+position = [0.0, 1.98, 0.0]
+power_w = 50.0
+[indirect]
+estimator = \"instant-radiosity\"
+[[mesh]]
+path = \"mesh.obj\"
+";
+const OBJ: &str = "mtllib mesh.mtl
+usemtl white
+v 0 0 0
+v 1 0 0
+v 0 1 0
+vt 0 0
+f 1/1 2/1 3/1
+";
+const MTL: &str = "newmtl white\nKd 0.7 0.6 0.5\n";
+
+thread_local! {
+    static FOLDER: RefCell<Option<tempfile::TempDir>> = const { RefCell::new(None) };
+}
+
+/// Loads the valid scene with one of its files replaced.
+pub fn load_with(name: &str, content: &[u8]) {
+    check(with_file(name, content, |file| {
+        Scene::load(&file.with_file_name("scene.toml"))
+    }));
+}
+
+/// Does something with a file of this content, which lies beside the files of the valid scene.
+pub fn with_file<T>(name: &str, content: &[u8], act: impl FnOnce(&Path) -> T) -> T {
+    FOLDER.with_borrow_mut(|folder| {
+        let file = folder.get_or_insert_with(scene_folder).path().join(name);
+        std::fs::write(&file, content).expect("a folder in memory");
+        act(&file)
+    })
+}
+
+fn scene_folder() -> tempfile::TempDir {
+    let shared_memory = Path::new("/dev/shm");
+    let folder = if shared_memory.is_dir() {
+        tempfile::tempdir_in(shared_memory)
+    } else {
+        tempfile::tempdir()
+    };
+    let folder = folder.expect("a folder for temporary files");
+    for (name, content) in [("scene.toml", SCENE), ("mesh.obj", OBJ), ("mesh.mtl", MTL)] {
+        std::fs::write(folder.path().join(name), content).expect("a folder in memory");
+    }
+    folder
+}
+
+/// What loads is valid and can be planned for; what does not has one line that says why.
+pub fn check(loaded: camlux::Result<Scene>) {
+    match loaded {
+        Ok(scene) => {
+            scene.validate().expect("what loads is valid");
+            scene.hash();
+            scene.warnings();
+            match Plan::new(&scene, &device()) {
+                Ok(plan) => drop(plan.to_string()),
+                Err(error) => check_message(&error),
+            }
+        }
+        Err(error) => check_message(&error),
+    }
+}
+
+pub fn check_message(error: &Error) {
+    let message = error.to_string();
+    assert!(!message.contains(char::is_control), "{message:?}");
+    assert!(message.len() < 20_000, "{} bytes", message.len());
+}
+
+/// A device with lavapipe's limits.
+fn device() -> DeviceInfo {
+    DeviceInfo {
+        index: 0,
+        name: "none".into(),
+        kind: DeviceKind::Cpu,
+        driver: String::new(),
+        api_version: "1.3".into(),
+        limits: DeviceLimits {
+            max_image_px: 16_384,
+            max_image_layers: 2048,
+            max_storage_buffer_bytes: 128 << 20,
+            max_allocation_bytes: 2 << 30,
+            max_storage_images: 8,
+            shared_memory_bytes: 32 << 10,
+            subgroup_lanes: 8,
+            timestamp_period_ns: 1.0,
+        },
+        unusable: None,
+    }
+}

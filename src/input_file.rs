@@ -1,0 +1,31 @@
+//! Opens what is read: files only, because a pipe or a device may never end.
+
+use std::fs::{self, File};
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+
+/// Opens a file for reading and tells its length in bytes.
+pub(crate) fn open(path: &Path) -> Result<(File, u64)> {
+    // Asked before it is opened: to open a pipe waits for somebody to write into it.
+    let refuse_others = |metadata: &fs::Metadata| {
+        if metadata.is_file() {
+            return Ok(());
+        }
+        let problem = "it is not a file, but a folder, a pipe or a device";
+        Err(Error::new(ErrorKind::InvalidInput, problem))
+    };
+    refuse_others(&fs::metadata(path)?)?;
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    refuse_others(&metadata)?;
+    Ok((file, metadata.len()))
+}
+
+/// The whole of a file. What is written to it meanwhile is left out.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
+    let (file, file_bytes) = open(path)?;
+    let mut bytes = Vec::new();
+    bytes.try_reserve_exact(usize::try_from(file_bytes).unwrap_or(usize::MAX))?;
+    file.take(file_bytes).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
