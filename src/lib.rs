@@ -39,8 +39,10 @@ pub mod scene;
 pub mod twin;
 mod vulkan;
 
+/// The Vulkan bindings of the interface to a host's own device.
+pub use ash;
 pub use error::{Error, Result};
-pub use frame::Progress;
+pub use frame::{DeviceFrame, DeviceImage, Progress};
 /// The vectors of this crate's interface.
 pub use glam;
 pub use local_space::LocalSpace;
@@ -51,7 +53,8 @@ pub use plan::{
 pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;
 pub use vulkan::{
-    Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions, MemoryUse,
+    Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions, HostVulkan,
+    MemoryUse, QueueLock,
 };
 #[doc(hidden)]
 pub use vulkan::{Fault, FaultCount};

@@ -2,16 +2,18 @@
 
 use std::{
     ops::ControlFlow,
+    sync::Arc,
     time::{Duration, Instant},
 };
 
 use crate::{
-    Device, GatherKernel, IndirectMethod, LocalSpace, Plan, RayKernel, Result, Scene, ShadowPlan,
-    frame::{self, Cost, Kept, Progress, ProgressReport, read_layers},
+    Device, DeviceFrame, GatherKernel, IndirectMethod, LocalSpace, Plan, RayKernel, Result, Scene,
+    ShadowPlan,
+    frame::{self, Cost, DrawnFrame, Kept, Progress, ProgressReport},
     intermediates::Intermediates,
     output::{Frame, FrameDescription, FrameStats},
     passes::Context,
-    vulkan::Pipelines,
+    vulkan::{Pipelines, Timeline},
 };
 
 /// Renders frames on a device.
@@ -24,6 +26,8 @@ pub struct Renderer {
     device: Device,
     pipelines: Pipelines,
     kept: Kept,
+    /// Of the frames that stay on the device; none before the first.
+    timeline: Option<Arc<Timeline>>,
 }
 
 /// How to render, apart from what.
@@ -63,6 +67,7 @@ impl Renderer {
             device: device.clone(),
             pipelines: Pipelines::new(device),
             kept: Kept::default(),
+            timeline: None,
         })
     }
 
@@ -80,7 +85,29 @@ impl Renderer {
     /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails, after which
     /// it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
-        self.render_keeping(scene, options, None)
+        let drawn = self.draw(scene, options, Purpose::Layers)?;
+        let (frame, images) = drawn.into_frame(&self.device)?;
+        self.kept.images = Some(images);
+        Ok(frame)
+    }
+
+    /// Renders a frame whose images stay on the device: for a host that goes on with them there.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn render_on_device(
+        &mut self,
+        scene: &Scene,
+        options: &mut RenderOptions,
+    ) -> Result<DeviceFrame> {
+        let timeline = match &self.timeline {
+            Some(timeline) => timeline.clone(),
+            None => Arc::new(Timeline::new(&self.device)?),
+        };
+        self.timeline = Some(timeline.clone());
+        let drawn = self.draw(scene, options, Purpose::OnDevice)?;
+        let ready_at = timeline.rise()?;
+        Ok(DeviceFrame::new(&self.device, drawn, timeline, ready_at))
     }
 
     /// Renders a frame and keeps what its passes hand to each other: for tests and for a look inside.
@@ -93,16 +120,17 @@ impl Renderer {
         options: &mut RenderOptions,
     ) -> Result<(Frame, Intermediates)> {
         let mut intermediates = Intermediates::default();
-        let frame = self.render_keeping(scene, options, Some(&mut intermediates))?;
-        Ok((frame, intermediates))
+        let drawn = self.draw(scene, options, Purpose::Look(&mut intermediates))?;
+        intermediates.read_gbuffer(&self.device, &drawn.images.gbuffer, &drawn.space)?;
+        Ok((drawn.into_frame(&self.device)?.0, intermediates))
     }
 
-    fn render_keeping(
+    fn draw(
         &mut self,
         scene: &Scene,
         options: &mut RenderOptions,
-        mut keep: Option<&mut Intermediates>,
-    ) -> Result<Frame> {
+        purpose: Purpose,
+    ) -> Result<DrawnFrame> {
         let start = Instant::now();
         self.device.check()?;
         let info = self.device.info();
@@ -131,6 +159,7 @@ impl Renderer {
             plan: &plan,
             space: &space,
             vpl_order: options.vpl_order,
+            stays_on_device: matches!(purpose, Purpose::OnDevice),
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
         let is_refined = plan.indirect.is_some_and(|i| i.refinement().is_some());
@@ -138,9 +167,9 @@ impl Renderer {
         let mut cost = Cost::default();
         // To be looked at, everything is to be made.
         let mut nothing = Kept::default();
-        let kept = match keep {
-            None => &mut self.kept,
-            Some(_) => &mut nothing,
+        let (kept, look) = match purpose {
+            Purpose::Look(intermediates) => (&mut nothing, Some(intermediates)),
+            Purpose::Layers | Purpose::OnDevice => (&mut self.kept, None),
         };
         let images = frame::draw(
             &context,
@@ -148,16 +177,11 @@ impl Renderer {
             kept,
             &mut progress,
             &mut cost,
-            keep.as_deref_mut(),
+            look,
         )?;
-        if let Some(keep) = keep {
-            keep.read_gbuffer(&self.device, &images.gbuffer, &space)?;
-        }
-        let layers = read_layers(&self.device, &scene.camera, &space, &images)?;
-        kept.images = Some(images);
-        Ok(Frame {
-            resolution_px: plan.resolution_px,
-            layers,
+        Ok(DrawnFrame {
+            images,
+            space,
             stats: FrameStats {
                 device: info.name.clone(),
                 driver: info.driver.clone(),
@@ -170,6 +194,14 @@ impl Renderer {
                 wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
             },
             description: FrameDescription::new(scene, scene.hash()),
+            start,
         })
     }
+}
+
+/// What is wanted of a frame.
+enum Purpose<'p> {
+    Layers,
+    OnDevice,
+    Look(&'p mut Intermediates),
 }

@@ -15,6 +15,8 @@ pub(crate) struct FrameImages {
     pub indirect: Option<Image>,
     /// With a sensor.
     pub energy: Option<Image>,
+    /// Direct and indirect together: for a host alone.
+    pub radiance: Option<Image>,
 }
 
 /// Which images there are, and how large.
@@ -24,6 +26,7 @@ struct Shape {
     is_specular: bool,
     has_indirect: bool,
     has_energy: bool,
+    has_radiance: bool,
 }
 
 impl Shape {
@@ -34,6 +37,7 @@ impl Shape {
             is_specular: plan.is_specular,
             has_indirect: plan.indirect.is_some(),
             has_energy: plan.joule_per_irradiance.is_some(),
+            has_radiance: context.stays_on_device,
         }
     }
 }
@@ -57,6 +61,10 @@ impl FrameImages {
                 .then(|| image("indirect radiance"))
                 .transpose()?,
             energy: made_for.has_energy.then(|| image("energy")).transpose()?,
+            radiance: made_for
+                .has_radiance
+                .then(|| image("radiance"))
+                .transpose()?,
             made_for,
         })
     }

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod cost;
+mod drawn;
 mod images;
 mod indirect;
 mod kept;
@@ -28,13 +29,15 @@ use crate::{
 };
 
 pub(crate) use cost::Cost;
+pub(crate) use drawn::DrawnFrame;
+pub use drawn::{DeviceFrame, DeviceImage};
 pub(crate) use images::FrameImages;
 use indirect::Indirect;
 pub(crate) use kept::Kept;
 use lighting::Lighting;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
-pub(crate) use readback::{Readback, read_layers};
+pub(crate) use readback::Readback;
 use stage::Stage;
 
 /// Passes of one submission but the gather's: as many have timestamps.
@@ -163,17 +166,17 @@ pub(crate) fn draw(
     if let Some(indirect) = &indirect {
         indirect.gather_where_it_varies(&stage, &lighting, &images, progress, cost)?;
     }
-    if let (Some(joule_per_irradiance), Some(energy)) = (plan.joule_per_irradiance, &images.energy)
-    {
+    // Radiance is, in numbers, the irradiance on the pixel.
+    for (factor, sum) in [
+        (plan.joule_per_irradiance, &images.energy),
+        (Some(1.0), &images.radiance),
+    ] {
+        let (Some(factor), Some(sum)) = (factor, sum) else {
+            continue;
+        };
+        let (direct, indirect) = (&images.direct, images.indirect.as_ref());
         let mut recorder = Recorder::new(device, TIMED_PASSES)?;
-        sensor::expose(
-            &mut recorder,
-            context,
-            joule_per_irradiance,
-            &images.direct,
-            images.indirect.as_ref(),
-            energy,
-        )?;
+        sensor::expose(&mut recorder, context, factor, direct, indirect, sum)?;
         cost.submit(recorder)?;
     }
     kept.stage = Some(stage);

@@ -8,6 +8,7 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use super::{
     Fault, FaultCount, MemoryUse, failed,
     faults::Faults,
+    host::{HostVulkan, QueueGuard, SharedQueue},
     instance::{DeviceInfo, Instance},
     memory::Memory,
 };
@@ -42,8 +43,9 @@ pub struct Device {
 struct Shared {
     raw: ash::Device,
     push_descriptor: khr::push_descriptor::Device,
-    queue: Mutex<vk::Queue>,
+    queue: SharedQueue,
     queue_family: u32,
+    is_hosts: bool,
     /// Taken out before the device is destroyed.
     memory: Mutex<Option<Memory>>,
     condition: Mutex<Condition>,
@@ -134,18 +136,56 @@ impl Device {
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
         let extensions = [khr::push_descriptor::NAME.as_ptr()];
+        // Of Vulkan 1.2, where every device has it.
+        let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(true)
             .synchronization2(true);
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
+            .push_next(&mut features12)
             .push_next(&mut features13);
         // SAFETY: extension and features were found by `Instance::lacks`; all pointers live until after the call.
         let raw = unsafe { instance.raw.create_device(physical, &create, None) }
             .map_err(failed("vkCreateDevice"))?;
         // SAFETY: one queue of this family was asked for.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let queue = SharedQueue::new(queue, None);
+        Device::of(instance, physical, raw, (queue, queue_family), info, false)
+    }
+
+    /// A host's device.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] where the device lacks what camlux needs.
+    ///
+    /// # Safety
+    /// The handles are live, belong together, and outlive the device that is returned and everything made from it; the
+    /// create info is the one that the host's device was made with.
+    pub unsafe fn of_host(host: &HostVulkan) -> Result<Device> {
+        // SAFETY: promised by the caller.
+        let (instance, raw) = unsafe { host.load() }?;
+        let info = instance.describe(0, host.physical_device);
+        if let Some(lack) = &info.unusable {
+            return Err(Error::NoDevice {
+                problem: format!("{} lacks {lack}", info.name),
+                mend: "choose another device".into(),
+            });
+        }
+        let queue = SharedQueue::new(host.queue, host.queue_lock.clone());
+        let queue = (queue, host.queue_family);
+        Device::of(instance, host.physical_device, raw, queue, info, true)
+    }
+
+    fn of(
+        instance: Arc<Instance>,
+        physical: vk::PhysicalDevice,
+        raw: ash::Device,
+        (queue, queue_family): (SharedQueue, u32),
+        info: DeviceInfo,
+        is_hosts: bool,
+    ) -> Result<Device> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
             device: raw.clone(),
@@ -157,8 +197,9 @@ impl Device {
         let shared = Shared {
             push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &raw),
             raw,
-            queue: Mutex::new(queue),
+            queue,
             queue_family,
+            is_hosts,
             memory: Mutex::new(None),
             condition: Mutex::new(Condition {
                 last_pass: "none",
@@ -266,8 +307,8 @@ impl Device {
         &self.shared.push_descriptor
     }
 
-    pub(super) fn queue(&self) -> MutexGuard<'_, vk::Queue> {
-        lock(&self.shared.queue)
+    pub(super) fn queue(&self) -> QueueGuard<'_> {
+        self.shared.queue.lock()
     }
 
     pub(super) fn queue_family(&self) -> u32 {
@@ -291,6 +332,11 @@ impl Drop for Shared {
     fn drop(&mut self) {
         // SAFETY: buffers, images, pipelines and recorders hold a clone of the device, so none is left.
         unsafe {
+            if self.is_hosts {
+                // Every submission was waited for, and what else the host does is not to be waited for.
+                drop(lock(&self.memory).take());
+                return;
+            }
             // Fails where the device is lost, which leaves nothing to wait for.
             let _ = self.raw.device_wait_idle();
             drop(lock(&self.memory).take());

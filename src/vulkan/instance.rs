@@ -84,8 +84,8 @@ pub(super) struct Instance {
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     /// On the heap and shared, for the layer holds a pointer to it.
     messages: Arc<Mutex<Vec<String>>>,
-    // The loader must outlive everything that was made from it.
-    _entry: ash::Entry,
+    // The loader must outlive everything that was made from it. `None`: the instance is a host's.
+    entry: Option<ash::Entry>,
 }
 
 impl Instance {
@@ -143,10 +143,10 @@ impl Instance {
             raw,
             messenger: None,
             messages,
-            _entry: entry,
+            entry: Some(entry),
         };
-        if validation {
-            let functions = ext::debug_utils::Instance::new(&instance._entry, &instance.raw);
+        if let (true, Some(entry)) = (validation, &instance.entry) {
+            let functions = ext::debug_utils::Instance::new(entry, &instance.raw);
             messenger_info.p_next = std::ptr::null();
             // SAFETY: the extension is enabled; the callback's data lives as long as the instance.
             let messenger =
@@ -155,6 +155,22 @@ impl Instance {
             instance.messenger = Some((functions, messenger));
         }
         Ok(Arc::new(instance))
+    }
+
+    /// A host's instance, which it keeps alive and destroys.
+    pub fn of_host(raw: ash::Instance) -> Arc<Self> {
+        Arc::new(Instance {
+            raw,
+            messenger: None,
+            messages: Arc::default(),
+            entry: None,
+        })
+    }
+
+    /// The loader; `None` where the instance is a host's.
+    #[cfg(test)]
+    pub fn entry(&self) -> Option<&ash::Entry> {
+        self.entry.as_ref()
     }
 
     /// What the validation layer said so far.
@@ -181,7 +197,7 @@ impl Instance {
         Ok(found.iter().enumerate().map(describe).collect())
     }
 
-    fn describe(&self, index: usize, device: vk::PhysicalDevice) -> DeviceInfo {
+    pub fn describe(&self, index: usize, device: vk::PhysicalDevice) -> DeviceInfo {
         let mut driver = vk::PhysicalDeviceDriverProperties::default();
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
         let mut maintenance3 = vk::PhysicalDeviceMaintenance3Properties::default();
@@ -320,13 +336,22 @@ impl Instance {
 
     /// A queue family that draws, computes and takes timestamps.
     pub fn queue_family(&self, device: vk::PhysicalDevice) -> Option<u32> {
+        self.queue_families(device).next()
+    }
+
+    /// Whether that is not such a family.
+    pub fn queue_family_lacks(&self, device: vk::PhysicalDevice, family: u32) -> bool {
+        !self.queue_families(device).any(|found| found == family)
+    }
+
+    fn queue_families(&self, device: vk::PhysicalDevice) -> impl Iterator<Item = u32> {
         // SAFETY: the instance is live and the device is its own.
         let families = unsafe { self.raw.get_physical_device_queue_family_properties(device) };
         let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let families = families.into_iter().enumerate();
         families
-            .iter()
-            .position(|f| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)
-            .map(|index| index as u32)
+            .filter(move |(_, f)| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)
+            .map(|(index, _)| index as u32)
     }
 }
 
@@ -337,7 +362,9 @@ impl Drop for Instance {
             if let Some((functions, messenger)) = self.messenger.take() {
                 functions.destroy_debug_utils_messenger(messenger, None);
             }
-            self.raw.destroy_instance(None);
+            if self.entry.is_some() {
+                self.raw.destroy_instance(None);
+            }
         }
     }
 }

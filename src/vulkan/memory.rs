@@ -248,6 +248,11 @@ impl Image {
         Ok(image)
     }
 
+    /// The Vulkan image: four 32-bit floats a pixel, in layout GENERAL once something was written to it.
+    pub fn handle(&self) -> (vk::Image, vk::Format) {
+        (self.raw, self.shape.format())
+    }
+
     fn make_view(&self, kind: vk::ImageViewType, first: u32, count: u32) -> Result<vk::ImageView> {
         let info = vk::ImageViewCreateInfo::default()
             .image(self.raw)

@@ -5,6 +5,7 @@
 
 mod device;
 mod faults;
+mod host;
 mod host_memory;
 mod instance;
 mod memory;
@@ -15,6 +16,8 @@ pub(crate) mod shaders;
 pub use device::{Device, DeviceChoice, DeviceOptions};
 #[doc(hidden)]
 pub use faults::{Fault, FaultCount};
+pub(crate) use host::Timeline;
+pub use host::{HostVulkan, QueueLock};
 pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
 pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};

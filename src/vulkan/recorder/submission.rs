@@ -78,7 +78,7 @@ impl Recorder<'_> {
         })?;
         // SAFETY: everything that the command buffer names is alive for `'r`.
         device.call("vkQueueSubmit2", |raw| unsafe {
-            raw.queue_submit2(*device.queue(), &submit, self.fence)
+            raw.queue_submit2(device.queue().raw(), &submit, self.fence)
         })?;
         self.is_in_flight = true;
         // SAFETY: the fence was submitted.

@@ -1,0 +1,147 @@
+//! A frame that was drawn: its images on the device, and the way from there to layers, or to a host that goes on with them.
+
+use std::{fmt, sync::Arc, time::Instant};
+
+use ash::vk;
+
+use super::{FrameImages, readback::read_layers};
+use crate::{
+    Device, LocalSpace, Result,
+    output::{Frame, FrameDescription, FrameStats, Layer},
+    vulkan::{Image, Timeline},
+};
+
+/// What `draw` has made, and what there is to say of it.
+pub(crate) struct DrawnFrame {
+    pub images: FrameImages,
+    pub space: LocalSpace,
+    pub stats: FrameStats,
+    pub description: FrameDescription,
+    pub start: Instant,
+}
+
+impl DrawnFrame {
+    /// Reads the layers, and gives the images back.
+    pub fn into_frame(mut self, device: &Device) -> Result<(Frame, FrameImages)> {
+        let camera = &self.description.camera;
+        let layers = read_layers(device, camera, &self.space, &self.images)?;
+        self.stats.wall_milliseconds = self.start.elapsed().as_secs_f64() * 1e3;
+        let frame = Frame {
+            resolution_px: camera.resolution_px,
+            layers,
+            stats: self.stats,
+            description: self.description,
+        };
+        Ok((frame, self.images))
+    }
+}
+
+/// A frame whose images are on the device, for whoever shares it: the host of [`Device::of_host`]. Clones share it.
+///
+/// The images are there until the last clone is dropped, which must not be before the device has done what the host wants of
+/// them. Other frames do not touch them.
+#[derive(Clone)]
+pub struct DeviceFrame {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    device: Device,
+    drawn: DrawnFrame,
+    timeline: Arc<Timeline>,
+    ready_at: u64,
+}
+
+/// An image of a frame, on the device. Its layout is `GENERAL`, its usage `SAMPLED`, `STORAGE`, `TRANSFER_SRC` and `TRANSFER_DST`, its
+/// sharing mode exclusive to the queue family that camlux submits to. A host that changes the layout changes it back.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct DeviceImage {
+    pub image: vk::Image,
+    /// `R32G32B32A32_SFLOAT`
+    pub format: vk::Format,
+    pub size_px: [u32; 2],
+}
+
+impl DeviceFrame {
+    pub(crate) fn new(
+        device: &Device,
+        drawn: DrawnFrame,
+        timeline: Arc<Timeline>,
+        ready_at: u64,
+    ) -> DeviceFrame {
+        DeviceFrame {
+            shared: Arc::new(Shared {
+                device: device.clone(),
+                drawn,
+                timeline,
+                ready_at,
+            }),
+        }
+    }
+
+    /// The image of a layer: radiance, direct, indirect and energy in R, G and B in the layer's unit; N in X, Y and Z; P in X, Y
+    /// and Z in [`DeviceFrame::local_space`] with `id.mesh` as the fourth. `None` for layers that are made on the way to
+    /// the host, and for those that the scene does not have.
+    pub fn image(&self, layer: Layer) -> Option<DeviceImage> {
+        let images = &self.shared.drawn.images;
+        let image: &Image = match layer {
+            Layer::Radiance => images.radiance.as_ref()?,
+            Layer::Direct => &images.direct,
+            Layer::Indirect => images.indirect.as_ref()?,
+            Layer::Energy => images.energy.as_ref()?,
+            Layer::Position => &images.gbuffer.position_mesh,
+            Layer::Normal => &images.gbuffer.normal_geometric,
+            _ => return None,
+        };
+        let (raw, format) = image.handle();
+        Some(DeviceImage {
+            image: raw,
+            format,
+            size_px: image.shape.size_px,
+        })
+    }
+
+    /// The timeline semaphore that the host's work has to wait on, and for which value.
+    pub fn ready(&self) -> (vk::Semaphore, u64) {
+        (self.shared.timeline.raw(), self.shared.ready_at)
+    }
+
+    /// The space of the positions.
+    pub fn local_space(&self) -> LocalSpace {
+        self.shared.drawn.space
+    }
+
+    /// What it cost, but for the way to the host.
+    pub fn stats(&self) -> &FrameStats {
+        &self.shared.drawn.stats
+    }
+
+    /// How it was made.
+    pub fn description(&self) -> &FrameDescription {
+        &self.shared.drawn.description
+    }
+
+    /// Reads the layers. The host must not be writing to the images.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`](crate::Renderer::render).
+    pub fn read(&self) -> Result<Frame> {
+        let Shared { device, drawn, .. } = &*self.shared;
+        let camera = &drawn.description.camera;
+        Ok(Frame {
+            resolution_px: camera.resolution_px,
+            layers: read_layers(device, camera, &drawn.space, &drawn.images)?,
+            stats: drawn.stats.clone(),
+            description: drawn.description.clone(),
+        })
+    }
+}
+
+impl fmt::Debug for DeviceFrame {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("DeviceFrame")
+            .field("ready_at", &self.shared.ready_at)
+            .field("stats", self.stats())
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,345 @@
+//! The tests are the host: they make a device of their own, lend it, and read a frame's image on it.
+
+use std::{
+    path::Path,
+    sync::atomic::{AtomicI64, Ordering::SeqCst},
+};
+
+use super::*;
+use crate::{
+    DeviceOptions, Renderer, Scene,
+    output::Layer,
+    scene::{Estimator, Indirect},
+};
+
+/// What a host has switched on.
+#[derive(Clone, Copy)]
+struct Made {
+    push_descriptor: bool,
+    features: bool,
+    timeline: bool,
+}
+
+const ALL: Made = Made {
+    push_descriptor: true,
+    features: true,
+    timeline: true,
+};
+
+struct Host {
+    instance: Arc<Instance>,
+    physical: vk::PhysicalDevice,
+    device: ash::Device,
+    queue: vk::Queue,
+    family: u32,
+}
+
+impl Host {
+    /// A host's instance under the validation layer, and its device, handed to `use_it` as camlux takes it.
+    fn with<T>(made: Made, use_it: impl FnOnce(&Host, HostVulkan) -> T) -> T {
+        let instance = Instance::new(true).expect("scripts/test installs a driver and the layer");
+        let found = instance.devices().expect("there are devices");
+        let choice = Default::default();
+        let list: Vec<_> = found.iter().map(|(_, info)| info.clone()).collect();
+        let index = Device::choose(&list, &choice)
+            .expect("one can be used")
+            .index;
+        let physical = found[index].0;
+        let family = instance.queue_family(physical).expect("it has a queue");
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(family)
+            .queue_priorities(&[1.0])];
+        let mut features12 = vk::PhysicalDeviceTimelineSemaphoreFeatures::default()
+            .timeline_semaphore(made.timeline);
+        let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
+            .dynamic_rendering(made.features)
+            .synchronization2(made.features);
+        let names = [khr::push_descriptor::NAME.as_ptr()];
+        let names = if made.push_descriptor {
+            &names[..]
+        } else {
+            &[]
+        };
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(names)
+            .push_next(&mut features12)
+            .push_next(&mut features13);
+        // SAFETY: all that the info points to lives until after the call.
+        let device = unsafe { instance.raw.create_device(physical, &info, None) };
+        let device = device.expect("the device is made");
+        // SAFETY: one queue of this family was asked for.
+        let queue = unsafe { device.get_device_queue(family, 0) };
+        let entry = instance.entry().expect("the instance is our own");
+        let lent = HostVulkan {
+            get_instance_proc_addr: entry.static_fn().get_instance_proc_addr,
+            instance: instance.raw.handle(),
+            physical_device: physical,
+            device: device.handle(),
+            device_create_info: std::ptr::from_ref(&info).cast(),
+            queue,
+            queue_family: family,
+            queue_lock: None,
+        };
+        let host = Host {
+            instance,
+            physical,
+            device,
+            queue,
+            family,
+        };
+        let result = use_it(&host, lent);
+        // SAFETY: whatever came from the device is gone.
+        unsafe { host.device.destroy_device(None) };
+        let messages = host.instance.messages();
+        assert!(messages.is_empty(), "{messages:#?}");
+        result
+    }
+
+    /// Copies an image to the host's memory, behind the semaphore, with the host's own commands.
+    fn read(
+        &self,
+        image: crate::DeviceImage,
+        (semaphore, value): (vk::Semaphore, u64),
+    ) -> Vec<f32> {
+        let device = &self.device;
+        let [width, height] = image.size_px;
+        let bytes = u64::from(width * height * 16);
+        // SAFETY (all of it): the objects are made here from the live device, used in their order, and destroyed when the
+        // queue is done.
+        unsafe {
+            let info = vk::BufferCreateInfo::default()
+                .size(bytes)
+                .usage(vk::BufferUsageFlags::TRANSFER_DST);
+            let buffer = device.create_buffer(&info, None).expect("a buffer");
+            let needs = device.get_buffer_memory_requirements(buffer);
+            let memory = self
+                .instance
+                .raw
+                .get_physical_device_memory_properties(self.physical);
+            let wanted =
+                vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
+            let kind = (0..memory.memory_type_count)
+                .find(|&kind| {
+                    let flags = memory.memory_types[kind as usize].property_flags;
+                    needs.memory_type_bits >> kind & 1 == 1 && flags.contains(wanted)
+                })
+                .expect("memory that the host sees");
+            let info = vk::MemoryAllocateInfo::default()
+                .allocation_size(needs.size)
+                .memory_type_index(kind);
+            let memory = device.allocate_memory(&info, None).expect("memory");
+            device.bind_buffer_memory(buffer, memory, 0).expect("bound");
+            let info = vk::CommandPoolCreateInfo::default().queue_family_index(self.family);
+            let pool = device.create_command_pool(&info, None).expect("a pool");
+            let info = vk::CommandBufferAllocateInfo::default()
+                .command_pool(pool)
+                .command_buffer_count(1);
+            let commands = device.allocate_command_buffers(&info).expect("commands")[0];
+            let begin = vk::CommandBufferBeginInfo::default();
+            device
+                .begin_command_buffer(commands, &begin)
+                .expect("begun");
+            let region = vk::BufferImageCopy::default()
+                .image_subresource(vk::ImageSubresourceLayers {
+                    aspect_mask: vk::ImageAspectFlags::COLOR,
+                    layer_count: 1,
+                    ..Default::default()
+                })
+                .image_extent(vk::Extent3D {
+                    width,
+                    height,
+                    depth: 1,
+                });
+            let turn = |from, to| {
+                let barriers = [vk::ImageMemoryBarrier2::default()
+                    .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                    .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+                    .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+                    .dst_access_mask(vk::AccessFlags2::MEMORY_READ)
+                    .old_layout(from)
+                    .new_layout(to)
+                    .image(image.image)
+                    .subresource_range(vk::ImageSubresourceRange {
+                        aspect_mask: vk::ImageAspectFlags::COLOR,
+                        level_count: 1,
+                        layer_count: 1,
+                        ..Default::default()
+                    })];
+                let dependency = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+                device.cmd_pipeline_barrier2(commands, &dependency);
+            };
+            let (kept, best) = (
+                vk::ImageLayout::GENERAL,
+                vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+            );
+            turn(kept, best);
+            device.cmd_copy_image_to_buffer(commands, image.image, best, buffer, &[region]);
+            // Layouts are to be given back as they were.
+            turn(best, kept);
+            device.end_command_buffer(commands).expect("ended");
+            let waits = [vk::SemaphoreSubmitInfo::default()
+                .semaphore(semaphore)
+                .value(value)
+                .stage_mask(vk::PipelineStageFlags2::ALL_TRANSFER)];
+            let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
+            let submit = vk::SubmitInfo2::default()
+                .wait_semaphore_infos(&waits)
+                .command_buffer_infos(&commands);
+            let fence = vk::Fence::null();
+            device
+                .queue_submit2(self.queue, &[submit], fence)
+                .expect("submitted");
+            device.queue_wait_idle(self.queue).expect("done");
+            let flags = vk::MemoryMapFlags::empty();
+            let mapped = device.map_memory(memory, 0, bytes, flags).expect("mapped");
+            let texels = std::slice::from_raw_parts(mapped.cast::<f32>(), bytes as usize / 4);
+            let texels = texels.to_vec();
+            device.destroy_command_pool(pool, None);
+            device.destroy_buffer(buffer, None);
+            device.free_memory(memory, None);
+            texels
+        }
+    }
+}
+
+fn scene() -> Scene {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
+    let mut scene = Scene::load(&file).expect("a demo scene loads");
+    scene.camera.resolution_px = [24, 16];
+    scene.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 8));
+    scene
+}
+
+/// R, G and B of texels of four.
+fn bands(texels: &[f32]) -> Vec<f32> {
+    let texels = texels.chunks_exact(4);
+    texels.flat_map(|texel| &texel[..3]).copied().collect()
+}
+
+#[test]
+fn a_host_reads_the_image_on_its_own_device() {
+    let own = Device::open(&DeviceOptions::default()).expect("a device");
+    let options = &mut Default::default();
+    let frame = Renderer::new(&own).and_then(|mut renderer| renderer.render(&scene(), options));
+    let frame = frame.expect("it renders");
+    Host::with(ALL, |host, lent| {
+        // SAFETY: the host's objects outlive what is made here.
+        let device = unsafe { Device::of_host(&lent) }.expect("nothing is missing");
+        let mut renderer = Renderer::new(&device).expect("a renderer");
+        let mut drawn = || {
+            let drawn = renderer.render_on_device(&scene(), &mut Default::default());
+            drawn.expect("it renders")
+        };
+        let (first, second) = (drawn(), drawn());
+        assert_eq!([first.ready().1, second.ready().1], [1, 2]);
+        for drawn in [&first, &second] {
+            for layer in [
+                Layer::Radiance,
+                Layer::Direct,
+                Layer::Indirect,
+                Layer::Normal,
+            ] {
+                let image = drawn.image(layer).expect("the scene has the layer");
+                let texels = bands(&host.read(image, drawn.ready()));
+                assert!(Some(&texels[..]) == frame.values(layer), "{}", layer.name());
+            }
+            assert!(drawn.read().expect("it is read").layers == frame.layers);
+        }
+        assert_ne!(first.image(Layer::Direct), second.image(Layer::Direct));
+        assert_eq!(first.image(Layer::Depth), None);
+        // A frame outlives its renderer.
+        drop(renderer);
+        assert!(first.read().is_ok());
+    });
+}
+
+#[test]
+fn what_the_host_has_not_switched_on_is_said() {
+    for (made, says) in [
+        (
+            Made {
+                push_descriptor: false,
+                ..ALL
+            },
+            "VK_KHR_push_descriptor",
+        ),
+        (
+            Made {
+                features: false,
+                ..ALL
+            },
+            "dynamicRendering",
+        ),
+        (
+            Made {
+                timeline: false,
+                ..ALL
+            },
+            "timelineSemaphore",
+        ),
+    ] {
+        Host::with(made, |_, lent| {
+            // SAFETY: the host's objects outlive what is made here.
+            let error = unsafe { Device::of_host(&lent) }
+                .err()
+                .expect("that is missing");
+            assert!(error.to_string().contains(says), "{error}");
+        });
+    }
+    Host::with(ALL, |_, lent| {
+        let of = |lent: &HostVulkan| {
+            // SAFETY: as above; what is wrong is found before it is used.
+            let error = unsafe { Device::of_host(lent) }
+                .err()
+                .expect("that is wrong");
+            error.to_string()
+        };
+        let null = HostVulkan {
+            queue: vk::Queue::null(),
+            queue_lock: None,
+            ..lent
+        };
+        assert!(of(&null).contains("null"), "{}", of(&null));
+        let family = HostVulkan {
+            queue: lent.queue,
+            queue_family: 99,
+            queue_lock: None,
+            ..null
+        };
+        assert!(of(&family).contains("queue family 99"), "{}", of(&family));
+    });
+}
+
+#[test]
+fn the_hosts_lock_is_held_around_each_submission() {
+    #[derive(Default)]
+    struct Counting {
+        held: AtomicI64,
+        times: AtomicI64,
+    }
+    impl QueueLock for Counting {
+        fn lock(&self) {
+            assert_eq!(self.held.fetch_add(1, SeqCst), 0);
+            self.times.fetch_add(1, SeqCst);
+        }
+        fn unlock(&self) {
+            self.held.fetch_sub(1, SeqCst);
+        }
+    }
+    let counting = Arc::new(Counting::default());
+    let submissions = Host::with(ALL, |_, lent| {
+        let lent = HostVulkan {
+            queue_lock: Some(counting.clone()),
+            ..lent
+        };
+        // SAFETY: the host's objects outlive what is made here.
+        let device = unsafe { Device::of_host(&lent) }.expect("nothing is missing");
+        let mut renderer = Renderer::new(&device).expect("a renderer");
+        let drawn = renderer.render_on_device(&scene(), &mut Default::default());
+        drawn.expect("it renders").stats().submissions
+    });
+    assert_eq!(counting.held.load(SeqCst), 0);
+    // And that which makes the semaphore rise.
+    assert_eq!(counting.times.load(SeqCst), i64::from(submissions) + 1);
+}
