@@ -21,9 +21,16 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64)> {
     Ok((file, metadata.len()))
 }
 
+/// A length without content costs nothing, and some systems promise memory that they do not have.
+const MOST_BYTES: u64 = 1 << 40;
+
 /// The whole of a file. What is written to it meanwhile is left out.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
     let (file, file_bytes) = open(path)?;
+    if file_bytes > MOST_BYTES {
+        let problem = format!("it has {file_bytes} bytes, more than memory holds");
+        return Err(Error::new(ErrorKind::FileTooLarge, problem));
+    }
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(usize::try_from(file_bytes).unwrap_or(usize::MAX))?;
     file.take(file_bytes).read_to_end(&mut bytes)?;

@@ -1,11 +1,28 @@
 #![no_main]
 //! An OpenEXR file, read and compared with itself as `camlux compare` does.
 
+use std::sync::Once;
+
 use camlux::metrics::{Comparison, Pixels};
 use camlux::output::LayeredImage;
 use libfuzzer_sys::fuzz_target;
 
+static HOOK: Once = Once::new();
+
+/// `LayeredImage::read` makes a refusal of a panic in `exr`, such as sums that overflow where that is checked, as here. Any
+/// other panic ends the run.
+fn let_panics_of_exr_pass() {
+    let end_the_run = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let file = panic.location().map_or("", |location| location.file());
+        if !file.contains("/exr-") {
+            end_the_run(panic);
+        }
+    }));
+}
+
 fuzz_target!(|bytes: &[u8]| {
+    HOOK.call_once(let_panics_of_exr_pass);
     let read = camlux_fuzz::with_file("image.exr", bytes, |file| LayeredImage::read(file));
     let image = match read {
         Ok(image) => image,
