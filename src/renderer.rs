@@ -86,9 +86,16 @@ impl Renderer {
     /// it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         let drawn = self.draw(scene, options, Purpose::Layers)?;
-        let (frame, images) = drawn.into_frame(&self.device)?;
-        self.kept.images = Some(images);
-        Ok(frame)
+        match drawn.into_frame(&self.device) {
+            Ok((frame, images)) => {
+                self.kept.images = Some(images);
+                Ok(frame)
+            }
+            Err(error) => {
+                self.forget();
+                Err(error)
+            }
+        }
     }
 
     /// Renders a frame whose images stay on the device: for a host that goes on with them there.
@@ -106,7 +113,9 @@ impl Renderer {
         };
         self.timeline = Some(timeline.clone());
         let drawn = self.draw(scene, options, Purpose::OnDevice)?;
-        let ready_at = timeline.rise()?;
+        let ready_at = timeline
+            .rise()
+            .inspect_err(|_| self.kept = Kept::default())?;
         Ok(DeviceFrame::new(&self.device, drawn, timeline, ready_at))
     }
 

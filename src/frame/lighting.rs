@@ -131,6 +131,10 @@ impl Lighting {
         if self.lights[index].is_some() {
             return Ok(false);
         }
+        if let Some((.., Lists::InTurn)) = self.made_for.indirect {
+            // The one whose turn it was.
+            self.lights.fill_with(|| None);
+        }
         let light = &context.scene.lights[index];
         let place = match &self.vpls {
             Some(vpls) => vpls.room_per_light.map(|room| index as u32 * room),

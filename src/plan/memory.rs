@@ -93,43 +93,27 @@ impl Plan {
         })
     }
 
-    /// When most is held: while light is gathered, when the sensor is exposed, or on the way to the host.
+    /// When most is held: while light is gathered, or on the way to the host.
     pub(super) fn memory_need(&self, scene: &Scene) -> MemoryNeed {
         let image = self.image_bytes();
         let specular = u64::from(self.is_specular);
         let indirect = u64::from(self.indirect.is_some());
         // The G-buffer with its depth, and radiance.
-        let kept = (3 + specular + 1 + indirect) * image + image * DEPTH_BYTES / PIXEL_BYTES;
-        let energy = image * u64::from(self.joule_per_irradiance.is_some());
+        let energy = u64::from(self.joule_per_irradiance.is_some());
+        let images = (3 + specular + 1 + indirect + energy) * image;
         let map = self.own_map_size();
         let map = map.map_or(0, |size| map_bytes(size, self.max_faces(), 1));
-        let scene = self.scene_bytes(scene);
-        let gathering = MemoryNeed {
-            image: kept + map + self.gathering_bytes(),
+        // Images go to the host through one buffer.
+        let readback = self.pixels() * PIXEL_BYTES;
+        MemoryNeed {
+            image: images
+                + image * DEPTH_BYTES / PIXEL_BYTES
+                + map
+                + self.gathering_bytes().max(readback),
             rsm: self
                 .indirect
                 .map_or(0, |indirect| self.rsm_bytes(&indirect)),
-            scene,
-        };
-        let exposing = MemoryNeed {
-            image: kept + map + energy,
-            rsm: 0,
-            scene,
-        };
-        // From image to image through one buffer.
-        let reading = MemoryNeed {
-            image: kept + energy + self.pixels() * PIXEL_BYTES,
-            ..MemoryNeed::default()
-        };
-        let need = if exposing.total() > reading.total() {
-            exposing
-        } else {
-            reading
-        };
-        if gathering.total() > need.total() {
-            gathering
-        } else {
-            need
+            scene: self.scene_bytes(scene),
         }
     }
 
@@ -208,8 +192,9 @@ impl Plan {
         let rows = lists * texels.div_ceil(ROW_TEXELS);
         let mut bytes = map_bytes(size, faces, 3 + u64::from(self.is_specular));
         bytes += members * image_bytes(ROW_TEXELS, rows);
-        // The table of the emission, and the places of the lists.
-        bytes += texels * 8 + texels.div_ceil(RUN_ITEMS) * RUN_BYTES * (1 + u64::from(is_bounce));
+        // The tables of the emission, and the places of the lists.
+        bytes += lists * texels * 8
+            + texels.div_ceil(RUN_ITEMS) * RUN_BYTES * (1 + u64::from(is_bounce));
         if is_bounce {
             // Ranges and shares of tiles of 64 texels, twice while the pilot teaches them.
             bytes += 4 * texel_list_bytes(lists * texels.div_ceil(64));
