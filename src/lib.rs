@@ -15,6 +15,8 @@
 //!
 //! `docs/model.md` says what is computed, `docs/architecture.md` how. The library never prints and never exits.
 
+#[cfg(feature = "capi")]
+pub mod capi;
 #[cfg(feature = "reference")]
 pub mod doctor;
 pub mod emission;

@@ -17,6 +17,8 @@ mod mesh;
 mod mtl;
 mod obj;
 mod obj_check;
+#[cfg(feature = "capi")]
+mod parts;
 mod shared;
 mod texture;
 mod validate;
@@ -31,6 +33,8 @@ pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;
 pub use shared::Shared;
+#[cfg(feature = "capi")]
+pub(crate) use texture::linear_from_srgb;
 
 /// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
 pub type Bands = [f64; 3];

@@ -82,7 +82,7 @@ fn srgb_decoding_table() -> Vec<f32> {
 }
 
 /// The sRGB transfer function, IEC 61966-2-1: encoded value 0 to 1 to linear value 0 to 1.
-fn linear_from_srgb(encoded: f64) -> f64 {
+pub(crate) fn linear_from_srgb(encoded: f64) -> f64 {
     if encoded <= 0.04045 {
         encoded / 12.92
     } else {

@@ -65,8 +65,12 @@ impl Fault {
             Part::Material(i) => format!("material {i} (\"{}\")", scene.materials[i].name),
             Part::Texture(i) => format!("texture {i} (\"{}\")", scene.textures[i].name),
         };
-        let at = place.map_or(part.clone(), |place| format!("{place}, {part}"));
-        Error::scene(at, self.problem, self.mend)
+        self.at(place.map_or(part.clone(), |place| format!("{place}, {part}")))
+    }
+
+    /// The error for a fault at this place.
+    pub fn at(self, place: String) -> Error {
+        Error::scene(place, self.problem, self.mend)
     }
 }
 
@@ -151,7 +155,7 @@ pub(super) fn check(scene: &Scene) -> Check {
     validate_surface::check(scene)
 }
 
-fn camera(camera: &Camera) -> Check {
+pub(super) fn camera(camera: &Camera) -> Check {
     let part = Part::Camera;
     let Camera {
         resolution_px: [width, height],
@@ -198,7 +202,7 @@ fn camera(camera: &Camera) -> Check {
     }
 }
 
-fn check_sensor(sensor: &Sensor) -> Check {
+pub(super) fn check_sensor(sensor: &Sensor) -> Check {
     let part = Part::Sensor;
     let Sensor {
         pixel_pitch_um,
@@ -215,7 +219,7 @@ fn check_sensor(sensor: &Sensor) -> Check {
     )
 }
 
-fn check_light(part: Part, light: &Light) -> Check {
+pub(super) fn check_light(part: Part, light: &Light) -> Check {
     match *light {
         Light::Point {
             position_m,

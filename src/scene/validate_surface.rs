@@ -68,7 +68,7 @@ pub(super) fn check(scene: &Scene) -> Check {
     Ok(())
 }
 
-fn check_texture(part: Part, texture: &Texture) -> Check {
+pub(super) fn check_texture(part: Part, texture: &Texture) -> Check {
     let [width, height] = texture.size_px;
     let texels = texture.linear_rgb.len();
     part.require(
@@ -95,7 +95,7 @@ const SHARPEST: f64 = 1e9;
 /// Beyond, f32 has no digits left to tell texels apart.
 const FARTHEST_TEXCOORD: f64 = 1e6;
 
-fn check_material(part: Part, material: &Material, texture_count: usize) -> Check {
+pub(super) fn check_material(part: Part, material: &Material, texture_count: usize) -> Check {
     for (what, bands) in [("kd", material.kd), ("ks", material.ks)] {
         part.require(
             bands.iter().all(|value| (0.0..=1.0).contains(value)),
@@ -123,7 +123,7 @@ fn check_material(part: Part, material: &Material, texture_count: usize) -> Chec
     )
 }
 
-fn check_mesh(part: Part, mesh: &Mesh, material_count: usize) -> Check {
+pub(super) fn check_mesh(part: Part, mesh: &Mesh, material_count: usize) -> Check {
     let vertex_count = mesh.positions_m.len();
     if let Some(vertex) = mesh.positions_m.iter().position(|&p| !is_near(p)) {
         part.require_position(&format!("vertex {vertex}"), mesh.positions_m[vertex])?;

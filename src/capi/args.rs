@@ -1,0 +1,343 @@
+//! Reading what a C program hands over. All that can be known of a pointer is checked; that it points to what it says is
+//! the caller's word, which is why the functions here are unsafe.
+
+use std::{
+    ffi::{CStr, c_char, c_void},
+    ptr,
+};
+
+use glam::DVec3;
+
+use super::status::{Failure, Outcome};
+
+/// Elements of memory as they lie there.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_array {
+    /// The first element. It must be aligned to the size of a component: 8 bytes for CAMLUX_FORMAT_F64, and so on.
+    pub data: *const c_void,
+    /// Bytes from one element to the next, a multiple of the size of a component; 0: they lie one behind the other.
+    pub stride_bytes: usize,
+    /// CAMLUX_FORMAT_F32 and so on: what the components are.
+    pub format: i32,
+    /// 0.
+    pub reserved: u32,
+}
+
+/// No element: what an optional index is set to.
+pub const CAMLUX_NONE: u32 = 0xffff_ffff;
+
+/// Components are 32-bit floating-point numbers.
+pub const CAMLUX_FORMAT_F32: i32 = 1;
+/// Components are 64-bit floating-point numbers.
+pub const CAMLUX_FORMAT_F64: i32 = 2;
+/// Components are 16-bit whole numbers without sign.
+pub const CAMLUX_FORMAT_U16: i32 = 3;
+/// Components are 32-bit whole numbers without sign.
+pub const CAMLUX_FORMAT_U32: i32 = 4;
+
+impl camlux_array {
+    pub(super) const fn none(format: i32) -> Self {
+        camlux_array {
+            data: ptr::null(),
+            stride_bytes: 0,
+            format,
+            reserved: 0,
+        }
+    }
+}
+
+/// A struct of the interface.
+///
+/// # Safety
+/// It is `repr(C)`, begins with `struct_size: u32`, has no padding, and any bytes are a value of it.
+pub(super) unsafe trait CStruct: Copy {
+    const NAME: &'static str;
+    /// Its size in the first version of the interface, whatever was added since.
+    const VERSION_1_BYTES: usize;
+    /// What the `_INIT` macro of the header has.
+    const INIT: Self;
+}
+
+/// A struct from a newer header may be longer than here, but not by any number.
+const LONGEST_STRUCT_BYTES: usize = 4096;
+
+fn check_pointer<T>(pointer: *const T, name: &str) -> Outcome {
+    if pointer.is_null() {
+        return Err(Failure::argument(format!("{name} is NULL")));
+    }
+    if !pointer.is_aligned() {
+        return Err(Failure::argument(format!(
+            "{name} is {pointer:p}, which is not aligned to {} bytes",
+            align_of::<T>()
+        )));
+    }
+    Ok(())
+}
+
+/// Checks a place that a result is to be written to.
+pub(super) fn check_out<T>(pointer: *mut T, name: &str) -> Outcome {
+    check_pointer(pointer, name)
+}
+
+/// # Safety
+/// Where it is not null and aligned, `pointer` points to its first four bytes.
+unsafe fn struct_bytes<T: CStruct>(pointer: *const T) -> Outcome<usize> {
+    check_pointer(pointer, T::NAME)?;
+    // SAFETY: the caller's word; a struct begins with its size.
+    let bytes = unsafe { pointer.cast::<u32>().read() } as usize;
+    if !(T::VERSION_1_BYTES..=LONGEST_STRUCT_BYTES).contains(&bytes) {
+        return Err(Failure::argument(format!(
+            "struct_size of the {0} is {bytes}; begin with {1}, which sets it to sizeof({0})",
+            T::NAME,
+            init_macro(T::NAME),
+        )));
+    }
+    Ok(bytes)
+}
+
+fn init_macro(name: &str) -> String {
+    format!("{}_INIT", name.to_uppercase())
+}
+
+/// Reads a struct of any version: what an older program does not have is as in `INIT`, and what a newer one has beyond may
+/// only be 0.
+///
+/// # Safety
+/// `pointer` is null, or misaligned, or points to as many bytes as its `struct_size` says.
+pub(super) unsafe fn read<T: CStruct>(pointer: *const T) -> Outcome<T> {
+    // SAFETY: the caller's word.
+    let bytes = unsafe { struct_bytes(pointer) }?;
+    let known = bytes.min(size_of::<T>());
+    let mut value = T::INIT;
+    // SAFETY: the caller's word for what is read; `value` has room for it, and any bytes are a value.
+    let beyond = unsafe {
+        ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut value).cast(), known);
+        std::slice::from_raw_parts(pointer.cast::<u8>().add(known), bytes - known)
+    };
+    if beyond.iter().any(|&byte| byte != 0) {
+        return Err(Failure::argument(format!(
+            "{} has {bytes} bytes and sets some beyond the {known} that this camlux knows: the program was built for a newer one; \
+             install that, or leave the new members 0",
+            T::NAME
+        )));
+    }
+    Ok(value)
+}
+
+/// As [`read`], for a struct that may be left out.
+///
+/// # Safety
+/// As for [`read`].
+pub(super) unsafe fn read_optional<T: CStruct>(pointer: *const T) -> Outcome<Option<T>> {
+    if pointer.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: the caller's word.
+    unsafe { read(pointer) }.map(Some)
+}
+
+/// Checks a struct that a result is to be written to, before the work for it.
+///
+/// # Safety
+/// As for [`read`].
+pub(super) unsafe fn check_struct<T: CStruct>(pointer: *mut T) -> Outcome {
+    // SAFETY: the caller's word.
+    unsafe { struct_bytes(pointer) }.map(|_| ())
+}
+
+/// Writes as much of a struct as the host's has room for. Its `struct_size` stays.
+///
+/// # Safety
+/// As for [`read`], and the bytes are writable.
+pub(super) unsafe fn write<T: CStruct>(pointer: *mut T, value: T) -> Outcome {
+    // SAFETY: the caller's word.
+    let bytes = unsafe { struct_bytes(pointer) }?;
+    let known = bytes.min(size_of::<T>());
+    let kept = size_of::<u32>();
+    // SAFETY: both have as many bytes; they cannot overlap, for `value` is this function's own.
+    unsafe {
+        let from = (&raw const value).cast::<u8>().add(kept);
+        ptr::copy_nonoverlapping(from, pointer.cast::<u8>().add(kept), known - kept);
+    }
+    Ok(())
+}
+
+/// Writes an index where the host wants it.
+///
+/// # Safety
+/// `pointer` is null, or misaligned, or writable.
+pub(super) unsafe fn write_index(pointer: *mut u32, index: usize) {
+    if !pointer.is_null() {
+        // SAFETY: the caller's word, and `check_index` has been asked.
+        unsafe { pointer.write(index as u32) };
+    }
+}
+
+/// Checks a place for an index, which may be left out.
+pub(super) fn check_index(pointer: *mut u32) -> Outcome {
+    if pointer.is_null() {
+        return Ok(());
+    }
+    check_out(pointer, "index")
+}
+
+/// Text of the host; `None` where it is NULL.
+///
+/// # Safety
+/// `pointer` is null or points to bytes that end with a 0.
+pub(super) unsafe fn text(pointer: *const c_char, name: &str) -> Outcome<Option<String>> {
+    if pointer.is_null() {
+        return Ok(None);
+    }
+    // SAFETY: the caller's word.
+    let text = unsafe { CStr::from_ptr(pointer) };
+    match text.to_str() {
+        Ok(text) => Ok(Some(text.to_owned())),
+        Err(error) => Err(Failure::argument(format!(
+            "{name} is no UTF-8: {error}; convert it"
+        ))),
+    }
+}
+
+/// A path that has to be there.
+///
+/// # Safety
+/// As for [`text`].
+pub(super) unsafe fn path(pointer: *const c_char) -> Outcome<String> {
+    // SAFETY: the caller's word.
+    match unsafe { text(pointer, "path") }? {
+        Some(path) if !path.is_empty() => Ok(path),
+        Some(_) => Err(Failure::argument("path is empty")),
+        None => Err(Failure::argument("path is NULL")),
+    }
+}
+
+/// A word of a list: `what` names the argument, `names` the constants.
+pub(super) fn one_of<T: Copy>(what: &str, value: i32, choices: &[(i32, &str, T)]) -> Outcome<T> {
+    match choices.iter().find(|(number, ..)| *number == value) {
+        Some((.., choice)) => Ok(*choice),
+        None => {
+            let names: Vec<&str> = choices.iter().map(|(_, name, _)| *name).collect();
+            let names = names.join(", ");
+            Err(Failure::argument(format!(
+                "{what} is {value}; give one of {names}"
+            )))
+        }
+    }
+}
+
+/// A flag: 0 or 1.
+pub(super) fn flag(what: &str, value: i32) -> Outcome<bool> {
+    one_of(what, value, &[(0, "0", false), (1, "1", true)])
+}
+
+pub(super) fn reserved(what: &str, value: u32) -> Outcome {
+    if value == 0 {
+        return Ok(());
+    }
+    Err(Failure::argument(format!(
+        "{what} has {value} in a reserved member; leave it 0"
+    )))
+}
+
+pub(super) fn finite(what: &str, values: &[f64]) -> Outcome {
+    if values.iter().all(|value| value.is_finite()) {
+        return Ok(());
+    }
+    Err(Failure::argument(format!(
+        "{what} is {values:?}; give finite numbers"
+    )))
+}
+
+pub(super) fn vector(what: &str, values: [f64; 3]) -> Outcome<DVec3> {
+    finite(what, &values)?;
+    Ok(DVec3::from(values))
+}
+
+/// A component of an array in memory.
+pub(super) trait Component: Copy {
+    const BYTES: usize = size_of::<Self>();
+}
+
+impl Component for u8 {}
+impl Component for u16 {}
+impl Component for u32 {}
+impl Component for f32 {}
+impl Component for f64 {}
+
+/// Where rows of components lie, checked for alignment and for overflow.
+pub(super) struct Rows<'n> {
+    pub name: &'n str,
+    pub data: *const c_void,
+    /// Bytes from one row to the next; 0: tight.
+    pub stride_bytes: usize,
+    pub count: usize,
+    /// Components of a row.
+    pub length: usize,
+}
+
+impl Rows<'_> {
+    /// Every row, in order, through `convert`.
+    ///
+    /// # Safety
+    /// `data` is null, or misaligned, or points to all the rows.
+    pub unsafe fn read<C: Component, T>(&self, convert: impl Fn(&[C]) -> T) -> Outcome<Vec<T>> {
+        let stride_bytes = self.checked_stride::<C>()?;
+        let mut values = Vec::new();
+        let room = values.try_reserve_exact(self.count);
+        room.map_err(|_| Failure::memory(self.name, self.count))?;
+        for row in 0..self.count {
+            // SAFETY: the product does not overflow, the place is aligned, and that it is there is the caller's word.
+            let components = unsafe {
+                let start = self.data.cast::<u8>().add(row * stride_bytes);
+                std::slice::from_raw_parts(start.cast::<C>(), self.length)
+            };
+            values.push(convert(components));
+        }
+        Ok(values)
+    }
+
+    fn checked_stride<C: Component>(&self) -> Outcome<usize> {
+        let Rows {
+            name,
+            data,
+            count,
+            length,
+            ..
+        } = *self;
+        let wrong = |problem: String| Err(Failure::argument(problem));
+        if data.is_null() {
+            return wrong(format!("{name} is NULL, for {count} elements"));
+        }
+        if !data.cast::<C>().is_aligned() {
+            return wrong(format!(
+                "{name} is at {data:p}, which is not aligned to {} bytes",
+                C::BYTES
+            ));
+        }
+        let Some(tight_bytes) = length.checked_mul(C::BYTES) else {
+            return wrong(format!("a row of {name} has {length} components"));
+        };
+        let stride_bytes = match self.stride_bytes {
+            0 => tight_bytes,
+            stride_bytes => stride_bytes,
+        };
+        if stride_bytes < tight_bytes || stride_bytes % C::BYTES != 0 {
+            return wrong(format!(
+                "the stride of {name} is {stride_bytes} bytes; give 0, or a multiple of {} of at least {tight_bytes}",
+                C::BYTES
+            ));
+        }
+        let end = count
+            .checked_mul(stride_bytes)
+            .filter(|&bytes| bytes <= isize::MAX as usize)
+            .and_then(|bytes| data.addr().checked_add(bytes));
+        if end.is_none() {
+            return wrong(format!(
+                "{count} elements of {name}, {stride_bytes} bytes apart, are more than memory has; check the count"
+            ));
+        }
+        Ok(stride_bytes)
+    }
+}

@@ -1,0 +1,440 @@
+//! Frames: their layers, in place, copied, and as files.
+
+use std::{
+    ffi::{CStr, CString, c_char, c_void},
+    ptr,
+    sync::OnceLock,
+};
+
+use super::{
+    args::{self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_U32, CStruct},
+    handle::{self, camlux_frame},
+    status::{Failure, Outcome, c_string, camlux_status, entry},
+};
+use crate::output::{
+    ExrOptions, Frame, Layer, LayerData, OutputFile, PngView, write_exr, write_png,
+};
+
+/// Radiance towards the camera, direct + indirect, W/sr/m^2, channels R, G, B; numerically also the irradiance at the pixel,
+/// W/m^2. Pixels without a surface hold 0, here and elsewhere, except in depth and range.
+pub const CAMLUX_LAYER_RADIANCE: i32 = 0;
+/// By way of one surface, W/sr/m^2, channels R, G, B.
+pub const CAMLUX_LAYER_DIRECT: i32 = 1;
+/// By way of two surfaces, W/sr/m^2, channels R, G, B; with camlux_scene_set_indirect.
+pub const CAMLUX_LAYER_INDIRECT: i32 = 2;
+/// Energy in the pixel, J, channels R, G, B; with camlux_scene_set_sensor.
+pub const CAMLUX_LAYER_ENERGY: i32 = 3;
+/// Seen surface point in world space, m, channels X, Y, Z.
+pub const CAMLUX_LAYER_POSITION: i32 = 4;
+/// Its normal in world space, of unit length, on the side of the camera, channels X, Y, Z.
+pub const CAMLUX_LAYER_NORMAL: i32 = 5;
+/// Its distance along the viewing axis, m; +infinity without a surface.
+pub const CAMLUX_LAYER_DEPTH: i32 = 6;
+/// Its distance from the camera's centre, m; +infinity without a surface.
+pub const CAMLUX_LAYER_RANGE: i32 = 7;
+/// 0: no surface, else 1 + the index of its instance (CAMLUX_FORMAT_U32).
+pub const CAMLUX_LAYER_INSTANCE_ID: i32 = 8;
+/// 0: no surface, else 1 + the index of its material (CAMLUX_FORMAT_U32).
+pub const CAMLUX_LAYER_MATERIAL_ID: i32 = 9;
+
+const LAYERS: [(i32, &str, Layer); 10] = [
+    (
+        CAMLUX_LAYER_RADIANCE,
+        "CAMLUX_LAYER_RADIANCE (0)",
+        Layer::Radiance,
+    ),
+    (
+        CAMLUX_LAYER_DIRECT,
+        "CAMLUX_LAYER_DIRECT (1)",
+        Layer::Direct,
+    ),
+    (
+        CAMLUX_LAYER_INDIRECT,
+        "CAMLUX_LAYER_INDIRECT (2)",
+        Layer::Indirect,
+    ),
+    (
+        CAMLUX_LAYER_ENERGY,
+        "CAMLUX_LAYER_ENERGY (3)",
+        Layer::Energy,
+    ),
+    (
+        CAMLUX_LAYER_POSITION,
+        "CAMLUX_LAYER_POSITION (4)",
+        Layer::Position,
+    ),
+    (
+        CAMLUX_LAYER_NORMAL,
+        "CAMLUX_LAYER_NORMAL (5)",
+        Layer::Normal,
+    ),
+    (CAMLUX_LAYER_DEPTH, "CAMLUX_LAYER_DEPTH (6)", Layer::Depth),
+    (CAMLUX_LAYER_RANGE, "CAMLUX_LAYER_RANGE (7)", Layer::Range),
+    (
+        CAMLUX_LAYER_INSTANCE_ID,
+        "CAMLUX_LAYER_INSTANCE_ID (8)",
+        Layer::MeshId,
+    ),
+    (
+        CAMLUX_LAYER_MATERIAL_ID,
+        "CAMLUX_LAYER_MATERIAL_ID (9)",
+        Layer::MaterialId,
+    ),
+];
+
+/// A layer as it lies in the frame's memory. Begin with CAMLUX_VIEW_INIT.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_view {
+    /// sizeof(camlux_view)
+    pub struct_size: u32,
+    /// CAMLUX_LAYER_RADIANCE and so on.
+    pub layer: i32,
+    /// The upper left pixel. Rows follow from the top, pixels from the left, channels interleaved. Valid, and unchanged, until
+    /// the frame's last release.
+    pub data: *const c_void,
+    /// Bytes from one row to the next.
+    pub row_stride_bytes: usize,
+    /// All bytes.
+    pub size_bytes: usize,
+    /// Pixels of a row.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// Values of a pixel: 3 or 1.
+    pub channels: u32,
+    /// CAMLUX_FORMAT_F32 or CAMLUX_FORMAT_U32.
+    pub format: i32,
+    /// The layer's name in files, such as "radiance". A string of the library, valid for ever.
+    pub name: *const c_char,
+    /// The unit of the values, such as "W/sr/m^2"; "1" for plain numbers. A string of the library, valid for ever.
+    pub unit: *const c_char,
+}
+
+/// How to write an OpenEXR file. Begin with CAMLUX_EXR_OPTIONS_INIT: all layers, all bits.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_exr_options {
+    /// sizeof(camlux_exr_options)
+    pub struct_size: u32,
+    /// 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 become infinite then.
+    pub half: i32,
+    /// Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on; 0: all that the frame has.
+    pub layers: u32,
+    /// 0.
+    pub reserved: u32,
+}
+
+// SAFETY: repr(C), the size first, numbers and pointers without padding.
+unsafe impl CStruct for camlux_view {
+    const NAME: &'static str = "camlux_view";
+    const VERSION_1_BYTES: usize = 64;
+    const INIT: Self = camlux_view {
+        struct_size: size_of::<Self>() as u32,
+        layer: CAMLUX_LAYER_RADIANCE,
+        data: ptr::null(),
+        row_stride_bytes: 0,
+        size_bytes: 0,
+        width_px: 0,
+        height_px: 0,
+        channels: 0,
+        format: CAMLUX_FORMAT_F32,
+        name: ptr::null(),
+        unit: ptr::null(),
+    };
+}
+
+// SAFETY: repr(C), the size first, whole numbers without padding.
+unsafe impl CStruct for camlux_exr_options {
+    const NAME: &'static str = "camlux_exr_options";
+    const VERSION_1_BYTES: usize = 16;
+    const INIT: Self = camlux_exr_options {
+        struct_size: size_of::<Self>() as u32,
+        half: 0,
+        layers: 0,
+        reserved: 0,
+    };
+}
+
+/// A frame, and its texts for C.
+pub(super) struct FrameObject {
+    pub frame: Frame,
+    pub snapshot_ms: f64,
+    pub device: CString,
+    pub driver: CString,
+    pub pass_names: Vec<CString>,
+}
+
+impl FrameObject {
+    pub fn new(frame: Frame, snapshot_ms: f64) -> FrameObject {
+        let passes = frame.stats.passes.iter();
+        FrameObject {
+            snapshot_ms,
+            device: c_string(&frame.stats.device),
+            driver: c_string(&frame.stats.driver),
+            pass_names: passes.map(|pass| c_string(pass.name)).collect(),
+            frame,
+        }
+    }
+
+    fn layer(&self, layer: i32) -> Outcome<(Layer, &LayerData)> {
+        let layer = args::one_of("layer", layer, &LAYERS)?;
+        let found = self.frame.layers.iter().find(|(kind, _)| *kind == layer);
+        match found {
+            Some((_, data)) => Ok((layer, data)),
+            None => Err(Failure::argument(format!(
+                "the frame has no layer {}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect",
+                layer.name()
+            ))),
+        }
+    }
+
+    fn view(&self, layer: i32) -> Outcome<camlux_view> {
+        let (kind, data) = self.layer(layer)?;
+        let [width_px, height_px] = self.frame.resolution_px;
+        let (data, size_bytes, format): (*const c_void, _, _) = match data {
+            LayerData::Float(values) => (
+                values.as_ptr().cast(),
+                size_of_val(values.as_slice()),
+                CAMLUX_FORMAT_F32,
+            ),
+            LayerData::Id(ids) => (
+                ids.as_ptr().cast(),
+                size_of_val(ids.as_slice()),
+                CAMLUX_FORMAT_U32,
+            ),
+        };
+        let (name, unit) = texts(kind);
+        Ok(camlux_view {
+            layer,
+            data,
+            row_stride_bytes: size_bytes / height_px as usize,
+            size_bytes,
+            width_px,
+            height_px,
+            channels: kind.channel_names().len() as u32,
+            format,
+            name: name.as_ptr(),
+            unit: unit.as_ptr(),
+            ..CStruct::INIT
+        })
+    }
+}
+
+/// Name and unit of a layer, made once.
+fn texts(layer: Layer) -> (&'static CStr, &'static CStr) {
+    static TEXTS: OnceLock<Vec<(Layer, CString, CString)>> = OnceLock::new();
+    let texts = TEXTS.get_or_init(|| {
+        let text = |layer: Layer| (layer, c_string(layer.name()), c_string(layer.unit()));
+        Layer::ALL.map(text).into()
+    });
+    let found = texts.iter().find(|(kind, ..)| *kind == layer);
+    found.map_or((c"", c""), |(_, name, unit)| (name, unit))
+}
+
+/// How many layers a frame has.
+///
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+///
+/// # Safety
+/// `count` is NULL or points to a writable uint32_t.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_frame_layer_count(
+    frame: *mut camlux_frame,
+    count: *mut u32,
+) -> camlux_status {
+    entry("camlux_frame_layer_count", || {
+        let object = handle::get::<FrameObject>(frame)?;
+        args::check_out(count, "count")?;
+        // SAFETY: checked above as far as can be; the rest is the caller's word.
+        unsafe { count.write(object.frame.layers.len() as u32) };
+        Ok(())
+    })
+}
+
+/// Which layer a frame has at a place of its list.
+///
+/// \param index from 0 to below camlux_frame_layer_count.
+/// \param layer receives CAMLUX_LAYER_RADIANCE or the like.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+///
+/// # Safety
+/// `layer` is NULL or points to a writable int32_t.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_frame_get_layer(
+    frame: *mut camlux_frame,
+    index: u32,
+    layer: *mut i32,
+) -> camlux_status {
+    entry("camlux_frame_get_layer", || {
+        let object = handle::get::<FrameObject>(frame)?;
+        args::check_out(layer, "layer")?;
+        let layers = &object.frame.layers;
+        let Some((kind, _)) = layers.get(index as usize) else {
+            let count = layers.len();
+            return Err(Failure::argument(format!(
+                "there is no layer {index} among {count}; indices count from 0"
+            )));
+        };
+        let found = LAYERS.iter().find(|(.., layer)| layer == kind);
+        let Some((number, ..)) = found else {
+            let problem = "a frame has a layer that no render has";
+            return Err(crate::Error::internal(problem).into());
+        };
+        // SAFETY: checked above as far as can be; the rest is the caller's word.
+        unsafe { layer.write(*number) };
+        Ok(())
+    })
+}
+
+/// Looks at a layer where it lies, without a copy.
+///
+/// \param layer CAMLUX_LAYER_RADIANCE and so on.
+/// \param view begin with CAMLUX_VIEW_INIT. What it points to is valid until the frame's last release.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does not have.
+/// \threads any; frames do not change.
+///
+/// # Safety
+/// `view` is NULL or points to as many writable bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_frame_view(
+    frame: *mut camlux_frame,
+    layer: i32,
+    view: *mut camlux_view,
+) -> camlux_status {
+    entry("camlux_frame_view", || {
+        let object = handle::get::<FrameObject>(frame)?;
+        // SAFETY: the caller's word.
+        unsafe { args::write(view, object.view(layer)?) }
+    })
+}
+
+/// Copies a layer into the host's memory: rows from the top, channels interleaved, 4 bytes a value.
+///
+/// \param layer CAMLUX_LAYER_RADIANCE and so on.
+/// \param destination of any alignment.
+/// \param size_bytes how much may be written: at least height - 1 strides and a row.
+/// \param row_stride_bytes from one row to the next; 0: rows follow one another. Bytes between rows are left as they are.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also where the layer does not fit.
+/// \threads any; frames do not change.
+///
+/// # Safety
+/// `destination` is NULL or points to as many writable bytes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_frame_copy(
+    frame: *mut camlux_frame,
+    layer: i32,
+    destination: *mut c_void,
+    size_bytes: usize,
+    row_stride_bytes: usize,
+) -> camlux_status {
+    entry("camlux_frame_copy", || {
+        let object = handle::get::<FrameObject>(frame)?;
+        let view = object.view(layer)?;
+        args::check_out(destination.cast::<u8>(), "destination")?;
+        let row_bytes = view.row_stride_bytes;
+        let rows = view.height_px as usize;
+        let stride = match row_stride_bytes {
+            0 => row_bytes,
+            stride => stride,
+        };
+        if stride < row_bytes {
+            return Err(Failure::argument(format!(
+                "row_stride_bytes is {stride}; a row has {row_bytes}"
+            )));
+        }
+        let needed = stride
+            .checked_mul(rows - 1)
+            .and_then(|bytes| bytes.checked_add(row_bytes));
+        if needed.is_none_or(|needed| needed > size_bytes) {
+            return Err(Failure::argument(format!(
+                "{rows} rows of {row_bytes} bytes, {stride} bytes apart, do not fit in {size_bytes} bytes"
+            )));
+        }
+        for row in 0..rows {
+            // SAFETY: the source is the frame's own; that the destination is as large as it says is the caller's word.
+            unsafe {
+                let from = view.data.cast::<u8>().add(row * row_bytes);
+                let to = destination.cast::<u8>().add(row * stride);
+                ptr::copy(from, to, row_bytes);
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Writes layers to an OpenEXR file, with units, scene hash and the rest of the description in its header: the file that
+/// `camlux render` writes. The file appears whole or not at all.
+///
+/// \param path UTF-8; a file of that name is replaced.
+/// \param options NULL: those of CAMLUX_EXR_OPTIONS_INIT.
+/// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any; frames do not change.
+///
+/// # Safety
+/// `path` is NULL or a string that ends with a 0; `options` is NULL or points to as many bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_frame_write_exr(
+    frame: *mut camlux_frame,
+    path: *const c_char,
+    options: *const camlux_exr_options,
+) -> camlux_status {
+    entry("camlux_frame_write_exr", || {
+        let object = handle::get::<FrameObject>(frame)?;
+        // SAFETY: the caller's word.
+        let path = unsafe { args::path(path) }?;
+        // SAFETY: the caller's word.
+        let options = unsafe { args::read_optional(options) }?.unwrap_or(CStruct::INIT);
+        let options = exr_options_from(options)?;
+        write_exr(OutputFile::create(path)?, &object.frame, &options)?;
+        Ok(())
+    })
+}
+
+/// Writes an 8-bit sRGB preview: direct, indirect and total radiance side by side, or the radiance alone where the frame has no
+/// indirect light. For a look, not for measurements. The file appears whole or not at all.
+///
+/// \param path UTF-8; a file of that name is replaced.
+/// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any; frames do not change.
+///
+/// # Safety
+/// `path` is NULL or a string that ends with a 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_frame_write_png(
+    frame: *mut camlux_frame,
+    path: *const c_char,
+) -> camlux_status {
+    entry("camlux_frame_write_png", || {
+        let object = handle::get::<FrameObject>(frame)?;
+        // SAFETY: the caller's word.
+        let path = unsafe { args::path(path) }?;
+        let view = PngView::for_frame(&object.frame);
+        write_png(OutputFile::create(path)?, &object.frame, view)?;
+        Ok(())
+    })
+}
+
+fn exr_options_from(options: camlux_exr_options) -> Outcome<ExrOptions> {
+    let camlux_exr_options {
+        struct_size: _,
+        half,
+        layers,
+        reserved,
+    } = options;
+    args::reserved(camlux_exr_options::NAME, reserved)?;
+    if layers >> LAYERS.len() != 0 {
+        return Err(Failure::argument(format!(
+            "layers is {layers:#x}, which has bits that stand for no layer"
+        )));
+    }
+    let picked = LAYERS
+        .iter()
+        .filter(|(number, ..)| layers >> number & 1 == 1);
+    Ok(ExrOptions {
+        half: args::flag("half", half)?,
+        layers: (layers != 0).then(|| picked.map(|(.., layer)| *layer).collect()),
+    })
+}

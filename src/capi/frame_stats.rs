@@ -1,0 +1,177 @@
+//! What a frame has cost, and the version.
+
+use std::{ffi::c_char, ptr};
+
+use super::{
+    args::{self, CStruct},
+    frame::FrameObject,
+    handle::{self, camlux_frame},
+    status::{Failure, camlux_status, entry},
+};
+
+/// The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH.
+pub const CAMLUX_VERSION_MAJOR: u32 = 0;
+/// See CAMLUX_VERSION_MAJOR.
+pub const CAMLUX_VERSION_MINOR: u32 = 1;
+/// See CAMLUX_VERSION_MAJOR.
+pub const CAMLUX_VERSION_PATCH: u32 = 0;
+
+/// The version of the library: 1000000 * major + 1000 * minor + patch.
+///
+/// \threads any.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_version() -> u32 {
+    1_000_000 * CAMLUX_VERSION_MAJOR + 1000 * CAMLUX_VERSION_MINOR + CAMLUX_VERSION_PATCH
+}
+
+/// What a frame has cost. Begin with CAMLUX_FRAME_STATS_INIT.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_frame_stats {
+    /// sizeof(camlux_frame_stats)
+    pub struct_size: u32,
+    /// How many passes camlux_frame_get_pass has.
+    pub pass_count: u32,
+    /// From the snapshot of the scene to the frame, milliseconds.
+    pub wall_ms: f64,
+    /// GPU time of all passes together, milliseconds.
+    pub passes_ms: f64,
+    /// For the snapshot, before wall_ms: moving the vertices of instances whose pose has changed, milliseconds.
+    pub snapshot_ms: f64,
+    /// Virtual point lights that carry flux, over all lights.
+    pub vpl_count: u64,
+    /// Rays that the indirect light cast; 0 for plain sums.
+    pub ray_count: u64,
+    /// Pairs of a pixel and a virtual light that were evaluated.
+    pub pixel_vpl_pairs: u64,
+    /// Relative error (relRMSE) of the indirect light, as camlux estimates it from the frame itself; NaN where it cannot know.
+    pub estimated_error: f64,
+    /// Queue submissions.
+    pub submissions: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Name of the device, UTF-8, valid until the frame's last release.
+    pub device: *const c_char,
+    /// Name and version of its driver, UTF-8, valid until the frame's last release.
+    pub driver: *const c_char,
+}
+
+/// What a pass has cost. Begin with CAMLUX_PASS_TIME_INIT.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_pass_time {
+    /// sizeof(camlux_pass_time)
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// GPU time, milliseconds.
+    pub ms: f64,
+    /// Such as "rsm", "vpl", "gather"; valid until the frame's last release.
+    pub name: *const c_char,
+}
+
+// SAFETY: repr(C), the size first, numbers and pointers without padding.
+unsafe impl CStruct for camlux_frame_stats {
+    const NAME: &'static str = "camlux_frame_stats";
+    const VERSION_1_BYTES: usize = 88;
+    const INIT: Self = camlux_frame_stats {
+        struct_size: size_of::<Self>() as u32,
+        pass_count: 0,
+        wall_ms: 0.0,
+        passes_ms: 0.0,
+        snapshot_ms: 0.0,
+        vpl_count: 0,
+        ray_count: 0,
+        pixel_vpl_pairs: 0,
+        estimated_error: 0.0,
+        submissions: 0,
+        reserved: 0,
+        device: ptr::null(),
+        driver: ptr::null(),
+    };
+}
+
+// SAFETY: repr(C), the size first, numbers and pointers without padding.
+unsafe impl CStruct for camlux_pass_time {
+    const NAME: &'static str = "camlux_pass_time";
+    const VERSION_1_BYTES: usize = 24;
+    const INIT: Self = camlux_pass_time {
+        struct_size: size_of::<Self>() as u32,
+        reserved: 0,
+        ms: 0.0,
+        name: ptr::null(),
+    };
+}
+
+/// What a frame has cost.
+///
+/// \param stats begin with CAMLUX_FRAME_STATS_INIT.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any; frames do not change.
+///
+/// # Safety
+/// `stats` is NULL or points to as many writable bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_frame_get_stats(
+    frame: *mut camlux_frame,
+    stats: *mut camlux_frame_stats,
+) -> camlux_status {
+    entry("camlux_frame_get_stats", || {
+        let object = handle::get::<FrameObject>(frame)?;
+        let found = &object.frame.stats;
+        let found = camlux_frame_stats {
+            pass_count: found.passes.len() as u32,
+            wall_ms: found.wall_milliseconds,
+            passes_ms: found.passes.iter().map(|pass| pass.milliseconds).sum(),
+            snapshot_ms: object.snapshot_ms,
+            vpl_count: found.vpl_count,
+            ray_count: found.ray_count,
+            pixel_vpl_pairs: found.pixel_vpl_pairs,
+            estimated_error: found.estimated_error.unwrap_or(f64::NAN),
+            submissions: found.submissions,
+            device: object.device.as_ptr(),
+            driver: object.driver.as_ptr(),
+            ..CStruct::INIT
+        };
+        // SAFETY: the caller's word.
+        unsafe { args::write(stats, found) }
+    })
+}
+
+/// What a pass of a frame has cost. What was there from the frame before has no pass: after a moved camera there is neither
+/// "rsm" nor "vpl".
+///
+/// \param index from 0 to below pass_count, in the order of execution.
+/// \param pass begin with CAMLUX_PASS_TIME_INIT.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any; frames do not change.
+///
+/// # Safety
+/// `pass` is NULL or points to as many writable bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_frame_get_pass(
+    frame: *mut camlux_frame,
+    index: u32,
+    pass: *mut camlux_pass_time,
+) -> camlux_status {
+    entry("camlux_frame_get_pass", || {
+        let object = handle::get::<FrameObject>(frame)?;
+        let passes = &object.frame.stats.passes;
+        let found = passes
+            .get(index as usize)
+            .zip(object.pass_names.get(index as usize));
+        let Some((time, name)) = found else {
+            let count = passes.len();
+            return Err(Failure::argument(format!(
+                "there is no pass {index} among {count}; indices count from 0"
+            )));
+        };
+        let found = camlux_pass_time {
+            ms: time.milliseconds,
+            name: name.as_ptr(),
+            ..CStruct::INIT
+        };
+        // SAFETY: the caller's word.
+        unsafe { args::write(pass, found) }
+    })
+}

@@ -1,0 +1,259 @@
+//! Instances of meshes, and the poses of what can be moved.
+
+use glam::{DQuat, DVec3};
+
+use super::{
+    args::{self, CStruct},
+    handle::{self, camlux_scene},
+    scene::{SceneObject, SceneState, part, push},
+    status::{Failure, Outcome, camlux_status, entry},
+};
+use crate::scene::{Light, Mesh, Shared};
+
+/// The camera; its index is 0.
+pub const CAMLUX_PART_CAMERA: i32 = 0;
+/// A light.
+pub const CAMLUX_PART_LIGHT: i32 = 1;
+/// An instance of a mesh.
+pub const CAMLUX_PART_INSTANCE: i32 = 2;
+
+/// Where something is and how it is turned: what takes its own space to world space, x_world = q * x_own + position. Begin
+/// with CAMLUX_POSE_INIT: the identity.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_pose {
+    /// sizeof(camlux_pose)
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Its origin in world space, m.
+    pub position_m: [f64; 3],
+    /// The unit quaternion x, y, z, w. A length within 0.001 of 1 is taken for rounding, and mended.
+    pub orientation_xyzw: [f64; 4],
+}
+
+// SAFETY: repr(C), the size first, numbers without padding.
+unsafe impl CStruct for camlux_pose {
+    const NAME: &'static str = "camlux_pose";
+    const VERSION_1_BYTES: usize = 64;
+    const INIT: Self = camlux_pose {
+        struct_size: size_of::<Self>() as u32,
+        reserved: 0,
+        position_m: [0.0; 3],
+        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
+    };
+}
+
+/// A checked pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pose {
+    position_m: DVec3,
+    orientation: DQuat,
+}
+
+/// What a quaternion's length may be off 1.
+const LENGTH_TOLERANCE: f64 = 1e-3;
+
+impl Pose {
+    pub const IDENTITY: Pose = Pose {
+        position_m: DVec3::ZERO,
+        orientation: DQuat::IDENTITY,
+    };
+
+    fn from(pose: camlux_pose) -> Outcome<Pose> {
+        let camlux_pose {
+            struct_size: _,
+            reserved,
+            position_m,
+            orientation_xyzw,
+        } = pose;
+        args::reserved(camlux_pose::NAME, reserved)?;
+        args::finite("orientation_xyzw", &orientation_xyzw)?;
+        let orientation = DQuat::from_array(orientation_xyzw);
+        let length = orientation.length();
+        if (length - 1.0).abs() > LENGTH_TOLERANCE {
+            return Err(Failure::argument(format!(
+                "orientation_xyzw is {orientation_xyzw:?}, of length {length}; give a unit quaternion, x y z w"
+            )));
+        }
+        Ok(Pose {
+            position_m: args::vector("position_m", position_m)?,
+            orientation: orientation.normalize(),
+        })
+    }
+
+    fn is_identity(&self) -> bool {
+        // A quaternion and its negative are one rotation.
+        self.position_m == DVec3::ZERO && self.orientation.xyz() == DVec3::ZERO
+    }
+
+    fn placed(&self, mesh: &Mesh) -> Mesh {
+        let turned = |vector: &DVec3| self.orientation * *vector;
+        Mesh {
+            positions_m: mesh
+                .positions_m
+                .iter()
+                .map(|position_m| turned(position_m) + self.position_m)
+                .collect(),
+            normals: mesh.normals.iter().map(turned).collect(),
+            ..mesh.clone()
+        }
+    }
+}
+
+/// A mesh as it is placed.
+pub(super) struct Instance {
+    mesh: usize,
+    pose: Pose,
+    /// Whether the scene's mesh is this one in this pose.
+    is_placed: bool,
+}
+
+impl Instance {
+    pub fn new(mesh: usize, pose: Pose) -> Instance {
+        Instance {
+            mesh,
+            pose,
+            is_placed: pose.is_identity(),
+        }
+    }
+
+    /// The mesh in world space, if it is not there yet. In the identity's place it is the mesh itself.
+    pub fn place(&mut self, meshes: &[Shared<Mesh>]) -> Option<Shared<Mesh>> {
+        if std::mem::replace(&mut self.is_placed, true) {
+            return None;
+        }
+        let mesh = meshes.get(self.mesh)?;
+        if self.pose.is_identity() {
+            return Some(mesh.clone());
+        }
+        Some(self.pose.placed(mesh).into())
+    }
+}
+
+/// Places a mesh in the scene. The layer CAMLUX_LAYER_INSTANCE_ID holds 1 + the instance's index.
+///
+/// \param mesh the index of a mesh. It may be placed any number of times; without an instance it is not there.
+/// \param pose NULL: where it is.
+/// \param index receives the instance's index; may be NULL.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_OUT_OF_MEMORY.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `pose` is NULL or points to as many bytes as its struct_size says; `index` is NULL or points to a writable uint32_t.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_add_instance(
+    scene: *mut camlux_scene,
+    mesh: u32,
+    pose: *const camlux_pose,
+    index: *mut u32,
+) -> camlux_status {
+    entry("camlux_scene_add_instance", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        args::check_index(index)?;
+        // SAFETY: the caller's word.
+        let pose = match unsafe { args::read_optional(pose) }? {
+            Some(pose) => Pose::from(pose)?,
+            None => Pose::IDENTITY,
+        };
+        let added = object.change(|state| {
+            let shared = part(&mut state.meshes, mesh, "mesh")?.clone();
+            let added = push(&mut state.scene.meshes, shared, "instance")?;
+            let instance = Instance::new(mesh as usize, pose);
+            push(&mut state.instances, instance, "instance").inspect_err(|_| {
+                // Both lists or none.
+                state.scene.meshes.pop();
+            })?;
+            Ok::<_, Failure>(added)
+        })?;
+        // SAFETY: checked above as far as can be; the rest is the caller's word.
+        unsafe { args::write_index(index, added) };
+        Ok(())
+    })
+}
+
+/// Moves the camera, a light or an instance. The next frame of a renderer makes anew what this changes, and nothing else:
+/// a moved camera uses the surfaces, reflective shadow maps and virtual lights of the frame before.
+///
+/// - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens stay.
+/// - CAMLUX_PART_LIGHT: a spot light shines along its +z from its position; a point light has no orientation; a directional
+///   light travels along +z, and has no position.
+/// - CAMLUX_PART_INSTANCE: takes the mesh's own space to world space, whatever the pose before.
+///
+/// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+/// \param index of the light or instance; 0 for the camera.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a position too far out.
+/// \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
+///
+/// # Safety
+/// `pose` is NULL or points to as many bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_pose(
+    scene: *mut camlux_scene,
+    part: i32,
+    index: u32,
+    pose: *const camlux_pose,
+) -> camlux_status {
+    entry("camlux_scene_set_pose", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        // SAFETY: the caller's word.
+        let pose = Pose::from(unsafe { args::read(pose) }?)?;
+        let choices = [
+            (
+                CAMLUX_PART_CAMERA,
+                "CAMLUX_PART_CAMERA (0)",
+                move_camera as fn(&mut SceneState, u32, Pose) -> Outcome,
+            ),
+            (CAMLUX_PART_LIGHT, "CAMLUX_PART_LIGHT (1)", move_light),
+            (
+                CAMLUX_PART_INSTANCE,
+                "CAMLUX_PART_INSTANCE (2)",
+                move_instance,
+            ),
+        ];
+        let move_it = args::one_of("part", part, &choices)?;
+        object.change(|state| move_it(state, index, pose))
+    })
+}
+
+fn move_camera(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
+    if index != 0 {
+        return Err(Failure::argument(format!(
+            "there is one camera, not a camera {index}; give index 0"
+        )));
+    }
+    let mut camera = state.scene.camera;
+    camera.position_m = pose.position_m;
+    camera.look_at_m = pose.position_m + pose.orientation * DVec3::Z;
+    camera.up = pose.orientation * DVec3::NEG_Y;
+    camera.validate()?;
+    state.scene.camera = camera;
+    Ok(())
+}
+
+fn move_light(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
+    let light = part(&mut state.scene.lights, index, "light")?;
+    let mut moved = *light;
+    let ahead = pose.orientation * DVec3::Z;
+    match &mut moved {
+        Light::Point { position_m, .. } => *position_m = pose.position_m,
+        Light::Spot {
+            position_m,
+            direction,
+            ..
+        } => (*position_m, *direction) = (pose.position_m, ahead),
+        Light::Directional { direction, .. } => *direction = ahead,
+    }
+    moved.validate(index as usize)?;
+    *light = moved;
+    Ok(())
+}
+
+fn move_instance(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
+    let instance = part(&mut state.instances, index, "instance")?;
+    if instance.pose != pose {
+        instance.pose = pose;
+        instance.is_placed = false;
+    }
+    Ok(())
+}

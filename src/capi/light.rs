@@ -1,0 +1,228 @@
+//! Lights.
+
+use glam::DVec3;
+
+use super::{
+    args::{self, CStruct},
+    handle::{self, camlux_scene},
+    scene::{SceneObject, part, push},
+    status::{Outcome, camlux_status, entry},
+};
+use crate::scene::{Light, SpotCone};
+
+/// Emits its power evenly over the sphere: position_m, power_w.
+pub const CAMLUX_LIGHT_POINT: i32 = 0;
+/// Emits its power into a cone: position_m, direction, power_w, inner_half_angle_deg, outer_half_angle_deg.
+pub const CAMLUX_LIGHT_SPOT: i32 = 1;
+/// Parallel light: direction, irradiance_w_m2.
+pub const CAMLUX_LIGHT_DIRECTIONAL: i32 = 2;
+
+/// A light. Begin with CAMLUX_LIGHT_INIT: a point light without power at the origin; members that its kind does not have are
+/// not looked at.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_light {
+    /// sizeof(camlux_light)
+    pub struct_size: u32,
+    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL.
+    pub kind: i32,
+    /// In world space, m.
+    pub position_m: [f64; 3],
+    /// In which the light travels, in world space; of any length but zero.
+    pub direction: [f64; 3],
+    /// Of the whole light, per band R, G, B, watts, 0 to 1e24.
+    pub power_w: [f64; 3],
+    /// On a surface that faces the light, per band R, G, B, W/m^2, 0 to 1e24.
+    pub irradiance_w_m2: [f64; 3],
+    /// Full intensity from the axis up to here, degrees, 0 to outer_half_angle_deg.
+    pub inner_half_angle_deg: f64,
+    /// None from here, degrees above 0 up to 180.
+    pub outer_half_angle_deg: f64,
+}
+
+// SAFETY: repr(C), the size first, numbers without padding.
+unsafe impl CStruct for camlux_light {
+    const NAME: &'static str = "camlux_light";
+    const VERSION_1_BYTES: usize = 120;
+    const INIT: Self = camlux_light {
+        struct_size: size_of::<Self>() as u32,
+        kind: CAMLUX_LIGHT_POINT,
+        position_m: [0.0; 3],
+        direction: [0.0; 3],
+        power_w: [0.0; 3],
+        irradiance_w_m2: [0.0; 3],
+        inner_half_angle_deg: 0.0,
+        outer_half_angle_deg: 0.0,
+    };
+}
+
+/// Adds a light.
+///
+/// \param index receives its index; may be NULL.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `light` is NULL or points to as many bytes as its struct_size says; `index` is NULL or points to a writable uint32_t.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_add_light(
+    scene: *mut camlux_scene,
+    light: *const camlux_light,
+    index: *mut u32,
+) -> camlux_status {
+    entry("camlux_scene_add_light", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        args::check_index(index)?;
+        // SAFETY: the caller's word.
+        let light = light_from(unsafe { args::read(light) }?)?;
+        let added = object.change(|state| {
+            let lights = &mut state.scene.lights;
+            light.validate(lights.len())?;
+            push(lights, light, "light")
+        })?;
+        // SAFETY: checked above as far as can be; the rest is the caller's word.
+        unsafe { args::write_index(index, added) };
+        Ok(())
+    })
+}
+
+/// Puts another light, which may be of another kind, in the place of one.
+///
+/// \param index of the light that it replaces.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `light` is NULL or points to as many bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_light(
+    scene: *mut camlux_scene,
+    index: u32,
+    light: *const camlux_light,
+) -> camlux_status {
+    entry("camlux_scene_set_light", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        // SAFETY: the caller's word.
+        let light = light_from(unsafe { args::read(light) }?)?;
+        light.validate(index as usize)?;
+        object.change(|state| {
+            *part(&mut state.scene.lights, index, "light")? = light;
+            Ok(())
+        })
+    })
+}
+
+/// A light as it is set, or as a pose has left it.
+///
+/// \param light begin with CAMLUX_LIGHT_INIT.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+///
+/// # Safety
+/// `light` is NULL or points to as many writable bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_get_light(
+    scene: *mut camlux_scene,
+    index: u32,
+    light: *mut camlux_light,
+) -> camlux_status {
+    entry("camlux_scene_get_light", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        let found = object.look(|state| {
+            let mut lights = state.scene.lights.clone();
+            part(&mut lights, index, "light").copied()
+        })?;
+        // SAFETY: the caller's word.
+        unsafe { args::write(light, light_of(&found)) }
+    })
+}
+
+fn light_from(light: camlux_light) -> Outcome<Light> {
+    let camlux_light {
+        struct_size: _,
+        kind,
+        position_m,
+        direction,
+        power_w,
+        irradiance_w_m2,
+        inner_half_angle_deg,
+        outer_half_angle_deg,
+    } = light;
+    let cone = SpotCone {
+        inner_half_angle_deg,
+        outer_half_angle_deg,
+    };
+    let point = Light::Point {
+        position_m: DVec3::from(position_m),
+        power_w,
+    };
+    let spot = Light::Spot {
+        position_m: DVec3::from(position_m),
+        direction: DVec3::from(direction),
+        cone,
+        power_w,
+    };
+    let directional = Light::Directional {
+        direction: DVec3::from(direction),
+        irradiance_w_m2,
+    };
+    let choices = [
+        (CAMLUX_LIGHT_POINT, "CAMLUX_LIGHT_POINT (0)", point),
+        (CAMLUX_LIGHT_SPOT, "CAMLUX_LIGHT_SPOT (1)", spot),
+        (
+            CAMLUX_LIGHT_DIRECTIONAL,
+            "CAMLUX_LIGHT_DIRECTIONAL (2)",
+            directional,
+        ),
+    ];
+    let light = args::one_of("kind", kind, &choices)?;
+    match light {
+        Light::Point { .. } => args::finite("position_m", &position_m)?,
+        Light::Spot { .. } => {
+            args::finite("position_m", &position_m)?;
+            args::finite("direction", &direction)?;
+            args::finite("inner_half_angle_deg", &[inner_half_angle_deg])?;
+            args::finite("outer_half_angle_deg", &[outer_half_angle_deg])?;
+        }
+        Light::Directional { .. } => args::finite("direction", &direction)?,
+    }
+    args::finite("power_w or irradiance_w_m2", &light.emission())?;
+    Ok(light)
+}
+
+fn light_of(light: &Light) -> camlux_light {
+    let init = camlux_light::INIT;
+    match *light {
+        Light::Point {
+            position_m,
+            power_w,
+        } => camlux_light {
+            position_m: position_m.to_array(),
+            power_w,
+            ..init
+        },
+        Light::Spot {
+            position_m,
+            direction,
+            cone,
+            power_w,
+        } => camlux_light {
+            kind: CAMLUX_LIGHT_SPOT,
+            position_m: position_m.to_array(),
+            direction: direction.to_array(),
+            power_w,
+            inner_half_angle_deg: cone.inner_half_angle_deg,
+            outer_half_angle_deg: cone.outer_half_angle_deg,
+            ..init
+        },
+        Light::Directional {
+            direction,
+            irradiance_w_m2,
+        } => camlux_light {
+            kind: CAMLUX_LIGHT_DIRECTIONAL,
+            direction: direction.to_array(),
+            irradiance_w_m2,
+            ..init
+        },
+    }
+}

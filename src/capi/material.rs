@@ -1,0 +1,133 @@
+//! Materials.
+
+use std::{ffi::c_char, ptr};
+
+use super::{
+    args::{self, CAMLUX_NONE, CStruct},
+    handle::{self, camlux_scene},
+    scene::{SceneObject, part, push},
+    status::{Failure, Outcome, camlux_status, entry},
+};
+use crate::scene::Material;
+
+/// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s. Begin with CAMLUX_MATERIAL_INIT: black,
+/// without texture.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_material {
+    /// sizeof(camlux_material)
+    pub struct_size: u32,
+    /// The index of a texture, which multiplies kd; CAMLUX_NONE: no texture.
+    pub kd_texture: u32,
+    /// Diffuse reflectance of the bands R, G, B, 0 to 1.
+    pub kd: [f64; 3],
+    /// Specular reflectance of the bands R, G, B, 0 to 1.
+    pub ks: [f64; 3],
+    /// Phong exponent s, 0 to 1e9; below 0: not given, which is fine where ks is 0.
+    pub shininess: f64,
+    /// For messages, UTF-8; copied; NULL: none.
+    pub name: *const c_char,
+}
+
+// SAFETY: repr(C), the size first, numbers and pointers without padding.
+unsafe impl CStruct for camlux_material {
+    const NAME: &'static str = "camlux_material";
+    const VERSION_1_BYTES: usize = 72;
+    const INIT: Self = camlux_material {
+        struct_size: size_of::<Self>() as u32,
+        kd_texture: CAMLUX_NONE,
+        kd: [0.0; 3],
+        ks: [0.0; 3],
+        shininess: -1.0,
+        name: ptr::null(),
+    };
+}
+
+/// Adds a material.
+///
+/// \param index receives its index; may be NULL.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `material` is NULL or points to as many bytes as its struct_size says; its name is NULL or a string that ends with a 0;
+/// `index` is NULL or points to a writable uint32_t.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_add_material(
+    scene: *mut camlux_scene,
+    material: *const camlux_material,
+    index: *mut u32,
+) -> camlux_status {
+    entry("camlux_scene_add_material", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        args::check_index(index)?;
+        // SAFETY: the caller's word.
+        let material = unsafe { material_from(args::read(material)?) }?;
+        let added = object.change(|state| {
+            let scene = &mut state.scene;
+            material.validate(scene.materials.len(), scene.textures.len())?;
+            push(&mut scene.materials, material, "material")
+        })?;
+        // SAFETY: checked above as far as can be; the rest is the caller's word.
+        unsafe { args::write_index(index, added) };
+        Ok(())
+    })
+}
+
+/// Puts another material in the place of one.
+///
+/// \param index of the material that it replaces.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `material` is NULL or points to as many bytes as its struct_size says; its name is NULL or a string that ends with a 0.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_material(
+    scene: *mut camlux_scene,
+    index: u32,
+    material: *const camlux_material,
+) -> camlux_status {
+    entry("camlux_scene_set_material", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        // SAFETY: the caller's word.
+        let material = unsafe { material_from(args::read(material)?) }?;
+        object.change(|state| {
+            let scene = &mut state.scene;
+            let place = part(&mut scene.materials, index, "material")?;
+            material.validate(index as usize, scene.textures.len())?;
+            *place = material;
+            Ok(())
+        })
+    })
+}
+
+/// # Safety
+/// The name is null or a C string.
+unsafe fn material_from(material: camlux_material) -> Outcome<Material> {
+    let camlux_material {
+        struct_size: _,
+        kd_texture,
+        kd,
+        ks,
+        shininess,
+        name,
+    } = material;
+    args::finite("kd", &kd)?;
+    args::finite("ks", &ks)?;
+    args::finite("shininess", &[shininess])?;
+    // SAFETY: the caller's word.
+    let name = unsafe { args::text(name, "name") }?.unwrap_or_default();
+    let mut material = Material::lambert(name, kd);
+    material.ks = ks;
+    material.kd_texture = (kd_texture != CAMLUX_NONE).then_some(kd_texture as usize);
+    if shininess >= 0.0 {
+        material.shininess = shininess;
+    } else if material.is_specular() {
+        // An exponent of 1 would be a silent choice of a very wide lobe.
+        return Err(Failure::argument(format!(
+            "ks is {ks:?}, but shininess is {shininess}; set the exponent, such as 20"
+        )));
+    }
+    Ok(material)
+}

@@ -1,0 +1,234 @@
+//! Meshes, as they lie in the host's memory.
+
+use std::{ffi::c_char, ptr};
+
+use glam::DVec3;
+
+use super::{
+    args::{
+        self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_F64, CAMLUX_FORMAT_U16, CAMLUX_FORMAT_U32, CStruct,
+        Component, Rows, camlux_array,
+    },
+    handle::{self, camlux_scene},
+    scene::{SceneObject, push},
+    status::{Failure, Outcome, camlux_status, entry},
+};
+use crate::scene::Mesh;
+
+/// Triangles in a space of their own, in metres. Begin with CAMLUX_MESH_INIT: no triangles, 32-bit formats.
+///
+/// The arrays are read where they lie, with their strides, and copied: they can be freed when camlux_scene_add_mesh returns.
+/// Interleaved vertices are arrays that begin at different members of the first vertex and have its size as stride. Which way
+/// round a triangle's corners go does not matter: surfaces have two sides.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_mesh {
+    /// sizeof(camlux_mesh)
+    pub struct_size: u32,
+    /// The index of the material of all triangles, where triangle_materials has no data.
+    pub material: u32,
+    /// Elements of positions_m, normals and texcoords.
+    pub vertex_count: usize,
+    /// Elements of indices and triangle_materials.
+    pub triangle_count: usize,
+    /// x, y, z of each vertex, m; CAMLUX_FORMAT_F32 or CAMLUX_FORMAT_F64.
+    pub positions_m: camlux_array,
+    /// x, y, z of a normal for each vertex, of any length but zero; CAMLUX_FORMAT_F32 or CAMLUX_FORMAT_F64; data NULL: flat
+    /// shading.
+    pub normals: camlux_array,
+    /// u, v for each vertex, v up; CAMLUX_FORMAT_F32 or CAMLUX_FORMAT_F64; data NULL: no texture can be seen.
+    pub texcoords: camlux_array,
+    /// Three indices of vertices for each triangle; CAMLUX_FORMAT_U16 or CAMLUX_FORMAT_U32. The stride is from triangle to
+    /// triangle.
+    pub indices: camlux_array,
+    /// The index of a material for each triangle; CAMLUX_FORMAT_U16 or CAMLUX_FORMAT_U32; data NULL: `material` for all.
+    pub triangle_materials: camlux_array,
+    /// For messages, UTF-8; copied; NULL: none.
+    pub name: *const c_char,
+}
+
+// SAFETY: repr(C), the size first, numbers and pointers without padding.
+unsafe impl CStruct for camlux_mesh {
+    const NAME: &'static str = "camlux_mesh";
+    const VERSION_1_BYTES: usize = 152;
+    const INIT: Self = camlux_mesh {
+        struct_size: size_of::<Self>() as u32,
+        material: 0,
+        vertex_count: 0,
+        triangle_count: 0,
+        positions_m: camlux_array::none(CAMLUX_FORMAT_F32),
+        normals: camlux_array::none(CAMLUX_FORMAT_F32),
+        texcoords: camlux_array::none(CAMLUX_FORMAT_F32),
+        indices: camlux_array::none(CAMLUX_FORMAT_U32),
+        triangle_materials: camlux_array::none(CAMLUX_FORMAT_U32),
+        name: ptr::null(),
+    };
+}
+
+/// Adds a mesh. It is seen once camlux_scene_add_instance has placed it. Its materials have to be there before it.
+///
+/// \param index receives its index; may be NULL.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values that are not finite or too
+/// large, and indices of vertices or materials that are not there; CAMLUX_ERROR_OUT_OF_MEMORY.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `mesh` is NULL or points to as many bytes as its struct_size says; its arrays are as long as it says; its name is NULL or a
+/// string that ends with a 0; `index` is NULL or points to a writable uint32_t.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_add_mesh(
+    scene: *mut camlux_scene,
+    mesh: *const camlux_mesh,
+    index: *mut u32,
+) -> camlux_status {
+    entry("camlux_scene_add_mesh", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        args::check_index(index)?;
+        // SAFETY: the caller's word.
+        let mesh = unsafe { mesh_from(args::read(mesh)?) }?;
+        let added = object.change(|state| {
+            mesh.validate(state.meshes.len(), state.scene.materials.len())?;
+            push(&mut state.meshes, mesh.into(), "mesh")
+        })?;
+        // SAFETY: checked above as far as can be; the rest is the caller's word.
+        unsafe { args::write_index(index, added) };
+        Ok(())
+    })
+}
+
+/// # Safety
+/// As for `camlux_scene_add_mesh`.
+unsafe fn mesh_from(mesh: camlux_mesh) -> Outcome<Mesh> {
+    let camlux_mesh {
+        struct_size: _,
+        material,
+        vertex_count,
+        triangle_count,
+        positions_m,
+        normals,
+        texcoords,
+        indices,
+        triangle_materials,
+        name,
+    } = mesh;
+    for (what, count) in [
+        ("vertex_count", vertex_count),
+        ("triangle_count", triangle_count),
+    ] {
+        if count > u32::MAX as usize {
+            return Err(Failure::argument(format!(
+                "{what} is {count}, more than 32-bit indices can tell apart; split the mesh"
+            )));
+        }
+    }
+    // SAFETY: the caller's word, for each of them.
+    unsafe {
+        let name = args::text(name, "name")?.unwrap_or_default();
+        let positions_m = reals(&positions_m, "positions_m", vertex_count)?;
+        let triangle_materials = match triangle_materials.data.is_null() {
+            true => uniform(material, triangle_count)?,
+            false => wholes(&triangle_materials, "triangle_materials", triangle_count)?
+                .into_iter()
+                .map(|[material]| material)
+                .collect(),
+        };
+        Ok(Mesh {
+            name,
+            positions_m: positions_m.into_iter().map(DVec3::from).collect(),
+            normals: optional_reals(&normals, "normals", vertex_count)?
+                .into_iter()
+                .map(DVec3::from)
+                .collect(),
+            texcoords: optional_reals(&texcoords, "texcoords", vertex_count)?,
+            triangles: wholes(&indices, "indices", triangle_count)?,
+            triangle_materials,
+        })
+    }
+}
+
+fn uniform(material: u32, count: usize) -> Outcome<Vec<u32>> {
+    let mut materials = Vec::new();
+    let room = materials.try_reserve_exact(count);
+    room.map_err(|_| Failure::memory("triangle_materials", count))?;
+    materials.resize(count, material);
+    Ok(materials)
+}
+
+/// # Safety
+/// As for [`Rows::read`].
+unsafe fn optional_reals<const N: usize>(
+    array: &camlux_array,
+    name: &str,
+    count: usize,
+) -> Outcome<Vec<[f64; N]>> {
+    if array.data.is_null() {
+        return Ok(Vec::new());
+    }
+    // SAFETY: the caller's word.
+    unsafe { reals(array, name, count) }
+}
+
+/// # Safety
+/// As for [`Rows::read`].
+unsafe fn reals<const N: usize>(
+    array: &camlux_array,
+    name: &str,
+    count: usize,
+) -> Outcome<Vec<[f64; N]>> {
+    let formats = [
+        (CAMLUX_FORMAT_F32, "CAMLUX_FORMAT_F32 (1)", false),
+        (CAMLUX_FORMAT_F64, "CAMLUX_FORMAT_F64 (2)", true),
+    ];
+    let format = args::one_of(&format!("the format of {name}"), array.format, &formats)?;
+    // SAFETY: the caller's word.
+    unsafe {
+        match format {
+            false => elements(array, name, count, |value: f32| f64::from(value)),
+            true => elements(array, name, count, |value: f64| value),
+        }
+    }
+}
+
+/// # Safety
+/// As for [`Rows::read`].
+unsafe fn wholes<const N: usize>(
+    array: &camlux_array,
+    name: &str,
+    count: usize,
+) -> Outcome<Vec<[u32; N]>> {
+    let formats = [
+        (CAMLUX_FORMAT_U16, "CAMLUX_FORMAT_U16 (3)", false),
+        (CAMLUX_FORMAT_U32, "CAMLUX_FORMAT_U32 (4)", true),
+    ];
+    let format = args::one_of(&format!("the format of {name}"), array.format, &formats)?;
+    // SAFETY: the caller's word.
+    unsafe {
+        match format {
+            false => elements(array, name, count, |value: u16| u32::from(value)),
+            true => elements(array, name, count, |value: u32| value),
+        }
+    }
+}
+
+/// # Safety
+/// As for [`Rows::read`].
+unsafe fn elements<C: Component, T, const N: usize>(
+    array: &camlux_array,
+    name: &str,
+    count: usize,
+    convert: impl Fn(C) -> T,
+) -> Outcome<Vec<[T; N]>> {
+    args::reserved(name, array.reserved)?;
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let rows = Rows {
+        name,
+        data: array.data,
+        stride_bytes: array.stride_bytes,
+        count,
+        length: N,
+    };
+    // SAFETY: the caller's word.
+    unsafe { rows.read(|row: &[C]| std::array::from_fn(|i| convert(row[i]))) }
+}

@@ -1,0 +1,218 @@
+//! Renderers.
+
+use std::{
+    ffi::{c_char, c_void},
+    ops::ControlFlow,
+    ptr,
+    sync::{
+        Arc, Mutex, PoisonError, TryLockError,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use super::{
+    args::{self, CStruct},
+    device::DeviceObject,
+    frame::FrameObject,
+    handle::{self, camlux_device, camlux_frame, camlux_renderer, camlux_scene},
+    log::{self, CAMLUX_LOG_DEBUG, CAMLUX_LOG_INFO},
+    scene::SceneObject,
+    status::{CAMLUX_ERROR_BUSY, Failure, Outcome, c_string, camlux_status, entry},
+};
+use crate::{Progress, RenderOptions, Renderer, output::Frame};
+
+/// Receives how far a render is: 0 to 1 by estimated work, the pass that runs next (a string that is valid during the call),
+/// and the pointer of the options.
+///
+/// \return 0 to go on; anything else ends the render with CAMLUX_CANCELLED.
+///
+/// It is called on the thread that renders, about twice a second and between passes. It may call camlux, but a render with the
+/// same renderer is CAMLUX_ERROR_BUSY. It must return: no exception, no longjmp.
+pub type camlux_progress_callback =
+    Option<unsafe extern "C" fn(fraction: f64, pass: *const c_char, user: *mut c_void) -> i32>;
+
+/// How to render, apart from what. Begin with CAMLUX_RENDER_OPTIONS_INIT: no callback, half a second.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_render_options {
+    /// sizeof(camlux_render_options)
+    pub struct_size: u32,
+    /// GPU time that one submission should take, milliseconds above 0: as long takes what is between two reports of progress,
+    /// and a cancel.
+    pub submission_target_ms: u32,
+    /// NULL: none.
+    pub progress: camlux_progress_callback,
+    /// Handed to the callback; camlux never looks at what it points to.
+    pub progress_user: *mut c_void,
+}
+
+// SAFETY: repr(C), the size first, numbers, pointers and an optional function pointer (a pointer that may be null) without
+// padding.
+unsafe impl CStruct for camlux_render_options {
+    const NAME: &'static str = "camlux_render_options";
+    const VERSION_1_BYTES: usize = 24;
+    const INIT: Self = camlux_render_options {
+        struct_size: size_of::<Self>() as u32,
+        submission_target_ms: 500,
+        progress: None,
+        progress_user: ptr::null_mut(),
+    };
+}
+
+/// A renderer, and the device that it keeps open.
+pub(super) struct RendererObject {
+    /// Before the device, so that it is dropped first.
+    renderer: Mutex<Renderer>,
+    device: Arc<DeviceObject>,
+    /// Of the render that is under way.
+    is_cancelled: AtomicBool,
+}
+
+/// Makes a renderer on a device. It keeps the device open, and on it what the next frame may need again.
+///
+/// \param renderer receives the handle, with one reference: give it back by camlux_renderer_release.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_VULKAN.
+/// \threads any. One renderer renders one frame at a time; for more at once, make more.
+///
+/// # Safety
+/// `renderer` is NULL or points to a writable pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_renderer_create(
+    device: *mut camlux_device,
+    renderer: *mut *mut camlux_renderer,
+) -> camlux_status {
+    entry("camlux_renderer_create", || {
+        let device = handle::get::<DeviceObject>(device)?;
+        let make = || {
+            Ok(RendererObject {
+                renderer: Mutex::new(Renderer::new(&device.device)?),
+                device: device.clone(),
+                is_cancelled: AtomicBool::new(false),
+            })
+        };
+        // SAFETY: the caller's word.
+        unsafe { handle::hand_out(make, renderer, "renderer") }
+    })
+}
+
+/// Renders a frame of a scene as it is at the time of the call: what other threads change in it meanwhile is for the next frame.
+///
+/// The first frame compiles pipelines and copies the scene to the device. Later ones of the same scene make anew only what has
+/// changed: see camlux_scene_set_pose and camlux_frame_get_pass.
+///
+/// \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
+/// \param frame receives the handle, with one reference: give it back by camlux_frame_release.
+/// \errors CAMLUX_CANCELLED; CAMLUX_ERROR_SCENE for a scene that cannot be rendered, such as one without light;
+/// CAMLUX_ERROR_DEVICE_LIMIT; CAMLUX_ERROR_BUSY where the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY;
+/// CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any; it returns when the frame is done.
+///
+/// # Safety
+/// `options` is NULL or points to as many bytes as its struct_size says, with a callback of that type; `frame` is NULL or
+/// points to a writable pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_renderer_render(
+    renderer: *mut camlux_renderer,
+    scene: *mut camlux_scene,
+    options: *const camlux_render_options,
+    frame: *mut *mut camlux_frame,
+) -> camlux_status {
+    entry("camlux_renderer_render", || {
+        let renderer = handle::get::<RendererObject>(renderer)?;
+        let scene = handle::get::<SceneObject>(scene)?;
+        // SAFETY: the caller's word.
+        let options = unsafe { args::read_optional(options) }?.unwrap_or(CStruct::INIT);
+        if options.submission_target_ms == 0 {
+            let problem = "submission_target_ms is 0; give milliseconds, such as 500";
+            return Err(Failure::argument(problem));
+        }
+        let render = || renderer.render(&scene, &options);
+        // SAFETY: the caller's word.
+        unsafe { handle::hand_out(render, frame, "frame") }
+    })
+}
+
+/// Ends the render that is under way with CAMLUX_CANCELLED, at the latest after one submission (see camlux_render_options). It
+/// does not wait for that. Without one it does nothing: later renders are not touched.
+///
+/// \errors CAMLUX_ERROR_INVALID_HANDLE.
+/// \threads any: meant for another thread than the one that renders, or a signal handler's helper thread.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_renderer_cancel(renderer: *mut camlux_renderer) -> camlux_status {
+    entry("camlux_renderer_cancel", || {
+        let renderer = handle::get::<RendererObject>(renderer)?;
+        renderer.is_cancelled.store(true, Ordering::Relaxed);
+        Ok(())
+    })
+}
+
+impl RendererObject {
+    fn render(&self, scene: &SceneObject, options: &camlux_render_options) -> Outcome<FrameObject> {
+        let mut renderer = match self.renderer.try_lock() {
+            Ok(renderer) => renderer,
+            // What a frame that failed had on the device is given up, by a panic as well.
+            Err(TryLockError::Poisoned(poisoned)) => PoisonError::into_inner(poisoned),
+            Err(TryLockError::WouldBlock) => {
+                return Err(Failure {
+                    status: CAMLUX_ERROR_BUSY,
+                    message:
+                        "the renderer is rendering; wait for it, or make a renderer for each thread"
+                            .into(),
+                });
+            }
+        };
+        self.is_cancelled.store(false, Ordering::Relaxed);
+        let start = Instant::now();
+        let scene_now = scene.snapshot();
+        let snapshot_ms = start.elapsed().as_secs_f64() * 1e3;
+        let mut report = |progress| self.report(progress, options);
+        let rendered = renderer.render(
+            &scene_now,
+            &mut RenderOptions {
+                progress: Some(&mut report),
+                submission_target: Duration::from_millis(options.submission_target_ms.into()),
+                ..RenderOptions::default()
+            },
+        );
+        // A callback of the log may render with this renderer.
+        drop(renderer);
+        self.device.log_validation();
+        let frame = rendered?;
+        scene.log_warnings(&scene_now);
+        log_times(&frame);
+        Ok(FrameObject::new(frame, snapshot_ms))
+    }
+
+    fn report(&self, progress: Progress, options: &camlux_render_options) -> ControlFlow<()> {
+        if let Some(callback) = options.progress {
+            let pass = c_string(progress.pass);
+            let fraction = f64::from(progress.fraction);
+            // SAFETY: the host's function, of that type; the text outlives the call.
+            let is_enough = unsafe { callback(fraction, pass.as_ptr(), options.progress_user) };
+            if is_enough != 0 {
+                return ControlFlow::Break(());
+            }
+        }
+        match self.is_cancelled.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        }
+    }
+}
+
+fn log_times(frame: &Frame) {
+    let stats = &frame.stats;
+    let [width, height] = frame.resolution_px;
+    log::write(CAMLUX_LOG_INFO, || {
+        format!(
+            "rendered {width} x {height} px in {:.3} ms, {} VPLs, {} rays, {} submissions",
+            stats.wall_milliseconds, stats.vpl_count, stats.ray_count, stats.submissions
+        )
+    });
+    for pass in &stats.passes {
+        log::write(CAMLUX_LOG_DEBUG, || {
+            format!("pass {} {:.3} ms", pass.name, pass.milliseconds)
+        });
+    }
+}

@@ -1,0 +1,445 @@
+//! Camera, sensor, and how light is computed.
+
+use glam::DVec3;
+
+use super::{
+    args::{self, CStruct},
+    handle::{self, camlux_scene},
+    scene::SceneObject,
+    status::{Outcome, camlux_status, entry},
+};
+use crate::scene::{
+    Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Sensor, Shadow, Visibility,
+};
+
+/// The lens is given by `fov_y_deg`.
+pub const CAMLUX_LENS_FOV_Y: i32 = 0;
+/// The lens is given by `fx_px`, `fy_px`, `cx_px`, `cy_px`.
+pub const CAMLUX_LENS_INTRINSICS: i32 = 1;
+
+/// A pinhole camera. Begin with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
+///
+/// Pixel (0, 0) is the upper left one, and its centre lies at (0.5, 0.5): add 0.5 to a cx, cy of OpenCV.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_camera {
+    /// sizeof(camlux_camera)
+    pub struct_size: u32,
+    /// Pixels of a row.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// CAMLUX_LENS_FOV_Y or CAMLUX_LENS_INTRINSICS; the members of the other are not looked at.
+    pub lens: i32,
+    /// The camera's centre in world space, m.
+    pub position_m: [f64; 3],
+    /// A point in the middle of the view, m; anywhere but at the centre.
+    pub look_at_m: [f64; 3],
+    /// What is up in the image; of any length, at an angle to the view.
+    pub up: [f64; 3],
+    /// Full angle from the upper to the lower edge, degrees above 0 and below 180. Pixels are square, the principal point is
+    /// in the middle.
+    pub fov_y_deg: f64,
+    /// Focal lengths in pixels, above 0: x_px = fx_px * X / Z + cx_px with X right, Y down, Z forward.
+    pub fx_px: f64,
+    /// See fx_px.
+    pub fy_px: f64,
+    /// Principal point in pixels.
+    pub cx_px: f64,
+    /// See cx_px.
+    pub cy_px: f64,
+}
+
+/// What turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Begin with
+/// CAMLUX_SENSOR_INIT, and set every member.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_sensor {
+    /// sizeof(camlux_sensor)
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Width and height of a pixel, micrometres, above 0.
+    pub pixel_pitch_um: [f64; 2],
+    /// Seconds, above 0.
+    pub exposure_time_s: f64,
+    /// Share of the exposure in which the signal is on, 0 to 1.
+    pub duty_cycle: f64,
+}
+
+/// The bounce as it is (Keller 1997): sound with rays.
+pub const CAMLUX_ESTIMATOR_INSTANT_RADIOSITY: i32 = 0;
+/// The mean over the reflective shadow map, as in CamSim, without falloff over the distance: no visibility.
+pub const CAMLUX_ESTIMATOR_RSM_AVERAGE: i32 = 1;
+
+/// Rays with CAMLUX_ESTIMATOR_INSTANT_RADIOSITY, none with CAMLUX_ESTIMATOR_RSM_AVERAGE.
+pub const CAMLUX_VISIBILITY_DEFAULT: i32 = 0;
+/// The plain sum over the map's texels, without shadows in the indirect light.
+pub const CAMLUX_VISIBILITY_NONE: i32 = 1;
+/// By rays among all triangles, as many as the target error takes.
+pub const CAMLUX_VISIBILITY_RAYS: i32 = 2;
+
+/// How the single bounce is computed. Begin with CAMLUX_INDIRECT_INIT: instant radiosity by rays, to 0.02 of relative error.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_indirect {
+    /// sizeof(camlux_indirect)
+    pub struct_size: u32,
+    /// CAMLUX_ESTIMATOR_INSTANT_RADIOSITY or CAMLUX_ESTIMATOR_RSM_AVERAGE.
+    pub estimator: i32,
+    /// CAMLUX_VISIBILITY_DEFAULT, CAMLUX_VISIBILITY_NONE or CAMLUX_VISIBILITY_RAYS.
+    pub visibility: i32,
+    /// Texels along one edge of a face of the reflective shadow map; 0: camlux chooses, which it can with rays only.
+    pub rsm_size: u32,
+    /// Relative error (relRMSE) of the indirect light that is asked for, 0.002 to 0.5. 0: with rays 0.02; without, the sum
+    /// at every pixel.
+    pub target_error: f64,
+}
+
+/// By rays where indirect light casts some, else from maps.
+pub const CAMLUX_SHADOW_DEFAULT: i32 = 0;
+/// From a map of what the light sees.
+pub const CAMLUX_SHADOW_MAP: i32 = 1;
+/// Exact, by a ray for each pixel and light.
+pub const CAMLUX_SHADOW_RAYS: i32 = 2;
+
+/// How direct light is computed. Begin with CAMLUX_DIRECT_INIT: CAMLUX_SHADOW_DEFAULT.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_direct {
+    /// sizeof(camlux_direct)
+    pub struct_size: u32,
+    /// CAMLUX_SHADOW_DEFAULT, CAMLUX_SHADOW_MAP or CAMLUX_SHADOW_RAYS.
+    pub shadow: i32,
+}
+
+// SAFETY: repr(C), the size first, numbers without padding.
+unsafe impl CStruct for camlux_camera {
+    const NAME: &'static str = "camlux_camera";
+    const VERSION_1_BYTES: usize = 128;
+    const INIT: Self = camlux_camera {
+        struct_size: size_of::<Self>() as u32,
+        width_px: 640,
+        height_px: 480,
+        lens: CAMLUX_LENS_FOV_Y,
+        position_m: [0.0; 3],
+        look_at_m: [0.0, 0.0, 1.0],
+        up: [0.0, -1.0, 0.0],
+        fov_y_deg: 45.0,
+        fx_px: 0.0,
+        fy_px: 0.0,
+        cx_px: 0.0,
+        cy_px: 0.0,
+    };
+}
+
+// SAFETY: repr(C), the size first, numbers without padding.
+unsafe impl CStruct for camlux_sensor {
+    const NAME: &'static str = "camlux_sensor";
+    const VERSION_1_BYTES: usize = 40;
+    const INIT: Self = camlux_sensor {
+        struct_size: size_of::<Self>() as u32,
+        reserved: 0,
+        pixel_pitch_um: [0.0; 2],
+        exposure_time_s: 0.0,
+        duty_cycle: 1.0,
+    };
+}
+
+// SAFETY: repr(C), the size first, numbers without padding.
+unsafe impl CStruct for camlux_indirect {
+    const NAME: &'static str = "camlux_indirect";
+    const VERSION_1_BYTES: usize = 24;
+    const INIT: Self = camlux_indirect {
+        struct_size: size_of::<Self>() as u32,
+        estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+        visibility: CAMLUX_VISIBILITY_DEFAULT,
+        rsm_size: 0,
+        target_error: 0.0,
+    };
+}
+
+// SAFETY: repr(C), the size first, numbers without padding.
+unsafe impl CStruct for camlux_direct {
+    const NAME: &'static str = "camlux_direct";
+    const VERSION_1_BYTES: usize = 8;
+    const INIT: Self = camlux_direct {
+        struct_size: size_of::<Self>() as u32,
+        shadow: CAMLUX_SHADOW_DEFAULT,
+    };
+}
+
+/// Sets the camera. A scene that was created has that of CAMLUX_CAMERA_INIT before.
+///
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `camera` is NULL or points to as many bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_camera(
+    scene: *mut camlux_scene,
+    camera: *const camlux_camera,
+) -> camlux_status {
+    entry("camlux_scene_set_camera", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        // SAFETY: the caller's word.
+        let camera = camera_from(unsafe { args::read(camera) }?)?;
+        camera.validate()?;
+        object.change(|state| state.scene.camera = camera);
+        Ok(())
+    })
+}
+
+/// The camera as it is set, or as a pose has left it.
+///
+/// \param camera begin with CAMLUX_CAMERA_INIT.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+///
+/// # Safety
+/// `camera` is NULL or points to as many writable bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_get_camera(
+    scene: *mut camlux_scene,
+    camera: *mut camlux_camera,
+) -> camlux_status {
+    entry("camlux_scene_get_camera", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        let found = object.look(|state| state.scene.camera);
+        // SAFETY: the caller's word.
+        unsafe { args::write(camera, camera_of(&found)) }
+    })
+}
+
+/// Sets the sensor, with which frames have the layer CAMLUX_LAYER_ENERGY.
+///
+/// \param sensor NULL: none, as at first.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `sensor` is NULL or points to as many bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_sensor(
+    scene: *mut camlux_scene,
+    sensor: *const camlux_sensor,
+) -> camlux_status {
+    entry("camlux_scene_set_sensor", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        // SAFETY: the caller's word.
+        let sensor = match unsafe { args::read_optional(sensor) }? {
+            Some(sensor) => Some(sensor_from(sensor)?),
+            None => None,
+        };
+        object.change(|state| state.scene.sensor = sensor);
+        Ok(())
+    })
+}
+
+/// Sets how indirect light is computed, with which frames have the layer CAMLUX_LAYER_INDIRECT.
+///
+/// \param indirect NULL: direct light only, as at first.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for what does not go together.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `indirect` is NULL or points to as many bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_indirect(
+    scene: *mut camlux_scene,
+    indirect: *const camlux_indirect,
+) -> camlux_status {
+    entry("camlux_scene_set_indirect", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        // SAFETY: the caller's word.
+        let indirect = match unsafe { args::read_optional(indirect) }? {
+            Some(indirect) => Some(indirect_from(indirect)?),
+            None => None,
+        };
+        object.change(|state| state.scene.indirect = indirect);
+        Ok(())
+    })
+}
+
+/// Sets how direct light is computed.
+///
+/// \param direct NULL: as at first, CAMLUX_SHADOW_DEFAULT.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `direct` is NULL or points to as many bytes as its struct_size says.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_direct(
+    scene: *mut camlux_scene,
+    direct: *const camlux_direct,
+) -> camlux_status {
+    entry("camlux_scene_set_direct", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        // SAFETY: the caller's word.
+        let camlux_direct {
+            struct_size: _,
+            shadow,
+        } = unsafe { args::read_optional(direct) }?.unwrap_or(CStruct::INIT);
+        let choices = [
+            (CAMLUX_SHADOW_DEFAULT, "CAMLUX_SHADOW_DEFAULT (0)", None),
+            (
+                CAMLUX_SHADOW_MAP,
+                "CAMLUX_SHADOW_MAP (1)",
+                Some(Shadow::Map),
+            ),
+            (
+                CAMLUX_SHADOW_RAYS,
+                "CAMLUX_SHADOW_RAYS (2)",
+                Some(Shadow::Rays),
+            ),
+        ];
+        let shadow = args::one_of("shadow", shadow, &choices)?;
+        object.change(|state| state.scene.direct = Direct { shadow });
+        Ok(())
+    })
+}
+
+/// The camera that a scene begins with.
+pub(super) fn first_camera() -> Camera {
+    let init = camlux_camera::INIT;
+    Camera {
+        resolution_px: [init.width_px, init.height_px],
+        position_m: DVec3::from(init.position_m),
+        look_at_m: DVec3::from(init.look_at_m),
+        up: DVec3::from(init.up),
+        lens: Lens::FovY {
+            fov_y_deg: init.fov_y_deg,
+        },
+    }
+}
+
+fn camera_from(camera: camlux_camera) -> Outcome<Camera> {
+    let camlux_camera {
+        struct_size: _,
+        width_px,
+        height_px,
+        lens,
+        position_m,
+        look_at_m,
+        up,
+        fov_y_deg,
+        fx_px,
+        fy_px,
+        cx_px,
+        cy_px,
+    } = camera;
+    let fov = Lens::FovY { fov_y_deg };
+    let intrinsics = Lens::Intrinsics(Intrinsics {
+        fx: fx_px,
+        fy: fy_px,
+        cx: cx_px,
+        cy: cy_px,
+    });
+    let choices = [
+        (CAMLUX_LENS_FOV_Y, "CAMLUX_LENS_FOV_Y (0)", fov),
+        (
+            CAMLUX_LENS_INTRINSICS,
+            "CAMLUX_LENS_INTRINSICS (1)",
+            intrinsics,
+        ),
+    ];
+    Ok(Camera {
+        resolution_px: [width_px, height_px],
+        position_m: args::vector("position_m", position_m)?,
+        look_at_m: args::vector("look_at_m", look_at_m)?,
+        up: args::vector("up", up)?,
+        lens: args::one_of("lens", lens, &choices)?,
+    })
+}
+
+fn camera_of(camera: &Camera) -> camlux_camera {
+    let mut found = camlux_camera {
+        width_px: camera.resolution_px[0],
+        height_px: camera.resolution_px[1],
+        position_m: camera.position_m.to_array(),
+        look_at_m: camera.look_at_m.to_array(),
+        up: camera.up.to_array(),
+        ..CStruct::INIT
+    };
+    match camera.lens {
+        Lens::FovY { fov_y_deg } => found.fov_y_deg = fov_y_deg,
+        Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => {
+            found.lens = CAMLUX_LENS_INTRINSICS;
+            (found.fx_px, found.fy_px) = (fx, fy);
+            (found.cx_px, found.cy_px) = (cx, cy);
+        }
+    }
+    found
+}
+
+fn sensor_from(sensor: camlux_sensor) -> Outcome<Sensor> {
+    let camlux_sensor {
+        struct_size: _,
+        reserved,
+        pixel_pitch_um,
+        exposure_time_s,
+        duty_cycle,
+    } = sensor;
+    args::reserved(camlux_sensor::NAME, reserved)?;
+    args::finite("pixel_pitch_um", &pixel_pitch_um)?;
+    args::finite("exposure_time_s", &[exposure_time_s])?;
+    args::finite("duty_cycle", &[duty_cycle])?;
+    let sensor = Sensor {
+        pixel_pitch_um,
+        exposure_time_s,
+        duty_cycle,
+    };
+    sensor.validate()?;
+    Ok(sensor)
+}
+
+fn indirect_from(indirect: camlux_indirect) -> Outcome<Indirect> {
+    let camlux_indirect {
+        struct_size: _,
+        estimator,
+        visibility,
+        rsm_size,
+        target_error,
+    } = indirect;
+    args::finite("target_error", &[target_error])?;
+    let estimators = [
+        (
+            CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+            "CAMLUX_ESTIMATOR_INSTANT_RADIOSITY (0)",
+            Estimator::InstantRadiosity,
+        ),
+        (
+            CAMLUX_ESTIMATOR_RSM_AVERAGE,
+            "CAMLUX_ESTIMATOR_RSM_AVERAGE (1)",
+            Estimator::RsmAverage,
+        ),
+    ];
+    let estimator = args::one_of("estimator", estimator, &estimators)?;
+    let visibilities = [
+        (
+            CAMLUX_VISIBILITY_DEFAULT,
+            "CAMLUX_VISIBILITY_DEFAULT (0)",
+            estimator.default_visibility(),
+        ),
+        (
+            CAMLUX_VISIBILITY_NONE,
+            "CAMLUX_VISIBILITY_NONE (1)",
+            Visibility::None,
+        ),
+        (
+            CAMLUX_VISIBILITY_RAYS,
+            "CAMLUX_VISIBILITY_RAYS (2)",
+            Visibility::Rays,
+        ),
+    ];
+    let indirect = Indirect {
+        estimator,
+        rsm_size: (rsm_size > 0).then_some(rsm_size),
+        visibility: args::one_of("visibility", visibility, &visibilities)?,
+        target_error: (target_error != 0.0).then_some(target_error),
+    };
+    indirect.validate()?;
+    Ok(indirect)
+}

@@ -1,0 +1,198 @@
+//! Textures.
+
+use std::{
+    ffi::{c_char, c_void},
+    ptr,
+};
+
+use super::{
+    args::{self, CStruct, Component, Rows},
+    handle::{self, camlux_scene},
+    scene::{SceneObject, push},
+    status::{Failure, Outcome, camlux_status, entry},
+};
+use crate::scene::{Texture, linear_from_srgb};
+
+/// Components of 8 bits: 0 to 255 stand for 0 to 1.
+pub const CAMLUX_COMPONENT_U8: i32 = 0;
+/// Components of 16 bits: 0 to 65535 stand for 0 to 1.
+pub const CAMLUX_COMPONENT_U16: i32 = 1;
+/// Components of 32 bits, floating point, 0 to 1.
+pub const CAMLUX_COMPONENT_F32: i32 = 2;
+
+/// Values are reflectances.
+pub const CAMLUX_ENCODING_LINEAR: i32 = 0;
+/// Values are encoded by the transfer function of sRGB (IEC 61966-2-1), as in most image files.
+pub const CAMLUX_ENCODING_SRGB: i32 = 1;
+
+/// Pixels that multiply a material's kd. Begin with CAMLUX_TEXTURE_INIT: 8-bit sRGB of three channels.
+///
+/// The first row is the upper edge, v = 1. Textures repeat, and are sampled bilinearly.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_texture {
+    /// sizeof(camlux_texture)
+    pub struct_size: u32,
+    /// Pixels of a row.
+    pub width_px: u32,
+    /// Rows.
+    pub height_px: u32,
+    /// CAMLUX_COMPONENT_U8, CAMLUX_COMPONENT_U16 or CAMLUX_COMPONENT_F32.
+    pub component: i32,
+    /// Components of a pixel: 1 (grey), 3 (R, G, B) or 4 (R, G, B and one that is left out).
+    pub channels: u32,
+    /// CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB.
+    pub encoding: i32,
+    /// The first row, aligned to the size of a component; copied.
+    pub pixels: *const c_void,
+    /// Bytes from one row to the next, a multiple of the size of a component; 0: they lie one behind the other.
+    pub row_stride_bytes: usize,
+    /// For messages, UTF-8; copied; NULL: none.
+    pub name: *const c_char,
+}
+
+// SAFETY: repr(C), the size first, numbers and pointers without padding.
+unsafe impl CStruct for camlux_texture {
+    const NAME: &'static str = "camlux_texture";
+    const VERSION_1_BYTES: usize = 48;
+    const INIT: Self = camlux_texture {
+        struct_size: size_of::<Self>() as u32,
+        width_px: 0,
+        height_px: 0,
+        component: CAMLUX_COMPONENT_U8,
+        channels: 3,
+        encoding: CAMLUX_ENCODING_SRGB,
+        pixels: ptr::null(),
+        row_stride_bytes: 0,
+        name: ptr::null(),
+    };
+}
+
+/// Adds a texture. Its pixels are copied.
+///
+/// \param index receives its index; may be NULL.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range;
+/// CAMLUX_ERROR_OUT_OF_MEMORY.
+/// \threads any; calls for one scene take turns.
+///
+/// # Safety
+/// `texture` is NULL or points to as many bytes as its struct_size says; its pixels are NULL or as many as it says; its name is
+/// NULL or a string that ends with a 0; `index` is NULL or points to a writable uint32_t.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_add_texture(
+    scene: *mut camlux_scene,
+    texture: *const camlux_texture,
+    index: *mut u32,
+) -> camlux_status {
+    entry("camlux_scene_add_texture", || {
+        let object = handle::get::<SceneObject>(scene)?;
+        args::check_index(index)?;
+        // SAFETY: the caller's word.
+        let texture = unsafe { texture_from(args::read(texture)?) }?;
+        let added = object.change(|state| {
+            let textures = &mut state.scene.textures;
+            texture.validate(textures.len())?;
+            push(textures, texture.into(), "texture")
+        })?;
+        // SAFETY: checked above as far as can be; the rest is the caller's word.
+        unsafe { args::write_index(index, added) };
+        Ok(())
+    })
+}
+
+/// # Safety
+/// As for `camlux_scene_add_texture`.
+unsafe fn texture_from(texture: camlux_texture) -> Outcome<Texture> {
+    let camlux_texture {
+        struct_size: _,
+        width_px,
+        height_px,
+        component,
+        channels,
+        encoding,
+        pixels,
+        row_stride_bytes,
+        name,
+    } = texture;
+    // SAFETY: the caller's word.
+    let name = unsafe { args::text(name, "name") }?.unwrap_or_default();
+    if ![1, 3, 4].contains(&channels) {
+        return Err(Failure::argument(format!(
+            "channels is {channels}; give 1, 3 or 4"
+        )));
+    }
+    if width_px == 0 || height_px == 0 {
+        return Err(Failure::argument(format!(
+            "the texture has {width_px} x {height_px} pixels; give at least one"
+        )));
+    }
+    let encodings = [
+        (CAMLUX_ENCODING_LINEAR, "CAMLUX_ENCODING_LINEAR (0)", false),
+        (CAMLUX_ENCODING_SRGB, "CAMLUX_ENCODING_SRGB (1)", true),
+    ];
+    let is_encoded = args::one_of("encoding", encoding, &encodings)?;
+    let decode = |value: f64| match is_encoded {
+        true => linear_from_srgb(value) as f32,
+        false => value as f32,
+    };
+    let channels = channels as usize;
+    let rows = Rows {
+        name: "pixels",
+        data: pixels,
+        stride_bytes: row_stride_bytes,
+        count: height_px as usize,
+        length: width_px as usize * channels,
+    };
+    // Powers are slow: one for every value that there is, instead of one for every pixel.
+    let table = |last: u16| -> Vec<f32> {
+        let values = (0..=last).map(f64::from);
+        values
+            .map(|value| decode(value / f64::from(last)))
+            .collect()
+    };
+    let components = [
+        (CAMLUX_COMPONENT_U8, "CAMLUX_COMPONENT_U8 (0)", 0),
+        (CAMLUX_COMPONENT_U16, "CAMLUX_COMPONENT_U16 (1)", 1),
+        (CAMLUX_COMPONENT_F32, "CAMLUX_COMPONENT_F32 (2)", 2),
+    ];
+    let linear_rgb = match args::one_of("component", component, &components)? {
+        0 => {
+            let table = table(u8::MAX.into());
+            // SAFETY: the caller's word.
+            unsafe { texels(&rows, channels, |value: u8| table[usize::from(value)]) }
+        }
+        1 => {
+            let table = table(u16::MAX);
+            // SAFETY: the caller's word.
+            unsafe { texels(&rows, channels, |value: u16| table[usize::from(value)]) }
+        }
+        // SAFETY: the caller's word.
+        _ => unsafe {
+            texels(&rows, channels, |value: f32| match is_encoded {
+                true => decode(value.into()),
+                false => value,
+            })
+        },
+    }?;
+    Ok(Texture {
+        name,
+        size_px: [width_px, height_px],
+        linear_rgb,
+    })
+}
+
+/// # Safety
+/// As for [`Rows::read`].
+unsafe fn texels<C: Component>(
+    rows: &Rows,
+    channels: usize,
+    linear: impl Fn(C) -> f32,
+) -> Outcome<Vec<[f32; 3]>> {
+    let texel = |pixel: &[C]| match *pixel {
+        [r, g, b, ..] => [linear(r), linear(g), linear(b)],
+        _ => [linear(pixel[0]); 3],
+    };
+    let of_row = |row: &[C]| -> Vec<[f32; 3]> { row.chunks_exact(channels).map(texel).collect() };
+    // SAFETY: the caller's word.
+    Ok(unsafe { rows.read(of_row) }?.concat())
+}

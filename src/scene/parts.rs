@@ -1,0 +1,64 @@
+//! The checks of [`Scene::validate`](super::Scene::validate) for single parts, for a caller that builds a scene part by part:
+//! a fault is told where it is made, and the scene stays as it was.
+
+use super::validate::{self, Check, Part};
+use super::{
+    Camera, Indirect, Light, Material, Mesh, Sensor, Texture, validate_indirect, validate_surface,
+};
+use crate::Result;
+
+/// The part's own number stands in `place`.
+fn told(check: Check, place: String) -> Result<()> {
+    check.map_err(|fault| fault.at(place))
+}
+
+impl Camera {
+    pub(crate) fn validate(&self) -> Result<()> {
+        told(validate::camera(self), "camera".into())
+    }
+}
+
+impl Sensor {
+    pub(crate) fn validate(&self) -> Result<()> {
+        told(validate::check_sensor(self), "sensor".into())
+    }
+}
+
+impl Indirect {
+    pub(crate) fn validate(&self) -> Result<()> {
+        told(validate_indirect::check(self), "indirect".into())
+    }
+}
+
+impl Light {
+    pub(crate) fn validate(&self, index: usize) -> Result<()> {
+        let place = format!("light {index} ({})", self.kind());
+        told(validate::check_light(Part::Light(index), self), place)
+    }
+}
+
+impl Material {
+    pub(crate) fn validate(&self, index: usize, texture_count: usize) -> Result<()> {
+        let place = format!("material {index} (\"{}\")", self.name);
+        let check = validate_surface::check_material(Part::Material(index), self, texture_count);
+        told(check, place)
+    }
+}
+
+impl Texture {
+    pub(crate) fn validate(&self, index: usize) -> Result<()> {
+        let place = format!("texture {index} (\"{}\")", self.name);
+        told(
+            validate_surface::check_texture(Part::Texture(index), self),
+            place,
+        )
+    }
+}
+
+impl Mesh {
+    pub(crate) fn validate(&self, index: usize, material_count: usize) -> Result<()> {
+        let place = format!("mesh {index} (\"{}\")", self.name);
+        let check = validate_surface::check_mesh(Part::Mesh(index), self, material_count);
+        told(check, place)
+    }
+}
