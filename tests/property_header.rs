@@ -23,7 +23,7 @@ const SOURCES: [&str; 13] = [
     "light",
     "renderer",
 ];
-const LATER_SOURCES: [&str; 2] = ["frame", "frame_stats"];
+const LATER_SOURCES: [&str; 3] = ["frame", "frame_stats", "vulkan"];
 
 fn path(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)

@@ -13,6 +13,7 @@ use super::{
     scene::{camlux_bounds, camlux_scene_counts},
     scene_options::{camlux_camera, camlux_direct, camlux_indirect, camlux_sensor},
     texture::camlux_texture,
+    vulkan::{camlux_vulkan_device, camlux_vulkan_image},
 };
 
 /// A struct of the interface as it lies in memory.
@@ -202,7 +203,37 @@ pub fn layouts() -> Vec<Layout> {
             struct_size,
             submission_target_ms,
             progress,
-            progress_user
+            progress_user,
+            on_device,
+            reserved
+        }),
+        layout!(camlux_vulkan_device {
+            struct_size,
+            queue_family,
+            get_instance_proc_addr,
+            instance,
+            physical_device,
+            device,
+            device_create_info,
+            queue,
+            lock_queue,
+            unlock_queue,
+            lock_user
+        }),
+        layout!(camlux_vulkan_image {
+            struct_size,
+            layer,
+            image,
+            semaphore,
+            semaphore_value,
+            format,
+            layout,
+            width_px,
+            height_px,
+            queue_family,
+            reserved,
+            origin_m,
+            metres_per_unit
         }),
         layout!(camlux_view {
             struct_size,

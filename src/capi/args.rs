@@ -62,7 +62,7 @@ pub(super) unsafe trait CStruct: Copy {
 /// A struct from a newer header may be longer than here, but not by any number.
 const LONGEST_STRUCT_BYTES: usize = 4096;
 
-fn check_pointer<T>(pointer: *const T, name: &str) -> Outcome {
+pub(super) fn check_pointer<T>(pointer: *const T, name: &str) -> Outcome {
     if pointer.is_null() {
         return Err(Failure::argument(format!("{name} is NULL")));
     }

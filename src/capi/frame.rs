@@ -3,7 +3,7 @@
 use std::{
     ffi::{CStr, CString, c_char, c_void},
     ptr,
-    sync::OnceLock,
+    sync::{Mutex, OnceLock, PoisonError},
 };
 
 use super::{
@@ -11,8 +11,11 @@ use super::{
     handle::{self, camlux_frame},
     status::{Failure, Outcome, c_string, camlux_status, entry},
 };
-use crate::output::{
-    ExrOptions, Frame, Layer, LayerData, OutputFile, PngView, write_exr, write_png,
+use crate::{
+    DeviceFrame,
+    output::{
+        ExrOptions, Frame, FrameStats, Layer, LayerData, OutputFile, PngView, write_exr, write_png,
+    },
 };
 
 /// Radiance towards the camera, direct + indirect, W/sr/m^2, channels R, G, B; numerically also the irradiance at the pixel,
@@ -117,7 +120,7 @@ pub struct camlux_view {
 pub struct camlux_exr_options {
     /// sizeof(camlux_exr_options)
     pub struct_size: u32,
-    /// 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 become infinite then.
+    /// 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 are stored as 65504 then.
     pub half: i32,
     /// Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on; 0: all that the frame has.
     pub layers: u32,
@@ -158,7 +161,13 @@ unsafe impl CStruct for camlux_exr_options {
 
 /// A frame, and its texts for C.
 pub(super) struct FrameObject {
-    pub frame: Frame,
+    /// Of a frame on the device, from the first time that its layers are asked for.
+    frame: OnceLock<Frame>,
+    /// Of a frame that was rendered to stay there.
+    on_device: Option<DeviceFrame>,
+    /// Taken while the layers are read.
+    reading: Mutex<()>,
+    pub stats: FrameStats,
     pub snapshot_ms: f64,
     pub device: CString,
     pub driver: CString,
@@ -167,19 +176,56 @@ pub(super) struct FrameObject {
 
 impl FrameObject {
     pub fn new(frame: Frame, snapshot_ms: f64) -> FrameObject {
-        let passes = frame.stats.passes.iter();
+        FrameObject::of(frame.stats.clone(), snapshot_ms, Some(frame), None)
+    }
+
+    pub fn new_on_device(frame: DeviceFrame, snapshot_ms: f64) -> FrameObject {
+        FrameObject::of(frame.stats().clone(), snapshot_ms, None, Some(frame))
+    }
+
+    fn of(
+        stats: FrameStats,
+        snapshot_ms: f64,
+        frame: Option<Frame>,
+        on_device: Option<DeviceFrame>,
+    ) -> FrameObject {
+        let passes = stats.passes.iter();
         FrameObject {
+            frame: frame.map_or_else(OnceLock::new, OnceLock::from),
+            on_device,
+            reading: Mutex::new(()),
             snapshot_ms,
-            device: c_string(&frame.stats.device),
-            driver: c_string(&frame.stats.driver),
+            device: c_string(&stats.device),
+            driver: c_string(&stats.driver),
             pass_names: passes.map(|pass| c_string(pass.name)).collect(),
-            frame,
+            stats,
         }
     }
 
+    /// The frame where it was rendered to stay on the device.
+    pub fn on_device(&self) -> Option<&DeviceFrame> {
+        self.on_device.as_ref()
+    }
+
+    /// The frame with its layers, which come from the device where they are not here yet.
+    fn frame(&self) -> Outcome<&Frame> {
+        let _alone = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
+        if let (None, Some(on_device)) = (self.frame.get(), &self.on_device) {
+            // Nobody else sets it.
+            let _ = self.frame.set(on_device.read()?);
+        }
+        let frame = self.frame.get();
+        frame.ok_or_else(|| crate::Error::internal("a frame is nowhere").into())
+    }
+
+    /// The layer of a number.
+    pub fn layer_of(layer: i32) -> Outcome<Layer> {
+        args::one_of("layer", layer, &LAYERS)
+    }
+
     fn layer(&self, layer: i32) -> Outcome<(Layer, &LayerData)> {
-        let layer = args::one_of("layer", layer, &LAYERS)?;
-        let found = self.frame.layers.iter().find(|(kind, _)| *kind == layer);
+        let layer = FrameObject::layer_of(layer)?;
+        let found = self.frame()?.layers.iter().find(|(kind, _)| *kind == layer);
         match found {
             Some((_, data)) => Ok((layer, data)),
             None => Err(Failure::argument(format!(
@@ -191,7 +237,7 @@ impl FrameObject {
 
     fn view(&self, layer: i32) -> Outcome<camlux_view> {
         let (kind, data) = self.layer(layer)?;
-        let [width_px, height_px] = self.frame.resolution_px;
+        let [width_px, height_px] = self.frame()?.resolution_px;
         let (data, size_bytes, format): (*const c_void, _, _) = match data {
             LayerData::Float(values) => (
                 values.as_ptr().cast(),
@@ -247,8 +293,9 @@ pub unsafe extern "C" fn camlux_frame_layer_count(
     entry("camlux_frame_layer_count", || {
         let object = handle::get::<FrameObject>(frame)?;
         args::check_out(count, "count")?;
+        let count_of_layers = object.frame()?.layers.len();
         // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { count.write(object.frame.layers.len() as u32) };
+        unsafe { count.write(count_of_layers as u32) };
         Ok(())
     })
 }
@@ -271,7 +318,7 @@ pub unsafe extern "C" fn camlux_frame_get_layer(
     entry("camlux_frame_get_layer", || {
         let object = handle::get::<FrameObject>(frame)?;
         args::check_out(layer, "layer")?;
-        let layers = &object.frame.layers;
+        let layers = &object.frame()?.layers;
         let Some((kind, _)) = layers.get(index as usize) else {
             let count = layers.len();
             return Err(Failure::argument(format!(
@@ -388,7 +435,7 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
         // SAFETY: the caller's word.
         let options = unsafe { args::read_optional(options) }?.unwrap_or(CStruct::INIT);
         let options = exr_options_from(options)?;
-        write_exr(OutputFile::create(path)?, &object.frame, &options)?;
+        write_exr(OutputFile::create(path)?, object.frame()?, &options)?;
         Ok(())
     })
 }
@@ -411,8 +458,8 @@ pub unsafe extern "C" fn camlux_frame_write_png(
         let object = handle::get::<FrameObject>(frame)?;
         // SAFETY: the caller's word.
         let path = unsafe { args::path(path) }?;
-        let view = PngView::for_frame(&object.frame);
-        write_png(OutputFile::create(path)?, &object.frame, view)?;
+        let frame = object.frame()?;
+        write_png(OutputFile::create(path)?, frame, PngView::for_frame(frame))?;
         Ok(())
     })
 }

@@ -118,7 +118,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
 ) -> camlux_status {
     entry("camlux_frame_get_stats", || {
         let object = handle::get::<FrameObject>(frame)?;
-        let found = &object.frame.stats;
+        let found = &object.stats;
         let found = camlux_frame_stats {
             pass_count: found.passes.len() as u32,
             wall_ms: found.wall_milliseconds,
@@ -156,7 +156,7 @@ pub unsafe extern "C" fn camlux_frame_get_pass(
 ) -> camlux_status {
     entry("camlux_frame_get_pass", || {
         let object = handle::get::<FrameObject>(frame)?;
-        let passes = &object.frame.stats.passes;
+        let passes = &object.stats.passes;
         let found = passes
             .get(index as usize)
             .zip(object.pass_names.get(index as usize));

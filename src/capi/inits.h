@@ -34,7 +34,11 @@
 
 #define CAMLUX_BOUNDS_INIT { (uint32_t)sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL }
+#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0 }
+
+#define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
+
+#define CAMLUX_VULKAN_IMAGE_INIT { (uint32_t)sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
 
 #define CAMLUX_VIEW_INIT { (uint32_t)sizeof(camlux_view), CAMLUX_LAYER_RADIANCE, NULL, 0, 0, 0, 0, 0, CAMLUX_FORMAT_F32, \
     NULL, NULL }

@@ -26,6 +26,7 @@ mod status;
 #[cfg(test)]
 mod tests;
 mod texture;
+mod vulkan;
 
 pub use abi::{Field, Layout, layouts};
 pub use device::*;
@@ -42,3 +43,4 @@ pub use scene::*;
 pub use scene_options::*;
 pub use status::*;
 pub use texture::*;
+pub use vulkan::*;

@@ -20,7 +20,7 @@ use super::{
     scene::SceneObject,
     status::{CAMLUX_ERROR_BUSY, Failure, Outcome, c_string, camlux_status, entry},
 };
-use crate::{Progress, RenderOptions, Renderer, output::Frame};
+use crate::{Progress, RenderOptions, Renderer, output::FrameStats};
 
 /// Receives how far a render is: 0 to 1 by estimated work, the pass that runs next (a string that is valid during the call),
 /// and the pointer of the options.
@@ -45,18 +45,25 @@ pub struct camlux_render_options {
     pub progress: camlux_progress_callback,
     /// Handed to the callback; camlux never looks at what it points to.
     pub progress_user: *mut c_void,
+    /// 1: the images stay on the device, for camlux_frame_get_vulkan_image; they come to the host when a layer is asked for.
+    /// 0: they go to the host.
+    pub on_device: i32,
+    /// 0.
+    pub reserved: u32,
 }
 
 // SAFETY: repr(C), the size first, numbers, pointers and an optional function pointer (a pointer that may be null) without
 // padding.
 unsafe impl CStruct for camlux_render_options {
     const NAME: &'static str = "camlux_render_options";
-    const VERSION_1_BYTES: usize = 24;
+    const VERSION_1_BYTES: usize = 32;
     const INIT: Self = camlux_render_options {
         struct_size: size_of::<Self>() as u32,
         submission_target_ms: 500,
         progress: None,
         progress_user: ptr::null_mut(),
+        on_device: 0,
+        reserved: 0,
     };
 }
 
@@ -149,6 +156,7 @@ pub extern "C" fn camlux_renderer_cancel(renderer: *mut camlux_renderer) -> caml
 
 impl RendererObject {
     fn render(&self, scene: &SceneObject, options: &camlux_render_options) -> Outcome<FrameObject> {
+        let stays_on_device = args::flag("on_device", options.on_device)?;
         let mut renderer = match self.renderer.try_lock() {
             Ok(renderer) => renderer,
             // What a frame that failed had on the device is given up, by a panic as well.
@@ -167,21 +175,26 @@ impl RendererObject {
         let scene_now = scene.snapshot();
         let snapshot_ms = start.elapsed().as_secs_f64() * 1e3;
         let mut report = |progress| self.report(progress, options);
-        let rendered = renderer.render(
-            &scene_now,
-            &mut RenderOptions {
-                progress: Some(&mut report),
-                submission_target: Duration::from_millis(options.submission_target_ms.into()),
-                ..RenderOptions::default()
-            },
-        );
+        let mut render_options = RenderOptions {
+            progress: Some(&mut report),
+            submission_target: Duration::from_millis(options.submission_target_ms.into()),
+            ..RenderOptions::default()
+        };
+        let rendered = match stays_on_device {
+            true => renderer
+                .render_on_device(&scene_now, &mut render_options)
+                .map(|frame| FrameObject::new_on_device(frame, snapshot_ms)),
+            false => renderer
+                .render(&scene_now, &mut render_options)
+                .map(|frame| FrameObject::new(frame, snapshot_ms)),
+        };
         // A callback of the log may render with this renderer.
         drop(renderer);
         self.device.log_validation();
         let frame = rendered?;
         scene.log_warnings(&scene_now);
-        log_times(&frame);
-        Ok(FrameObject::new(frame, snapshot_ms))
+        log_times(&frame.stats, scene_now.camera.resolution_px);
+        Ok(frame)
     }
 
     fn report(&self, progress: Progress, options: &camlux_render_options) -> ControlFlow<()> {
@@ -201,9 +214,7 @@ impl RendererObject {
     }
 }
 
-fn log_times(frame: &Frame) {
-    let stats = &frame.stats;
-    let [width, height] = frame.resolution_px;
+fn log_times(stats: &FrameStats, [width, height]: [u32; 2]) {
     log::write(CAMLUX_LOG_INFO, || {
         format!(
             "rendered {width} x {height} px in {:.3} ms, {} VPLs, {} rays, {} submissions",

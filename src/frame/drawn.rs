@@ -60,6 +60,7 @@ pub struct DeviceImage {
     /// `R32G32B32A32_SFLOAT`
     pub format: vk::Format,
     pub size_px: [u32; 2],
+    pub queue_family: u32,
 }
 
 impl DeviceFrame {
@@ -98,6 +99,7 @@ impl DeviceFrame {
             image: raw,
             format,
             size_px: image.shape.size_px,
+            queue_family: self.shared.device.queue_family(),
         })
     }
 

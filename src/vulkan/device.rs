@@ -311,7 +311,7 @@ impl Device {
         self.shared.queue.lock()
     }
 
-    pub(super) fn queue_family(&self) -> u32 {
+    pub(crate) fn queue_family(&self) -> u32 {
         self.shared.queue_family
     }
 
