@@ -28,6 +28,7 @@ mod tests;
 mod texture;
 
 pub use abi::{Field, Layout, layouts};
+pub use args::*;
 pub use device::*;
 pub use frame::*;
 pub use frame_stats::*;
