@@ -7,6 +7,8 @@ use camlux::capi::*;
 const CALLS: u32 = 100_000;
 const ROUNDS: u32 = 9;
 
+type Setter<'s> = (&'static str, Box<dyn Fn() -> camlux_status + 's>);
+
 fn least_ns(call: impl Fn() -> camlux_status) -> f64 {
     let round = |_| {
         let start = Instant::now();
@@ -49,7 +51,7 @@ fn main() {
     };
     assert_eq!(ready, [CAMLUX_OK; 5]);
     // SAFETY: as above, for each of them.
-    let setters: [(&str, Box<dyn Fn() -> camlux_status>); 7] = unsafe {
+    let setters: [Setter; 7] = unsafe {
         [
             (
                 "set_camera",

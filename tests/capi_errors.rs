@@ -144,7 +144,9 @@ fn wrong_handles_are_found_out() {
             assert_eq!(release(handle), HANDLE);
         }
     }
-    others.map(|scene| ok(camlux_scene_release(scene)));
+    for scene in others {
+        ok(camlux_scene_release(scene));
+    }
 }
 
 #[test]
@@ -203,7 +205,7 @@ fn struct_sizes_are_checked() {
     let scene = new_scene();
     let mut room = [0_u64; 600];
     let at = room.as_mut_ptr();
-    let mut set = |bytes: u32, beyond: u64| {
+    let set = |bytes: u32, beyond: u64| {
         let camera = init!(camlux_camera {
             struct_size: bytes,
             width_px: 77

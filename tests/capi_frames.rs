@@ -47,8 +47,12 @@ fn a_scene_from_arrays_is_that_of_the_file() {
         assert!(layers(of_file) == layers(of_arrays), "{name}");
         assert!(layers(of_file) == engine_frame(&expected), "{name}");
         ok(camlux_renderer_release(renderer));
-        [of_file, of_arrays].map(|frame| ok(camlux_frame_release(frame)));
-        [loaded, built].map(|scene| ok(camlux_scene_release(scene)));
+        for frame in [of_file, of_arrays] {
+            ok(camlux_frame_release(frame));
+        }
+        for scene in [loaded, built] {
+            ok(camlux_scene_release(scene));
+        }
     }
 }
 
@@ -89,7 +93,9 @@ fn a_moved_camera_is_a_scene_built_that_way_and_draws_no_maps() {
     assert!(layers(second) == engine_frame(&expected));
     assert!(layers(second) != layers(first));
     ok(camlux_renderer_release(renderer));
-    [first, second].map(|frame| ok(camlux_frame_release(frame)));
+    for frame in [first, second] {
+        ok(camlux_frame_release(frame));
+    }
     ok(camlux_scene_release(scene));
 }
 
@@ -125,7 +131,9 @@ fn a_moved_light_is_a_scene_built_that_way() {
     assert!(layers(second) == engine_frame(&expected));
     assert!(layers(second) != layers(first));
     ok(camlux_renderer_release(renderer));
-    [first, second].map(|frame| ok(camlux_frame_release(frame)));
+    for frame in [first, second] {
+        ok(camlux_frame_release(frame));
+    }
     ok(camlux_scene_release(scene));
 }
 
@@ -171,7 +179,9 @@ fn a_moved_instance_is_a_scene_built_that_way() {
     let fourth = render(renderer, scene);
     assert!(passes(fourth).iter().all(|pass| pass != "rsm"));
     ok(camlux_renderer_release(renderer));
-    [first, second, third, fourth].map(|frame| ok(camlux_frame_release(frame)));
+    for frame in [first, second, third, fourth] {
+        ok(camlux_frame_release(frame));
+    }
     ok(camlux_scene_release(scene));
 }
 
@@ -225,7 +235,7 @@ fn a_view_is_what_a_copy_and_the_files_have() {
             }
         });
     }
-    let read = |name: &str| camlux::output::LayeredImage::read(&folder.path().join(name));
+    let read = |name: &str| camlux::output::LayeredImage::read(folder.path().join(name));
     let all = read("all.exr").expect("an image");
     let values = all.layer("radiance").expect("the layer").values.iter();
     assert!(

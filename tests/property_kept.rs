@@ -42,8 +42,10 @@ fn shift(light: &mut Light, by_m: DVec3) {
     }
 }
 
+type Change = (&'static str, fn(&mut Scene));
+
 /// One change after the other, each of which leaves something of the frame before and takes something away.
-fn changes() -> Vec<(&'static str, fn(&mut Scene))> {
+fn changes() -> Vec<Change> {
     vec![
         ("nothing", |_| {}),
         ("camera", |scene| {

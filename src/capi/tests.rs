@@ -27,18 +27,22 @@ fn last_error() -> String {
     message.to_string_lossy().into_owned()
 }
 
-/// A call's name, and the call with nothing but nulls.
+type Call = (&'static str, fn() -> camlux_status);
+
+/// Each call's name, and the call with nothing but nulls.
 macro_rules! calls {
     ($($name:ident($($argument:expr),*)),* $(,)?) => {
-        // SAFETY: nulls are fine everywhere.
-        #[allow(unused_unsafe, reason = "not all are unsafe")]
-        [$((stringify!($name), || unsafe { $name($($argument),*) })),*]
+        [$((stringify!($name), || {
+            // SAFETY: nulls are fine everywhere.
+            #[allow(unused_unsafe, reason = "not all are unsafe")]
+            unsafe { $name($($argument),*) }
+        })),*]
     };
 }
 
 #[test]
 fn a_panic_in_any_call_becomes_a_status() {
-    let calls: [(&str, fn() -> camlux_status); 45] = calls![
+    let calls: [Call; 45] = calls![
         camlux_set_log(0, None, null_mut()),
         camlux_handle_count(null_mut()),
         camlux_device_retain(null_mut()),
