@@ -77,7 +77,7 @@
  *         return failed;
  *     }
  *
- * It prints 0.031831 W/sr/m^2: a surface that faces a lamp of P watts at the distance d receives P/(4 pi d^2), and a diffuse one
+ * It prints 0.0316629 W/sr/m^2: a surface that faces a lamp of P watts at the distance d receives P/(4 pi d^2), and a diffuse one
  * sends on kd/pi of that.
  *
  *
@@ -165,6 +165,9 @@
 
 /** camlux contradicts itself: please report it with the message. The handles stay usable. */
 #define CAMLUX_ERROR_INTERNAL (-10)
+
+/** The driver gave the device up; the message says in which pass. Release what came from the device, and create it anew. */
+#define CAMLUX_ERROR_DEVICE_LOST (-11)
 
 /** No messages. */
 #define CAMLUX_LOG_OFF 0
@@ -659,6 +662,13 @@ typedef struct camlux_render_options {
   camlux_progress_callback progress;
   /** Handed to the callback; camlux never looks at what it points to. */
   void *progress_user;
+  /**
+   * 1: the images stay on the device, for camlux_frame_get_vulkan_image; they come to the host when a layer is asked for.
+   * 0: they go to the host.
+   */
+  int32_t on_device;
+  /** 0. */
+  uint32_t reserved;
 } camlux_render_options;
 
 /** A layer as it lies in the frame's memory. Begin with CAMLUX_VIEW_INIT. */
@@ -694,7 +704,7 @@ typedef struct camlux_view {
 typedef struct camlux_exr_options {
   /** sizeof(camlux_exr_options) */
   uint32_t struct_size;
-  /** 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 become infinite then. */
+  /** 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 are stored as 65504 then. */
   int32_t half;
   /** Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on; 0: all that the frame has. */
   uint32_t layers;
@@ -743,6 +753,77 @@ typedef struct camlux_pass_time {
   /** Such as "rsm", "vpl", "gather"; valid until the frame's last release. */
   const char *name;
 } camlux_pass_time;
+
+/** A function of Vulkan's, whatever its type: a PFN_vkGetInstanceProcAddr goes here by a cast. */
+typedef void (*camlux_vulkan_function)(void);
+
+/** Locks or unlocks the host's queue; receives lock_user. It must return: no exception, no longjmp. */
+typedef void (*camlux_vulkan_lock_callback)(void *user);
+
+/**
+ * A Vulkan device of the host's. Begin with CAMLUX_VULKAN_DEVICE_INIT. The types are those of vulkan.h, which this header does not
+ * include.
+ *
+ * The instance must have been made for Vulkan 1.3, and the device with the extension VK_KHR_push_descriptor and the features
+ * dynamicRendering, synchronization2 and timelineSemaphore. All of this but the instance's version is checked.
+ */
+typedef struct camlux_vulkan_device {
+  /** sizeof(camlux_vulkan_device) */
+  uint32_t struct_size;
+  /** The queue's family: one that draws, computes and takes timestamps. */
+  uint32_t queue_family;
+  /** (camlux_vulkan_function)vkGetInstanceProcAddr */
+  camlux_vulkan_function get_instance_proc_addr;
+  /** VkInstance */
+  void *instance;
+  /** VkPhysicalDevice */
+  void *physical_device;
+  /** VkDevice */
+  void *device;
+  /** const VkDeviceCreateInfo *: what the device was made with, with all that it points to; read during the call only. */
+  const void *device_create_info;
+  /** VkQueue */
+  void *queue;
+  /**
+   * Called before each submission to the queue, on the thread that renders. NULL: the host leaves the queue alone while camlux
+   * renders, and unlock_queue is NULL, too.
+   */
+  camlux_vulkan_lock_callback lock_queue;
+  /** Called after it. */
+  camlux_vulkan_lock_callback unlock_queue;
+  /** Handed to both; camlux never looks at what it points to. */
+  void *lock_user;
+} camlux_vulkan_device;
+
+/** An image of a frame on the device. Begin with CAMLUX_VULKAN_IMAGE_INIT. The types are those of vulkan.h. */
+typedef struct camlux_vulkan_image {
+  /** sizeof(camlux_vulkan_image) */
+  uint32_t struct_size;
+  /** CAMLUX_LAYER_RADIANCE and so on. */
+  int32_t layer;
+  /** VkImage, of one layer and one level; usage SAMPLED, STORAGE, TRANSFER_SRC and TRANSFER_DST, sharing mode exclusive. */
+  uint64_t image;
+  /** VkSemaphore, a timeline: the image is ready when it has come to semaphore_value. */
+  uint64_t semaphore;
+  /** What the host's submission has to wait for. */
+  uint64_t semaphore_value;
+  /** VkFormat: VK_FORMAT_R32G32B32A32_SFLOAT. */
+  int32_t format;
+  /** VkImageLayout: VK_IMAGE_LAYOUT_GENERAL. A host that changes it changes it back. */
+  int32_t layout;
+  /** Pixels of a row. */
+  uint32_t width_px;
+  /** Rows. */
+  uint32_t height_px;
+  /** The family that the image belongs to. */
+  uint32_t queue_family;
+  /** 0. */
+  uint32_t reserved;
+  /** Of CAMLUX_LAYER_POSITION: a world position is origin_m + metres_per_unit * (x, y, z). */
+  double origin_m[3];
+  /** See origin_m. */
+  double metres_per_unit;
+} camlux_vulkan_image;
 
 
 
@@ -1240,6 +1321,41 @@ camlux_status camlux_frame_get_pass(struct camlux_frame *frame,
                                     uint32_t index,
                                     struct camlux_pass_time *pass);
 
+/**
+ * Opens a device on the host's own VkDevice, which stays the host's: camlux destroys none of its objects.
+ *
+ * What came from the camlux device (renderers, frames, the device itself) has to be released before the host destroys its
+ * VkDevice. The validation layer, where it is on, is the host's, and tells the host.
+ *
+ * \param vulkan begin with CAMLUX_VULKAN_DEVICE_INIT.
+ * \param device receives the handle, with one reference: give it back by camlux_device_release.
+ * \errors CAMLUX_ERROR_NO_DEVICE where the device lacks something that camlux needs, or was made without it;
+ * CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any. lock_queue and unlock_queue are called on every thread that renders.
+ */
+camlux_status camlux_device_create_from_vulkan(const struct camlux_vulkan_device *vulkan,
+                                               struct camlux_device **device);
+
+/**
+ * A layer of a frame on the device, for the host's own commands there; of a frame that was rendered with on_device.
+ *
+ * The host's submission waits for semaphore_value, and orders its accesses after it: the stage of the wait is that of the first
+ * access. The image is there, and no other frame touches it, until the frame's last release, which must not be before the
+ * host's commands are done.
+ *
+ * Radiance, direct, indirect and energy have R, G and B in the layer's unit; normals X, Y and Z; positions X, Y and Z in units of
+ * their own (see camlux_vulkan_image) and 1 + the index of the instance, 0 without a surface. Other layers are made on the way
+ * to the host.
+ *
+ * \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _ENERGY, _POSITION or _NORMAL.
+ * \param image begin with CAMLUX_VULKAN_IMAGE_INIT.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device.
+ * \threads any; frames do not change.
+ */
+camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
+                                            int32_t layer,
+                                            struct camlux_vulkan_image *image);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus
@@ -1279,7 +1395,11 @@ camlux_status camlux_frame_get_pass(struct camlux_frame *frame,
 
 #define CAMLUX_BOUNDS_INIT { (uint32_t)sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL }
+#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0 }
+
+#define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
+
+#define CAMLUX_VULKAN_IMAGE_INIT { (uint32_t)sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
 
 #define CAMLUX_VIEW_INIT { (uint32_t)sizeof(camlux_view), CAMLUX_LAYER_RADIANCE, NULL, 0, 0, 0, 0, 0, CAMLUX_FORMAT_F32, \
     NULL, NULL }

@@ -9,6 +9,7 @@ use std::{
 use super::{
     args::{self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_U32, CStruct},
     handle::{self, camlux_frame},
+    scene::no_part,
     status::{Failure, Outcome, c_string, camlux_status, entry},
 };
 use crate::{
@@ -320,10 +321,7 @@ pub unsafe extern "C" fn camlux_frame_get_layer(
         args::check_out(layer, "layer")?;
         let layers = &object.frame()?.layers;
         let Some((kind, _)) = layers.get(index as usize) else {
-            let count = layers.len();
-            return Err(Failure::argument(format!(
-                "there is no layer {index} among {count}; indices count from 0"
-            )));
+            return Err(no_part(index, layers.len(), "layer"));
         };
         let found = LAYERS.iter().find(|(.., layer)| layer == kind);
         let Some((number, ..)) = found else {

@@ -6,7 +6,8 @@ use super::{
     args::{self, CStruct},
     frame::FrameObject,
     handle::{self, camlux_frame},
-    status::{Failure, camlux_status, entry},
+    scene::no_part,
+    status::{camlux_status, entry},
 };
 
 /// The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH.
@@ -161,10 +162,7 @@ pub unsafe extern "C" fn camlux_frame_get_pass(
             .get(index as usize)
             .zip(object.pass_names.get(index as usize));
         let Some((time, name)) = found else {
-            let count = passes.len();
-            return Err(Failure::argument(format!(
-                "there is no pass {index} among {count}; indices count from 0"
-            )));
+            return Err(no_part(index, passes.len(), "pass"));
         };
         let found = camlux_pass_time {
             ms: time.milliseconds,

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::{
     args::{self, CStruct},
     handle::{self, camlux_scene},
-    scene::{SceneObject, part, push},
+    scene::{SceneObject, no_part, part, push},
     status::{Outcome, camlux_status, entry},
 };
 use crate::scene::{Light, SpotCone};
@@ -129,8 +129,9 @@ pub unsafe extern "C" fn camlux_scene_get_light(
     entry("camlux_scene_get_light", || {
         let object = handle::get::<SceneObject>(scene)?;
         let found = object.look(|state| {
-            let mut lights = state.scene.lights.clone();
-            part(&mut lights, index, "light").copied()
+            let lights = &state.scene.lights;
+            let found = lights.get(index as usize).copied();
+            found.ok_or_else(|| no_part(index, lights.len(), "light"))
         })?;
         // SAFETY: the caller's word.
         unsafe { args::write(light, light_of(&found)) }

@@ -29,6 +29,7 @@ mod texture;
 mod vulkan;
 
 pub use abi::{Field, Layout, layouts};
+pub use args::*;
 pub use device::*;
 pub use frame::*;
 pub use frame_stats::*;

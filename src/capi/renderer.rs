@@ -56,7 +56,7 @@ pub struct camlux_render_options {
 // padding.
 unsafe impl CStruct for camlux_render_options {
     const NAME: &'static str = "camlux_render_options";
-    const VERSION_1_BYTES: usize = 32;
+    const VERSION_1_BYTES: usize = 24;
     const INIT: Self = camlux_render_options {
         struct_size: size_of::<Self>() as u32,
         submission_target_ms: 500,

@@ -166,11 +166,15 @@ pub(super) fn push<T>(list: &mut Vec<T>, part: T, what: &str) -> Outcome<usize> 
 /// The part of an index.
 pub(super) fn part<'l, T>(list: &'l mut [T], index: u32, what: &str) -> Outcome<&'l mut T> {
     let count = list.len();
-    list.get_mut(index as usize).ok_or_else(|| {
-        Failure::argument(format!(
-            "there is no {what} {index} among {count}; indices count from 0"
-        ))
-    })
+    let found = list.get_mut(index as usize);
+    found.ok_or_else(|| no_part(index, count, what))
+}
+
+/// The failure where there is no part of an index.
+pub(super) fn no_part(index: u32, count: usize, what: &str) -> Failure {
+    Failure::argument(format!(
+        "there is no {what} {index} among {count}; indices count from 0"
+    ))
 }
 
 /// Makes an empty scene: the camera of CAMLUX_CAMERA_INIT, no light, no mesh, no sensor, direct light only.

@@ -211,7 +211,7 @@ CHECK(camlux_bounds_min_m_size, sizeof(((camlux_bounds *)0)->min_m) == 24);
 CHECK(camlux_bounds_max_m_offset, offsetof(camlux_bounds, max_m) == 32);
 CHECK(camlux_bounds_max_m_size, sizeof(((camlux_bounds *)0)->max_m) == 24);
 
-CHECK(camlux_render_options_size, sizeof(camlux_render_options) == 24);
+CHECK(camlux_render_options_size, sizeof(camlux_render_options) == 32);
 CHECK(camlux_render_options_struct_size_offset, offsetof(camlux_render_options, struct_size) == 0);
 CHECK(camlux_render_options_struct_size_size, sizeof(((camlux_render_options *)0)->struct_size) == 4);
 CHECK(camlux_render_options_submission_target_ms_offset, offsetof(camlux_render_options, submission_target_ms) == 4);
@@ -220,6 +220,62 @@ CHECK(camlux_render_options_progress_offset, offsetof(camlux_render_options, pro
 CHECK(camlux_render_options_progress_size, sizeof(((camlux_render_options *)0)->progress) == 8);
 CHECK(camlux_render_options_progress_user_offset, offsetof(camlux_render_options, progress_user) == 16);
 CHECK(camlux_render_options_progress_user_size, sizeof(((camlux_render_options *)0)->progress_user) == 8);
+CHECK(camlux_render_options_on_device_offset, offsetof(camlux_render_options, on_device) == 24);
+CHECK(camlux_render_options_on_device_size, sizeof(((camlux_render_options *)0)->on_device) == 4);
+CHECK(camlux_render_options_reserved_offset, offsetof(camlux_render_options, reserved) == 28);
+CHECK(camlux_render_options_reserved_size, sizeof(((camlux_render_options *)0)->reserved) == 4);
+
+CHECK(camlux_vulkan_device_size, sizeof(camlux_vulkan_device) == 80);
+CHECK(camlux_vulkan_device_struct_size_offset, offsetof(camlux_vulkan_device, struct_size) == 0);
+CHECK(camlux_vulkan_device_struct_size_size, sizeof(((camlux_vulkan_device *)0)->struct_size) == 4);
+CHECK(camlux_vulkan_device_queue_family_offset, offsetof(camlux_vulkan_device, queue_family) == 4);
+CHECK(camlux_vulkan_device_queue_family_size, sizeof(((camlux_vulkan_device *)0)->queue_family) == 4);
+CHECK(camlux_vulkan_device_get_instance_proc_addr_offset, offsetof(camlux_vulkan_device, get_instance_proc_addr) == 8);
+CHECK(camlux_vulkan_device_get_instance_proc_addr_size, sizeof(((camlux_vulkan_device *)0)->get_instance_proc_addr) == 8);
+CHECK(camlux_vulkan_device_instance_offset, offsetof(camlux_vulkan_device, instance) == 16);
+CHECK(camlux_vulkan_device_instance_size, sizeof(((camlux_vulkan_device *)0)->instance) == 8);
+CHECK(camlux_vulkan_device_physical_device_offset, offsetof(camlux_vulkan_device, physical_device) == 24);
+CHECK(camlux_vulkan_device_physical_device_size, sizeof(((camlux_vulkan_device *)0)->physical_device) == 8);
+CHECK(camlux_vulkan_device_device_offset, offsetof(camlux_vulkan_device, device) == 32);
+CHECK(camlux_vulkan_device_device_size, sizeof(((camlux_vulkan_device *)0)->device) == 8);
+CHECK(camlux_vulkan_device_device_create_info_offset, offsetof(camlux_vulkan_device, device_create_info) == 40);
+CHECK(camlux_vulkan_device_device_create_info_size, sizeof(((camlux_vulkan_device *)0)->device_create_info) == 8);
+CHECK(camlux_vulkan_device_queue_offset, offsetof(camlux_vulkan_device, queue) == 48);
+CHECK(camlux_vulkan_device_queue_size, sizeof(((camlux_vulkan_device *)0)->queue) == 8);
+CHECK(camlux_vulkan_device_lock_queue_offset, offsetof(camlux_vulkan_device, lock_queue) == 56);
+CHECK(camlux_vulkan_device_lock_queue_size, sizeof(((camlux_vulkan_device *)0)->lock_queue) == 8);
+CHECK(camlux_vulkan_device_unlock_queue_offset, offsetof(camlux_vulkan_device, unlock_queue) == 64);
+CHECK(camlux_vulkan_device_unlock_queue_size, sizeof(((camlux_vulkan_device *)0)->unlock_queue) == 8);
+CHECK(camlux_vulkan_device_lock_user_offset, offsetof(camlux_vulkan_device, lock_user) == 72);
+CHECK(camlux_vulkan_device_lock_user_size, sizeof(((camlux_vulkan_device *)0)->lock_user) == 8);
+
+CHECK(camlux_vulkan_image_size, sizeof(camlux_vulkan_image) == 88);
+CHECK(camlux_vulkan_image_struct_size_offset, offsetof(camlux_vulkan_image, struct_size) == 0);
+CHECK(camlux_vulkan_image_struct_size_size, sizeof(((camlux_vulkan_image *)0)->struct_size) == 4);
+CHECK(camlux_vulkan_image_layer_offset, offsetof(camlux_vulkan_image, layer) == 4);
+CHECK(camlux_vulkan_image_layer_size, sizeof(((camlux_vulkan_image *)0)->layer) == 4);
+CHECK(camlux_vulkan_image_image_offset, offsetof(camlux_vulkan_image, image) == 8);
+CHECK(camlux_vulkan_image_image_size, sizeof(((camlux_vulkan_image *)0)->image) == 8);
+CHECK(camlux_vulkan_image_semaphore_offset, offsetof(camlux_vulkan_image, semaphore) == 16);
+CHECK(camlux_vulkan_image_semaphore_size, sizeof(((camlux_vulkan_image *)0)->semaphore) == 8);
+CHECK(camlux_vulkan_image_semaphore_value_offset, offsetof(camlux_vulkan_image, semaphore_value) == 24);
+CHECK(camlux_vulkan_image_semaphore_value_size, sizeof(((camlux_vulkan_image *)0)->semaphore_value) == 8);
+CHECK(camlux_vulkan_image_format_offset, offsetof(camlux_vulkan_image, format) == 32);
+CHECK(camlux_vulkan_image_format_size, sizeof(((camlux_vulkan_image *)0)->format) == 4);
+CHECK(camlux_vulkan_image_layout_offset, offsetof(camlux_vulkan_image, layout) == 36);
+CHECK(camlux_vulkan_image_layout_size, sizeof(((camlux_vulkan_image *)0)->layout) == 4);
+CHECK(camlux_vulkan_image_width_px_offset, offsetof(camlux_vulkan_image, width_px) == 40);
+CHECK(camlux_vulkan_image_width_px_size, sizeof(((camlux_vulkan_image *)0)->width_px) == 4);
+CHECK(camlux_vulkan_image_height_px_offset, offsetof(camlux_vulkan_image, height_px) == 44);
+CHECK(camlux_vulkan_image_height_px_size, sizeof(((camlux_vulkan_image *)0)->height_px) == 4);
+CHECK(camlux_vulkan_image_queue_family_offset, offsetof(camlux_vulkan_image, queue_family) == 48);
+CHECK(camlux_vulkan_image_queue_family_size, sizeof(((camlux_vulkan_image *)0)->queue_family) == 4);
+CHECK(camlux_vulkan_image_reserved_offset, offsetof(camlux_vulkan_image, reserved) == 52);
+CHECK(camlux_vulkan_image_reserved_size, sizeof(((camlux_vulkan_image *)0)->reserved) == 4);
+CHECK(camlux_vulkan_image_origin_m_offset, offsetof(camlux_vulkan_image, origin_m) == 56);
+CHECK(camlux_vulkan_image_origin_m_size, sizeof(((camlux_vulkan_image *)0)->origin_m) == 24);
+CHECK(camlux_vulkan_image_metres_per_unit_offset, offsetof(camlux_vulkan_image, metres_per_unit) == 80);
+CHECK(camlux_vulkan_image_metres_per_unit_size, sizeof(((camlux_vulkan_image *)0)->metres_per_unit) == 8);
 
 CHECK(camlux_view_size, sizeof(camlux_view) == 64);
 CHECK(camlux_view_struct_size_offset, offsetof(camlux_view, struct_size) == 0);
@@ -321,7 +377,11 @@ static const unsigned char rust_camlux_scene_counts[] = {24,0,0,0,0,0,0,0,0,0,0,
 static const camlux_bounds init_of_camlux_bounds = CAMLUX_BOUNDS_INIT;
 static const unsigned char rust_camlux_bounds[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_render_options init_of_camlux_render_options = CAMLUX_RENDER_OPTIONS_INIT;
-static const unsigned char rust_camlux_render_options[] = {24,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_render_options[] = {32,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const camlux_vulkan_device init_of_camlux_vulkan_device = CAMLUX_VULKAN_DEVICE_INIT;
+static const unsigned char rust_camlux_vulkan_device[] = {80,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const camlux_vulkan_image init_of_camlux_vulkan_image = CAMLUX_VULKAN_IMAGE_INIT;
+static const unsigned char rust_camlux_vulkan_image[] = {88,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63};
 static const camlux_view init_of_camlux_view = CAMLUX_VIEW_INIT;
 static const unsigned char rust_camlux_view[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
@@ -344,7 +404,9 @@ static const struct init inits[] = {
     {"camlux_light", 120, rust_camlux_light, &init_of_camlux_light},
     {"camlux_scene_counts", 24, rust_camlux_scene_counts, &init_of_camlux_scene_counts},
     {"camlux_bounds", 56, rust_camlux_bounds, &init_of_camlux_bounds},
-    {"camlux_render_options", 24, rust_camlux_render_options, &init_of_camlux_render_options},
+    {"camlux_render_options", 32, rust_camlux_render_options, &init_of_camlux_render_options},
+    {"camlux_vulkan_device", 80, rust_camlux_vulkan_device, &init_of_camlux_vulkan_device},
+    {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
     {"camlux_exr_options", 16, rust_camlux_exr_options, &init_of_camlux_exr_options},
     {"camlux_frame_stats", 88, rust_camlux_frame_stats, &init_of_camlux_frame_stats},

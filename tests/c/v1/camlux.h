@@ -77,7 +77,7 @@
  *         return failed;
  *     }
  *
- * It prints 0.031831 W/sr/m^2: a surface that faces a lamp of P watts at the distance d receives P/(4 pi d^2), and a diffuse one
+ * It prints 0.0316629 W/sr/m^2: a surface that faces a lamp of P watts at the distance d receives P/(4 pi d^2), and a diffuse one
  * sends on kd/pi of that.
  *
  *

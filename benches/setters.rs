@@ -1,0 +1,90 @@
+//! What a call of the C interface costs: `cargo bench --bench setters`. The least of several rounds, for others use the machine too.
+
+use std::{hint::black_box, ptr::null_mut, time::Instant};
+
+use camlux::capi::*;
+
+const CALLS: u32 = 100_000;
+const ROUNDS: u32 = 9;
+
+type Setter<'s> = (&'static str, Box<dyn Fn() -> camlux_status + 's>);
+
+fn least_ns(call: impl Fn() -> camlux_status) -> f64 {
+    let round = |_| {
+        let start = Instant::now();
+        for _ in 0..CALLS {
+            assert_eq!(black_box(call()), CAMLUX_OK);
+        }
+        start.elapsed().as_secs_f64() * 1e9 / f64::from(CALLS)
+    };
+    (0..ROUNDS).map(round).fold(f64::INFINITY, f64::min)
+}
+
+/// The first values of a struct, as its `_INIT` macro has them.
+fn init<T: Copy>(name: &str) -> T {
+    let layouts = layouts();
+    let layout = layouts.iter().find(|layout| layout.name == name);
+    let bytes = &layout.expect("a struct of the interface").init;
+    assert_eq!(bytes.len(), size_of::<T>());
+    // SAFETY: those are the bytes of a value of the struct of that name, which has that size.
+    unsafe { bytes.as_ptr().cast::<T>().read_unaligned() }
+}
+
+fn main() {
+    let mut scene = null_mut();
+    let camera: camlux_camera = init("camlux_camera");
+    let pose: camlux_pose = init("camlux_pose");
+    let mut light: camlux_light = init("camlux_light");
+    light.power_w = [1.0; 3];
+    let material: camlux_material = init("camlux_material");
+    let mesh: camlux_mesh = init("camlux_mesh");
+    let indirect: camlux_indirect = init("camlux_indirect");
+    // SAFETY: here and below, pointers to structs of their size; indices are not wanted.
+    let ready = unsafe {
+        [
+            camlux_scene_create(&mut scene),
+            camlux_scene_add_light(scene, &light, null_mut()),
+            camlux_scene_add_material(scene, &material, null_mut()),
+            camlux_scene_add_mesh(scene, &mesh, null_mut()),
+            camlux_scene_add_instance(scene, 0, &pose, null_mut()),
+        ]
+    };
+    assert_eq!(ready, [CAMLUX_OK; 5]);
+    // SAFETY: as above, for each of them.
+    let setters: [Setter; 7] = unsafe {
+        [
+            (
+                "set_camera",
+                Box::new(|| camlux_scene_set_camera(scene, &camera)),
+            ),
+            (
+                "set_indirect",
+                Box::new(|| camlux_scene_set_indirect(scene, &indirect)),
+            ),
+            (
+                "set_light",
+                Box::new(|| camlux_scene_set_light(scene, 0, &light)),
+            ),
+            (
+                "set_material",
+                Box::new(|| camlux_scene_set_material(scene, 0, &material)),
+            ),
+            (
+                "set_pose camera",
+                Box::new(|| camlux_scene_set_pose(scene, CAMLUX_PART_CAMERA, 0, &pose)),
+            ),
+            (
+                "set_pose light",
+                Box::new(|| camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose)),
+            ),
+            (
+                "set_pose instance",
+                Box::new(|| camlux_scene_set_pose(scene, CAMLUX_PART_INSTANCE, 0, &pose)),
+            ),
+        ]
+    };
+    for (name, setter) in setters {
+        println!("{name:20} {:6.0} ns", least_ns(setter));
+    }
+    assert_eq!(camlux_scene_release(scene), CAMLUX_OK);
+}
