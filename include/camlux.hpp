@@ -8,7 +8,7 @@
  * A COMPLETE EXAMPLE
  *
  *     camlux::scene scene = camlux::scene::load("scenes/cornell.toml");
- *     camlux::renderer renderer(camlux::device::open());
+ *     camlux::renderer renderer = camlux::renderer::create(camlux::device::open());
  *     camlux::frame frame = renderer.render(scene);
  *     camlux::view<float> radiance = frame.view<float>(camlux::layer::radiance);
  *     std::printf("%g %s\n", radiance(400, 400, 0), radiance.unit());
@@ -39,481 +39,473 @@
 #ifndef CAMLUX_HPP
 #define CAMLUX_HPP
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
-#include <exception>
 #include <functional>
-#include <memory>
-#include <mutex>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
-#if __cplusplus >= 202002L && __has_include(<span>)
-#include <span>
-#endif
-
 #include "camlux.h"
-
-#if defined(__cpp_exceptions) || defined(_CPPUNWIND)
-#define CAMLUX_HPP_EXCEPTIONS 1
-#else
-#define CAMLUX_HPP_EXCEPTIONS 0
-#endif
+#include "camlux/log.hpp"
+#include "camlux/result.hpp"
+#include "camlux/values.hpp"
 
 namespace camlux {
 
-#ifdef __cpp_lib_span
-template <class T>
-using span = std::span<T>;
-#else
-/** Some values that lie one behind the other: as much of std::span as is needed here. */
-template <class T>
-class span {
+/** The version of the library that runs, as CAMLUX_VERSION_MAJOR and so on are of this header: see camlux_version. */
+inline std::uint32_t version() noexcept { return camlux_version(); }
+
+using device_info = camlux_device_info;
+using frame_stats = camlux_frame_stats;
+using scene_counts = camlux_scene_counts;
+using bounds = camlux_bounds;
+
+/** An open device: camlux_device. Any thread may use it. */
+class device : public detail::handle<camlux_device, camlux_device_retain, camlux_device_release> {
 public:
-    using value_type = std::remove_cv_t<T>;
+    using handle::handle;
 
-    constexpr span() noexcept = default;
-    constexpr span(T *data, std::size_t size) noexcept : data_(data), size_(size) {}
-    template <class Container, class = decltype(static_cast<T *>(std::declval<Container &>().data()))>
-    constexpr span(Container &&container) noexcept : data_(container.data()), size_(container.size())
+    static std::uint32_t count() { return try_count().value(); }
+    static result<std::uint32_t> try_count()
     {
-    }
-    template <std::size_t Size>
-    constexpr span(T (&array)[Size]) noexcept : data_(array), size_(Size)
-    {
-    }
-
-    constexpr T *data() const noexcept { return data_; }
-    constexpr std::size_t size() const noexcept { return size_; }
-    constexpr std::size_t size_bytes() const noexcept { return size_ * sizeof(T); }
-    constexpr bool empty() const noexcept { return size_ == 0; }
-    constexpr T *begin() const noexcept { return data_; }
-    constexpr T *end() const noexcept { return data_ + size_; }
-    constexpr T &operator[](std::size_t index) const noexcept { return data_[index]; }
-
-private:
-    T *data_ = nullptr;
-    std::size_t size_ = 0;
-};
-#endif
-
-/** A call that did not end with CAMLUX_OK. */
-class error : public std::runtime_error {
-public:
-    error(camlux_status status, const std::string &message) : std::runtime_error(message), status_(status) {}
-
-    /** CAMLUX_CANCELLED, CAMLUX_ERROR_SCENE and so on. */
-    camlux_status status() const noexcept { return status_; }
-
-private:
-    camlux_status status_;
-};
-
-namespace detail {
-
-[[noreturn]] inline void fail(camlux_status status, const std::string &message)
-{
-#if CAMLUX_HPP_EXCEPTIONS
-    throw error(status, message);
-#else
-    std::fprintf(stderr, "camlux: %s: %s\n", camlux_status_text(status), message.c_str());
-    std::abort();
-#endif
-}
-
-/** What a callback of this thread has thrown, until a call can throw it. */
-inline std::exception_ptr &thrown()
-{
-    thread_local std::exception_ptr thrown;
-    return thrown;
-}
-
-/** Calls a function of the host's from the library, through which nothing may be thrown. The first exception is kept. */
-template <class Function>
-bool guarded(Function &&function) noexcept
-{
-#if CAMLUX_HPP_EXCEPTIONS
-    try {
-        function();
-        return true;
-    } catch (...) {
-        if (!thrown())
-            thrown() = std::current_exception();
-        return false;
-    }
-#else
-    function();
-    return true;
-#endif
-}
-
-}  // namespace detail
-
-/** What a try_ function returns: a T, or a status and its message. */
-template <class T>
-class [[nodiscard]] result {
-public:
-    result(T value) : value_(std::move(value)) {}
-    result(camlux_status status, std::string message) : status_(status), message_(std::move(message)) {}
-
-    bool ok() const noexcept { return value_.has_value(); }
-    explicit operator bool() const noexcept { return ok(); }
-    camlux_status status() const noexcept { return status_; }
-    const std::string &message() const noexcept { return message_; }
-
-    /** The value; without one, throws the error. */
-    T &value() &
-    {
-        if (!ok())
-            detail::fail(status_, message_);
-        return *value_;
-    }
-    T &&value() && { return std::move(value()); }
-    /** The value, of a result that is ok. */
-    T &operator*() { return *value_; }
-    T *operator->() { return &*value_; }
-
-private:
-    std::optional<T> value_;
-    camlux_status status_ = CAMLUX_OK;
-    std::string message_;
-};
-
-/** Of a function that returns nothing else. */
-template <>
-class [[nodiscard]] result<void> {
-public:
-    result() = default;
-    result(camlux_status status, std::string message) : status_(status), message_(std::move(message)) {}
-
-    bool ok() const noexcept { return status_ == CAMLUX_OK; }
-    explicit operator bool() const noexcept { return ok(); }
-    camlux_status status() const noexcept { return status_; }
-    const std::string &message() const noexcept { return message_; }
-
-    /** Throws the error, if it is one. */
-    void value() const
-    {
-        if (!ok())
-            detail::fail(status_, message_);
+        std::uint32_t count = 0;
+        const camlux_status status = camlux_device_count(&count);
+        return detail::ended(status, count);
     }
 
-private:
-    camlux_status status_ = CAMLUX_OK;
-    std::string message_;
-};
-
-namespace detail {
-
-inline result<void> ended(camlux_status status)
-{
-#if CAMLUX_HPP_EXCEPTIONS
-    if (thrown())
-        std::rethrow_exception(std::exchange(thrown(), nullptr));
-#endif
-    if (status == CAMLUX_OK)
-        return {};
-    return {status, camlux_last_error()};
-}
-
-template <class T>
-result<std::decay_t<T>> ended(camlux_status status, T &&value)
-{
-    result<void> end = ended(status);
-    if (!end)
-        return {end.status(), end.message()};
-    return std::forward<T>(value);
-}
-
-/** One reference to an object of the library. */
-template <class Raw, camlux_status (*retain)(Raw *), camlux_status (*release)(Raw *)>
-class handle {
-public:
-    handle() noexcept = default;
-    /** Takes over a reference that came from camlux.h. */
-    explicit handle(Raw *raw) noexcept : raw_(raw) {}
-    handle(const handle &other) : raw_(other.raw_)
+    /** Of a device that need not be open. \param index from 0 to below count(). */
+    static device_info info_of(std::uint32_t index) { return try_info_of(index).value(); }
+    static result<device_info> try_info_of(std::uint32_t index)
     {
-        if (raw_ != nullptr && retain(raw_) != CAMLUX_OK) {
-            raw_ = nullptr;
-            fail(CAMLUX_ERROR_INVALID_HANDLE, camlux_last_error());
+        device_info info = CAMLUX_DEVICE_INFO_INIT;
+        const camlux_status status = camlux_device_get_info(index, &info);
+        return detail::ended(status, info);
+    }
+
+    static device open(const device_options &options = {}) { return try_open(options).value(); }
+    static result<device> try_open(const device_options &options = {})
+    {
+        camlux_device_options raw = CAMLUX_DEVICE_OPTIONS_INIT;
+        raw.validation = options.validation ? 1 : 0;
+        if (options.index) {
+            raw.choice = CAMLUX_DEVICE_INDEX;
+            raw.index = *options.index;
+        } else if (!options.name.empty()) {
+            raw.choice = CAMLUX_DEVICE_NAME;
+            raw.name = options.name.c_str();
         }
+        camlux_device *opened = nullptr;
+        const camlux_status status = camlux_device_create(&raw, &opened);
+        return detail::ended(status, device(opened));
     }
-    handle(handle &&other) noexcept : raw_(std::exchange(other.raw_, nullptr)) {}
-    handle &operator=(handle other) noexcept
+
+    /** On the host's own VkDevice. */
+    static device from_vulkan(const camlux_vulkan_device &vulkan) { return try_from_vulkan(vulkan).value(); }
+    static result<device> try_from_vulkan(const camlux_vulkan_device &vulkan)
     {
-        std::swap(raw_, other.raw_);
-        return *this;
+        camlux_device *opened = nullptr;
+        const camlux_status status = camlux_device_create_from_vulkan(&vulkan, &opened);
+        return detail::ended(status, device(opened));
     }
-    ~handle() { release(raw_); }
 
-    /** For functions of camlux.h. The reference stays here. */
-    Raw *get() const noexcept { return raw_; }
-    explicit operator bool() const noexcept { return raw_ != nullptr; }
-    friend bool operator==(const handle &a, const handle &b) noexcept { return a.raw_ == b.raw_; }
-    friend bool operator!=(const handle &a, const handle &b) noexcept { return a.raw_ != b.raw_; }
+    device_info info() const { return try_info().value(); }
+    result<device_info> try_info() const
+    {
+        device_info info = CAMLUX_DEVICE_INFO_INIT;
+        const camlux_status status = camlux_device_info_of(get(), &info);
+        return detail::ended(status, info);
+    }
 
-private:
-    Raw *raw_ = nullptr;
+    std::uint32_t validation_count() const { return try_validation_count().value(); }
+    result<std::uint32_t> try_validation_count() const
+    {
+        std::uint32_t count = 0;
+        const camlux_status status = camlux_device_validation_count(get(), &count);
+        return detail::ended(status, count);
+    }
 };
 
-/** An enumeration's number, for camlux.h. */
-template <class Enum>
-constexpr std::int32_t number(Enum value) noexcept
+/** What is lit: camlux_scene. Any thread may change it. Copies are the same scene. */
+class scene : public detail::handle<camlux_scene, camlux_scene_retain, camlux_scene_release> {
+public:
+    using handle::handle;
+
+    /** An empty scene. */
+    static scene create() { return try_create().value(); }
+    static result<scene> try_create()
+    {
+        camlux_scene *created = nullptr;
+        const camlux_status status = camlux_scene_create(&created);
+        return detail::ended(status, scene(created));
+    }
+
+    /** \param path of a scene file, UTF-8. */
+    static scene load(const std::string &path) { return try_load(path).value(); }
+    static result<scene> try_load(const std::string &path)
+    {
+        camlux_scene *loaded = nullptr;
+        const camlux_status status = camlux_scene_load_file(path.c_str(), &loaded);
+        return detail::ended(status, scene(loaded));
+    }
+
+    void set_camera(const camlux::camera &camera) { try_set_camera(camera).value(); }
+    result<void> try_set_camera(const camlux::camera &camera)
+    {
+        const camlux_camera raw = detail::raw_of(camera);
+        return detail::ended(camlux_scene_set_camera(get(), &raw));
+    }
+
+    camlux::camera camera() const { return try_camera().value(); }
+    result<camlux::camera> try_camera() const
+    {
+        camlux_camera raw = CAMLUX_CAMERA_INIT;
+        const camlux_status status = camlux_scene_get_camera(get(), &raw);
+        return detail::ended(status, detail::camera_of(raw));
+    }
+
+    /** \param sensor std::nullopt: none. */
+    void set_sensor(const std::optional<camlux::sensor> &sensor) { try_set_sensor(sensor).value(); }
+    result<void> try_set_sensor(const std::optional<camlux::sensor> &sensor)
+    {
+        const camlux_sensor raw = detail::raw_of(sensor.value_or(camlux::sensor()));
+        return detail::ended(camlux_scene_set_sensor(get(), sensor ? &raw : nullptr));
+    }
+
+    /** \param indirect std::nullopt: direct light only. */
+    void set_indirect(const std::optional<camlux::indirect> &indirect) { try_set_indirect(indirect).value(); }
+    result<void> try_set_indirect(const std::optional<camlux::indirect> &indirect)
+    {
+        const camlux_indirect raw = detail::raw_of(indirect.value_or(camlux::indirect()));
+        return detail::ended(camlux_scene_set_indirect(get(), indirect ? &raw : nullptr));
+    }
+
+    /** How direct light is computed. */
+    void set_direct(camlux::shadow shadow) { try_set_direct(shadow).value(); }
+    result<void> try_set_direct(camlux::shadow shadow)
+    {
+        camlux_direct raw = CAMLUX_DIRECT_INIT;
+        raw.shadow = detail::number(shadow);
+        return detail::ended(camlux_scene_set_direct(get(), &raw));
+    }
+
+    /** \return its index, here and below. */
+    std::uint32_t add_texture(const camlux::texture &texture) { return try_add_texture(texture).value(); }
+    result<std::uint32_t> try_add_texture(const camlux::texture &texture)
+    {
+        const camlux_texture raw = detail::raw_of(texture);
+        return added(camlux_scene_add_texture, raw);
+    }
+
+    std::uint32_t add_material(const camlux::material &material) { return try_add_material(material).value(); }
+    result<std::uint32_t> try_add_material(const camlux::material &material)
+    {
+        const camlux_material raw = detail::raw_of(material);
+        return added(camlux_scene_add_material, raw);
+    }
+
+    void set_material(std::uint32_t index, const camlux::material &material)
+    {
+        try_set_material(index, material).value();
+    }
+    result<void> try_set_material(std::uint32_t index, const camlux::material &material)
+    {
+        const camlux_material raw = detail::raw_of(material);
+        return detail::ended(camlux_scene_set_material(get(), index, &raw));
+    }
+
+    std::uint32_t add_mesh(const camlux::mesh &mesh) { return try_add_mesh(mesh).value(); }
+    result<std::uint32_t> try_add_mesh(const camlux::mesh &mesh)
+    {
+        if (!detail::counts_fit(mesh))
+            return {CAMLUX_ERROR_INVALID_ARGUMENT,
+                    "camlux::mesh: normals, texcoords and triangle_materials are empty, or as many as positions_m and triangles"};
+        const camlux_mesh raw = detail::raw_of(mesh);
+        return added(camlux_scene_add_mesh, raw);
+    }
+
+    /** \param mesh the index of a mesh. */
+    std::uint32_t add_instance(std::uint32_t mesh, const camlux::pose &pose = {})
+    {
+        return try_add_instance(mesh, pose).value();
+    }
+    result<std::uint32_t> try_add_instance(std::uint32_t mesh, const camlux::pose &pose = {})
+    {
+        const camlux_pose raw = detail::raw_of(pose);
+        std::uint32_t index = 0;
+        const camlux_status status = camlux_scene_add_instance(get(), mesh, &raw, &index);
+        return detail::ended(status, index);
+    }
+
+    std::uint32_t add_light(const camlux::light &light) { return try_add_light(light).value(); }
+    result<std::uint32_t> try_add_light(const camlux::light &light)
+    {
+        const camlux_light raw = detail::raw_of(light);
+        return added(camlux_scene_add_light, raw);
+    }
+
+    void set_light(std::uint32_t index, const camlux::light &light) { try_set_light(index, light).value(); }
+    result<void> try_set_light(std::uint32_t index, const camlux::light &light)
+    {
+        const camlux_light raw = detail::raw_of(light);
+        return detail::ended(camlux_scene_set_light(get(), index, &raw));
+    }
+
+    camlux::light light(std::uint32_t index) const { return try_light(index).value(); }
+    result<camlux::light> try_light(std::uint32_t index) const
+    {
+        camlux_light raw = CAMLUX_LIGHT_INIT;
+        const camlux_status status = camlux_scene_get_light(get(), index, &raw);
+        return detail::ended(status, detail::light_of(raw));
+    }
+
+    /** Moves the camera, a light or an instance. \param index 0 for the camera. */
+    void set_pose(camlux::part part, std::uint32_t index, const camlux::pose &pose)
+    {
+        try_set_pose(part, index, pose).value();
+    }
+    result<void> try_set_pose(camlux::part part, std::uint32_t index, const camlux::pose &pose)
+    {
+        const camlux_pose raw = detail::raw_of(pose);
+        return detail::ended(camlux_scene_set_pose(get(), detail::number(part), index, &raw));
+    }
+
+    void validate() const { try_validate().value(); }
+    result<void> try_validate() const { return detail::ended(camlux_scene_validate(get())); }
+
+    scene_counts counts() const { return try_counts().value(); }
+    result<scene_counts> try_counts() const
+    {
+        scene_counts counts = CAMLUX_SCENE_COUNTS_INIT;
+        const camlux_status status = camlux_scene_get_counts(get(), &counts);
+        return detail::ended(status, counts);
+    }
+
+    camlux::bounds bounds() const { return try_bounds().value(); }
+    result<camlux::bounds> try_bounds() const
+    {
+        camlux::bounds bounds = CAMLUX_BOUNDS_INIT;
+        const camlux_status status = camlux_scene_get_bounds(get(), &bounds);
+        return detail::ended(status, bounds);
+    }
+
+private:
+    template <class Raw>
+    result<std::uint32_t> added(camlux_status (*add)(camlux_scene *, const Raw *, std::uint32_t *), const Raw &raw)
+    {
+        std::uint32_t index = 0;
+        const camlux_status status = add(get(), &raw, &index);
+        return detail::ended(status, index);
+    }
+};
+
+template <class T>
+class view;
+
+/** A rendered frame: camlux_frame. It does not change. */
+class frame : public detail::handle<camlux_frame, camlux_frame_retain, camlux_frame_release> {
+public:
+    using handle::handle;
+
+    /** The layers that it has. */
+    std::vector<camlux::layer> layers() const { return try_layers().value(); }
+    result<std::vector<camlux::layer>> try_layers() const
+    {
+        std::uint32_t count = 0;
+        camlux_status status = camlux_frame_layer_count(get(), &count);
+        std::vector<camlux::layer> layers;
+        for (std::uint32_t index = 0; status == CAMLUX_OK && index < count; ++index) {
+            std::int32_t layer = 0;
+            status = camlux_frame_get_layer(get(), index, &layer);
+            layers.push_back(static_cast<camlux::layer>(layer));
+        }
+        return detail::ended(status, std::move(layers));
+    }
+
+    /** A layer where it lies. The view keeps the frame. \tparam T float, or uint32_t for instance_id and material_id. */
+    template <class T>
+    camlux::view<T> view(camlux::layer layer) const
+    {
+        return try_view<T>(layer).value();
+    }
+    template <class T>
+    result<camlux::view<T>> try_view(camlux::layer layer) const;
+
+    /** A layer in the host's memory, rows one behind the other. */
+    template <class T>
+    void copy(camlux::layer layer, span<T> destination) const
+    {
+        try_copy(layer, destination).value();
+    }
+    template <class T>
+    result<void> try_copy(camlux::layer layer, span<T> destination) const
+    {
+        static_assert(std::is_same_v<T, float> || std::is_same_v<T, std::uint32_t>, "float or uint32_t");
+        const result<camlux::view<T>> found = try_view<T>(layer);
+        if (!found)
+            return {found.status(), found.message()};
+        return detail::ended(
+            camlux_frame_copy(get(), detail::number(layer), destination.data(), destination.size() * sizeof(T), 0));
+    }
+
+    /** \param path UTF-8. */
+    void write_exr(const std::string &path, const exr_options &options = {}) const
+    {
+        try_write_exr(path, options).value();
+    }
+    result<void> try_write_exr(const std::string &path, const exr_options &options = {}) const
+    {
+        const camlux_exr_options raw = detail::raw_of(options);
+        return detail::ended(camlux_frame_write_exr(get(), path.c_str(), &raw));
+    }
+
+    /** \param path UTF-8. */
+    void write_png(const std::string &path) const { try_write_png(path).value(); }
+    result<void> try_write_png(const std::string &path) const
+    {
+        return detail::ended(camlux_frame_write_png(get(), path.c_str()));
+    }
+
+    /** What its texts point to is valid as long as the frame. */
+    frame_stats stats() const { return try_stats().value(); }
+    result<frame_stats> try_stats() const
+    {
+        frame_stats stats = CAMLUX_FRAME_STATS_INIT;
+        const camlux_status status = camlux_frame_get_stats(get(), &stats);
+        return detail::ended(status, stats);
+    }
+
+    /** What was done for it, in the order of execution. */
+    std::vector<pass_time> passes() const { return try_passes().value(); }
+    result<std::vector<pass_time>> try_passes() const
+    {
+        frame_stats stats = CAMLUX_FRAME_STATS_INIT;
+        camlux_status status = camlux_frame_get_stats(get(), &stats);
+        std::vector<pass_time> passes;
+        for (std::uint32_t index = 0; status == CAMLUX_OK && index < stats.pass_count; ++index) {
+            camlux_pass_time pass = CAMLUX_PASS_TIME_INIT;
+            status = camlux_frame_get_pass(get(), index, &pass);
+            if (status == CAMLUX_OK)
+                passes.push_back({pass.name, pass.ms});
+        }
+        return detail::ended(status, std::move(passes));
+    }
+
+    /** A layer on the device, of a frame that was rendered with on_device. */
+    camlux_vulkan_image vulkan_image(camlux::layer layer) const { return try_vulkan_image(layer).value(); }
+    result<camlux_vulkan_image> try_vulkan_image(camlux::layer layer) const
+    {
+        camlux_vulkan_image image = CAMLUX_VULKAN_IMAGE_INIT;
+        const camlux_status status = camlux_frame_get_vulkan_image(get(), detail::number(layer), &image);
+        return detail::ended(status, image);
+    }
+};
+
+/** A layer where it lies in the frame's memory: camlux_view. It holds a reference to the frame. */
+template <class T>
+class view {
+    static_assert(std::is_same_v<T, float> || std::is_same_v<T, std::uint32_t>, "float or uint32_t");
+
+public:
+    /** \param raw of that frame, and of the format of T. */
+    view(frame owner, const camlux_view &raw) : frame_(std::move(owner)), raw_(raw) {}
+
+    std::size_t width() const noexcept { return raw_.width_px; }
+    std::size_t height() const noexcept { return raw_.height_px; }
+    std::size_t channels() const noexcept { return raw_.channels; }
+    std::size_t row_stride_bytes() const noexcept { return raw_.row_stride_bytes; }
+    camlux::layer layer() const noexcept { return static_cast<camlux::layer>(raw_.layer); }
+    /** Such as "radiance". */
+    const char *name() const noexcept { return raw_.name; }
+    /** Such as "W/sr/m^2". */
+    const char *unit() const noexcept { return raw_.unit; }
+
+    /** The values of a row, channels interleaved. \param y from 0 at the top to below height(); not checked, as in the others. */
+    span<const T> row(std::size_t y) const noexcept
+    {
+        const auto *bytes = static_cast<const unsigned char *>(raw_.data) + y * raw_.row_stride_bytes;
+        return {static_cast<const T *>(static_cast<const void *>(bytes)), width() * channels()};
+    }
+    /** The channels of a pixel. */
+    span<const T> pixel(std::size_t x, std::size_t y) const noexcept
+    {
+        return {row(y).data() + x * channels(), channels()};
+    }
+    const T &operator()(std::size_t x, std::size_t y, std::size_t channel = 0) const noexcept
+    {
+        return row(y)[x * channels() + channel];
+    }
+
+private:
+    frame frame_;
+    camlux_view raw_;
+};
+
+template <class T>
+result<camlux::view<T>> frame::try_view(camlux::layer layer) const
 {
-    static_assert(std::is_same_v<std::underlying_type_t<Enum>, std::int32_t>);
-    return static_cast<std::int32_t>(value);
+    camlux_view raw = CAMLUX_VIEW_INIT;
+    const result<void> seen = detail::ended(camlux_frame_view(get(), detail::number(layer), &raw));
+    if (!seen)
+        return {seen.status(), seen.message()};
+    if ((raw.format == CAMLUX_FORMAT_F32) != std::is_same_v<T, float>)
+        return {CAMLUX_ERROR_INVALID_ARGUMENT,
+                std::string("camlux::frame: layer ") + raw.name +
+                    (std::is_same_v<T, float> ? " holds uint32_t, not float" : " holds float, not uint32_t")};
+    return camlux::view<T>(*this, raw);
+}
+
+namespace detail {
+
+using progress_function = std::function<bool(double, std::string_view)>;
+
+/** What camlux_renderer_render calls. */
+inline std::int32_t report(double fraction, const char *pass, void *user)
+{
+    const auto &progress = *static_cast<const progress_function *>(user);
+    bool goes_on = false;
+    const bool returned = guarded([&] { goes_on = progress(fraction, pass); });
+    return returned && goes_on ? 0 : 1;
 }
 
 }  // namespace detail
 
-/** x, y, z. */
-struct vec3 {
-    double x = 0, y = 0, z = 0;
-};
-
-/** A value for each band. */
-struct rgb {
-    double r = 0, g = 0, b = 0;
-};
-
-/** A rotation, of length 1. */
-struct quaternion {
-    double x = 0, y = 0, z = 0, w = 1;
-};
-
-/** camlux_pose: what takes a part's own space to world space. */
-struct pose {
-    vec3 position_m;
-    quaternion orientation;
-};
-
-enum class part : std::int32_t {
-    camera = CAMLUX_PART_CAMERA,
-    light = CAMLUX_PART_LIGHT,
-    instance = CAMLUX_PART_INSTANCE,
-};
-
-enum class layer : std::int32_t {
-    radiance = CAMLUX_LAYER_RADIANCE,
-    direct = CAMLUX_LAYER_DIRECT,
-    indirect = CAMLUX_LAYER_INDIRECT,
-    energy = CAMLUX_LAYER_ENERGY,
-    position = CAMLUX_LAYER_POSITION,
-    normal = CAMLUX_LAYER_NORMAL,
-    depth = CAMLUX_LAYER_DEPTH,
-    range = CAMLUX_LAYER_RANGE,
-    instance_id = CAMLUX_LAYER_INSTANCE_ID,
-    material_id = CAMLUX_LAYER_MATERIAL_ID,
-};
-
-enum class log_level : std::int32_t {
-    off = CAMLUX_LOG_OFF,
-    error = CAMLUX_LOG_ERROR,
-    warning = CAMLUX_LOG_WARNING,
-    info = CAMLUX_LOG_INFO,
-    debug = CAMLUX_LOG_DEBUG,
-};
-
-enum class estimator : std::int32_t {
-    instant_radiosity = CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-    rsm_average = CAMLUX_ESTIMATOR_RSM_AVERAGE,
-};
-
-enum class visibility : std::int32_t {
-    standard = CAMLUX_VISIBILITY_DEFAULT,
-    none = CAMLUX_VISIBILITY_NONE,
-    rays = CAMLUX_VISIBILITY_RAYS,
-};
-
-enum class shadow : std::int32_t {
-    standard = CAMLUX_SHADOW_DEFAULT,
-    map = CAMLUX_SHADOW_MAP,
-    rays = CAMLUX_SHADOW_RAYS,
-};
-
-enum class component : std::int32_t { u8 = CAMLUX_COMPONENT_U8, u16 = CAMLUX_COMPONENT_U16, f32 = CAMLUX_COMPONENT_F32 };
-
-enum class encoding : std::int32_t { linear = CAMLUX_ENCODING_LINEAR, srgb = CAMLUX_ENCODING_SRGB };
-
-/** The lens of a camera by its focal lengths and principal point, pixels. */
-struct intrinsics {
-    double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
-};
-
-/** camlux_camera. With `lens`, fov_y_deg is not looked at. */
-struct camera {
-    std::uint32_t width_px = 640, height_px = 480;
-    vec3 position_m;
-    vec3 look_at_m = {0, 0, 1};
-    vec3 up = {0, -1, 0};
-    double fov_y_deg = 45;
-    std::optional<intrinsics> lens;
-};
-
-/** camlux_sensor. */
-struct sensor {
-    std::array<double, 2> pixel_pitch_um = {0, 0};
-    double exposure_time_s = 0;
-    double duty_cycle = 1;
-};
-
-/** camlux_indirect. */
-struct indirect {
-    camlux::estimator estimator = camlux::estimator::instant_radiosity;
-    camlux::visibility visibility = camlux::visibility::standard;
-    std::uint32_t rsm_size = 0;
-    double target_error = 0;
-};
-
-/** camlux_material. */
-struct material {
-    rgb kd;
-    rgb ks;
-    double shininess = -1;
-    std::uint32_t kd_texture = CAMLUX_NONE;
-    std::string name;
-};
-
-/** camlux_texture. The pixels are looked at during scene::add_texture only. */
-struct texture {
-    std::uint32_t width_px = 0, height_px = 0;
-    camlux::component component = camlux::component::u8;
-    std::uint32_t channels = 3;
-    camlux::encoding encoding = camlux::encoding::srgb;
-    const void *pixels = nullptr;
-    std::size_t row_stride_bytes = 0;
-    std::string name;
-};
-
-/** camlux_light; point, spot and directional make those that are complete. */
-struct light {
-    std::int32_t kind = CAMLUX_LIGHT_POINT;
-    vec3 position_m;
-    vec3 direction;
-    rgb power_w;
-    rgb irradiance_w_m2;
-    double inner_half_angle_deg = 0;
-    double outer_half_angle_deg = 0;
-
-    static light point(vec3 position_m, rgb power_w)
-    {
-        light made;
-        made.position_m = position_m;
-        made.power_w = power_w;
-        return made;
-    }
-    static light spot(vec3 position_m, vec3 direction, rgb power_w, double inner_half_angle_deg, double outer_half_angle_deg)
-    {
-        light made = point(position_m, power_w);
-        made.kind = CAMLUX_LIGHT_SPOT;
-        made.direction = direction;
-        made.inner_half_angle_deg = inner_half_angle_deg;
-        made.outer_half_angle_deg = outer_half_angle_deg;
-        return made;
-    }
-    static light directional(vec3 direction, rgb irradiance_w_m2)
-    {
-        light made;
-        made.kind = CAMLUX_LIGHT_DIRECTIONAL;
-        made.direction = direction;
-        made.irradiance_w_m2 = irradiance_w_m2;
-        return made;
-    }
-};
-
-/**
- * Elements of a mesh as they lie in the host's memory: camlux_array with its count. They are looked at during scene::add_mesh only.
- *
- * The numbers are float or double for vertices, uint16_t or uint32_t for indices.
- */
-class elements {
+/** Renders frames on a device: camlux_renderer. One frame at a time; make one for each thread. */
+class renderer : public detail::handle<camlux_renderer, camlux_renderer_retain, camlux_renderer_release> {
 public:
-    /** None. */
-    constexpr elements() noexcept = default;
+    using handle::handle;
 
-    /** `count` elements, the first of which begins at `first`. \param stride_bytes from one to the next; 0: without gaps. */
-    template <class Number>
-    constexpr elements(const Number *first, std::size_t count, std::size_t stride_bytes = 0) noexcept
-        : first_(first), count_(count), stride_bytes_(stride_bytes), format_(format_of<Number>())
+    static renderer create(const device &device) { return try_create(device).value(); }
+    static result<renderer> try_create(const device &device)
     {
+        camlux_renderer *created = nullptr;
+        const camlux_status status = camlux_renderer_create(device.get(), &created);
+        return detail::ended(status, renderer(created));
     }
 
-    /** A vector, array or span whose elements are std::array<Number, N>, without gaps. N is 3 for positions, and so on. */
-    template <class Container, class Element = typename std::decay_t<Container>::value_type,
-              class Number = typename std::remove_cv_t<Element>::value_type,
-              class = std::enable_if_t<sizeof(Element) == std::tuple_size<std::remove_cv_t<Element>>::value * sizeof(Number)>>
-    constexpr elements(const Container &container) noexcept
-        : first_(container.data()), count_(container.size()), stride_bytes_(sizeof(Element)), format_(format_of<Number>())
+    frame render(const scene &scene, const render_options &options = {}) { return try_render(scene, options).value(); }
+    result<frame> try_render(const scene &scene, const render_options &options = {})
     {
+        camlux_render_options raw = CAMLUX_RENDER_OPTIONS_INIT;
+        raw.submission_target_ms = options.submission_target_ms;
+        raw.on_device = options.on_device ? 1 : 0;
+        if (options.progress) {
+            raw.progress = detail::report;
+            raw.progress_user = const_cast<detail::progress_function *>(&options.progress);
+        }
+        camlux_frame *rendered = nullptr;
+        const camlux_status status = camlux_renderer_render(get(), scene.get(), &raw, &rendered);
+        return detail::ended(status, frame(rendered));
     }
 
-    constexpr std::size_t count() const noexcept { return count_; }
-    camlux_array raw() const noexcept { return {count_ == 0 ? nullptr : first_, stride_bytes_, format_, 0}; }
-
-private:
-    template <class Number>
-    static constexpr std::int32_t format_of() noexcept
-    {
-        constexpr bool is_f32 = std::is_same_v<Number, float>, is_f64 = std::is_same_v<Number, double>;
-        constexpr bool is_u16 = std::is_same_v<Number, std::uint16_t>, is_u32 = std::is_same_v<Number, std::uint32_t>;
-        static_assert(is_f32 || is_f64 || is_u16 || is_u32, "float, double, uint16_t or uint32_t");
-        return is_f32 ? CAMLUX_FORMAT_F32 : is_f64 ? CAMLUX_FORMAT_F64 : is_u16 ? CAMLUX_FORMAT_U16 : CAMLUX_FORMAT_U32;
-    }
-
-    const void *first_ = nullptr;
-    std::size_t count_ = 0;
-    std::size_t stride_bytes_ = 0;
-    std::int32_t format_ = CAMLUX_FORMAT_F32;
+    /** Ends the render that another thread has under way. */
+    void cancel() { try_cancel().value(); }
+    result<void> try_cancel() { return detail::ended(camlux_renderer_cancel(get())); }
 };
 
-/** camlux_mesh. Arrays that are not empty have as many elements as there are vertices, or triangles. */
-struct mesh {
-    elements positions_m;
-    elements normals;
-    elements texcoords;
-    /** Three indices of vertices for each triangle. */
-    elements triangles;
-    /** One for all triangles, where triangle_materials is empty. */
-    std::uint32_t material = 0;
-    elements triangle_materials;
-    std::string name;
-};
+}  // namespace camlux
 
-/** camlux_render_options. */
-struct render_options {
-    std::uint32_t submission_target_ms = 500;
-    /** Receives the fraction that is done and the pass that runs next; false cancels the render. */
-    std::function<bool(double fraction, std::string_view pass)> progress;
-    /** The images stay on the device: see frame::vulkan_image. */
-    bool on_device = false;
-};
-
-/** camlux_exr_options. */
-struct exr_options {
-    bool half = false;
-    /** None: all that the frame has. */
-    std::vector<layer> layers;
-};
-
-/** camlux_device_options: the best device, or that of an index, or that of a name. */
-struct device_options {
-    std::optional<std::uint32_t> index;
-    std::string name;
-    bool validation = false;
-};
-
-/** camlux_pass_time. */
-struct pass_time {
-    std::string name;
-    double ms = 0;
-};
-
+#endif  /* CAMLUX_HPP */

@@ -1,0 +1,229 @@
+/* Part of camlux.hpp: errors, results and the references behind handles. */
+
+#ifndef CAMLUX_RESULT_HPP
+#define CAMLUX_RESULT_HPP
+
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#if __cplusplus >= 202002L && __has_include(<span>)
+#include <span>
+#endif
+
+#include "../camlux.h"
+
+#if defined(__cpp_exceptions) || defined(_CPPUNWIND)
+#define CAMLUX_HPP_EXCEPTIONS 1
+#else
+#define CAMLUX_HPP_EXCEPTIONS 0
+#endif
+
+namespace camlux {
+
+#ifdef __cpp_lib_span
+template <class T>
+using span = std::span<T>;
+#else
+/** Some values that lie one behind the other: as much of std::span as is needed here. */
+template <class T>
+class span {
+public:
+    using value_type = std::remove_cv_t<T>;
+
+    constexpr span() noexcept = default;
+    constexpr span(T *data, std::size_t size) noexcept : data_(data), size_(size) {}
+    template <class Container, class = decltype(static_cast<T *>(std::declval<Container &>().data()))>
+    constexpr span(Container &&container) noexcept : data_(container.data()), size_(container.size())
+    {
+    }
+    template <std::size_t Size>
+    constexpr span(T (&array)[Size]) noexcept : data_(array), size_(Size)
+    {
+    }
+
+    constexpr T *data() const noexcept { return data_; }
+    constexpr std::size_t size() const noexcept { return size_; }
+    constexpr std::size_t size_bytes() const noexcept { return size_ * sizeof(T); }
+    constexpr bool empty() const noexcept { return size_ == 0; }
+    constexpr T *begin() const noexcept { return data_; }
+    constexpr T *end() const noexcept { return data_ + size_; }
+    constexpr T &operator[](std::size_t index) const noexcept { return data_[index]; }
+
+private:
+    T *data_ = nullptr;
+    std::size_t size_ = 0;
+};
+#endif
+
+/** A call that did not end with CAMLUX_OK. */
+class error : public std::runtime_error {
+public:
+    error(camlux_status status, const std::string &message) : std::runtime_error(message), status_(status) {}
+
+    /** CAMLUX_CANCELLED, CAMLUX_ERROR_SCENE and so on. */
+    camlux_status status() const noexcept { return status_; }
+
+private:
+    camlux_status status_;
+};
+
+namespace detail {
+
+[[noreturn]] inline void fail(camlux_status status, const std::string &message)
+{
+#if CAMLUX_HPP_EXCEPTIONS
+    throw error(status, message);
+#else
+    std::fprintf(stderr, "camlux: %s: %s\n", camlux_status_text(status), message.c_str());
+    std::abort();
+#endif
+}
+
+/** What a callback of this thread has thrown, until a call can throw it. */
+inline std::exception_ptr &thrown()
+{
+    thread_local std::exception_ptr thrown;
+    return thrown;
+}
+
+/** Calls a function of the host's from the library, through which nothing may be thrown. The first exception is kept. */
+template <class Function>
+bool guarded(Function &&function) noexcept
+{
+#if CAMLUX_HPP_EXCEPTIONS
+    try {
+        function();
+        return true;
+    } catch (...) {
+        if (!thrown())
+            thrown() = std::current_exception();
+        return false;
+    }
+#else
+    function();
+    return true;
+#endif
+}
+
+}  // namespace detail
+
+/** What a try_ function returns: a T, or a status and its message. */
+template <class T>
+class [[nodiscard]] result {
+public:
+    result(T value) : value_(std::move(value)) {}
+    result(camlux_status status, std::string message) : status_(status), message_(std::move(message)) {}
+
+    bool ok() const noexcept { return value_.has_value(); }
+    explicit operator bool() const noexcept { return ok(); }
+    camlux_status status() const noexcept { return status_; }
+    const std::string &message() const noexcept { return message_; }
+
+    /** The value; without one, throws the error. */
+    T &value() &
+    {
+        if (!ok())
+            detail::fail(status_, message_);
+        return *value_;
+    }
+    T &&value() && { return std::move(value()); }
+    /** The value, of a result that is ok. */
+    T &operator*() { return *value_; }
+    T *operator->() { return &*value_; }
+
+private:
+    std::optional<T> value_;
+    camlux_status status_ = CAMLUX_OK;
+    std::string message_;
+};
+
+/** Of a function that returns nothing else. */
+template <>
+class [[nodiscard]] result<void> {
+public:
+    result() = default;
+    result(camlux_status status, std::string message) : status_(status), message_(std::move(message)) {}
+
+    bool ok() const noexcept { return status_ == CAMLUX_OK; }
+    explicit operator bool() const noexcept { return ok(); }
+    camlux_status status() const noexcept { return status_; }
+    const std::string &message() const noexcept { return message_; }
+
+    /** Throws the error, if it is one. */
+    void value() const
+    {
+        if (!ok())
+            detail::fail(status_, message_);
+    }
+
+private:
+    camlux_status status_ = CAMLUX_OK;
+    std::string message_;
+};
+
+namespace detail {
+
+inline result<void> ended(camlux_status status)
+{
+#if CAMLUX_HPP_EXCEPTIONS
+    if (thrown())
+        std::rethrow_exception(std::exchange(thrown(), nullptr));
+#endif
+    if (status == CAMLUX_OK)
+        return {};
+    return {status, camlux_last_error()};
+}
+
+template <class T>
+result<std::decay_t<T>> ended(camlux_status status, T &&value)
+{
+    result<void> end = ended(status);
+    if (!end)
+        return {end.status(), end.message()};
+    return std::forward<T>(value);
+}
+
+/** One reference to an object of the library. */
+template <class Raw, camlux_status (*retain)(Raw *), camlux_status (*release)(Raw *)>
+class handle {
+public:
+    handle() noexcept = default;
+    /** Takes over a reference that came from camlux.h. */
+    explicit handle(Raw *raw) noexcept : raw_(raw) {}
+    handle(const handle &other) : raw_(other.raw_)
+    {
+        if (raw_ != nullptr && retain(raw_) != CAMLUX_OK) {
+            raw_ = nullptr;
+            fail(CAMLUX_ERROR_INVALID_HANDLE, camlux_last_error());
+        }
+    }
+    handle(handle &&other) noexcept : raw_(std::exchange(other.raw_, nullptr)) {}
+    handle &operator=(handle other) noexcept
+    {
+        std::swap(raw_, other.raw_);
+        return *this;
+    }
+    ~handle() { release(raw_); }
+
+    /** For functions of camlux.h. The reference stays here. */
+    Raw *get() const noexcept { return raw_; }
+    explicit operator bool() const noexcept { return raw_ != nullptr; }
+    friend bool operator==(const handle &a, const handle &b) noexcept { return a.raw_ == b.raw_; }
+    friend bool operator!=(const handle &a, const handle &b) noexcept { return a.raw_ != b.raw_; }
+
+private:
+    Raw *raw_ = nullptr;
+};
+
+}  // namespace detail
+
+}  // namespace camlux
+
+#endif  /* CAMLUX_RESULT_HPP */

@@ -1,0 +1,440 @@
+/* Part of camlux.hpp: the structs of camlux.h as values of C++. Units and ranges are those of the struct that each names. */
+
+#ifndef CAMLUX_VALUES_HPP
+#define CAMLUX_VALUES_HPP
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <vector>
+
+#include "result.hpp"
+
+namespace camlux {
+
+/** x, y, z. */
+struct vec3 {
+    double x = 0, y = 0, z = 0;
+};
+
+/** A value for each band. */
+struct rgb {
+    double r = 0, g = 0, b = 0;
+};
+
+/** A rotation, of length 1. */
+struct quaternion {
+    double x = 0, y = 0, z = 0, w = 1;
+};
+
+/** camlux_pose: what takes a part's own space to world space. */
+struct pose {
+    vec3 position_m;
+    quaternion orientation;
+};
+
+enum class part : std::int32_t {
+    camera = CAMLUX_PART_CAMERA,
+    light = CAMLUX_PART_LIGHT,
+    instance = CAMLUX_PART_INSTANCE,
+};
+
+enum class layer : std::int32_t {
+    radiance = CAMLUX_LAYER_RADIANCE,
+    direct = CAMLUX_LAYER_DIRECT,
+    indirect = CAMLUX_LAYER_INDIRECT,
+    energy = CAMLUX_LAYER_ENERGY,
+    position = CAMLUX_LAYER_POSITION,
+    normal = CAMLUX_LAYER_NORMAL,
+    depth = CAMLUX_LAYER_DEPTH,
+    range = CAMLUX_LAYER_RANGE,
+    instance_id = CAMLUX_LAYER_INSTANCE_ID,
+    material_id = CAMLUX_LAYER_MATERIAL_ID,
+};
+
+enum class log_level : std::int32_t {
+    off = CAMLUX_LOG_OFF,
+    error = CAMLUX_LOG_ERROR,
+    warning = CAMLUX_LOG_WARNING,
+    info = CAMLUX_LOG_INFO,
+    debug = CAMLUX_LOG_DEBUG,
+};
+
+enum class estimator : std::int32_t {
+    instant_radiosity = CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+    rsm_average = CAMLUX_ESTIMATOR_RSM_AVERAGE,
+};
+
+enum class visibility : std::int32_t {
+    standard = CAMLUX_VISIBILITY_DEFAULT,
+    none = CAMLUX_VISIBILITY_NONE,
+    rays = CAMLUX_VISIBILITY_RAYS,
+};
+
+enum class shadow : std::int32_t {
+    standard = CAMLUX_SHADOW_DEFAULT,
+    map = CAMLUX_SHADOW_MAP,
+    rays = CAMLUX_SHADOW_RAYS,
+};
+
+enum class component : std::int32_t { u8 = CAMLUX_COMPONENT_U8, u16 = CAMLUX_COMPONENT_U16, f32 = CAMLUX_COMPONENT_F32 };
+
+enum class encoding : std::int32_t { linear = CAMLUX_ENCODING_LINEAR, srgb = CAMLUX_ENCODING_SRGB };
+
+/** The lens of a camera by its focal lengths and principal point, pixels. */
+struct intrinsics {
+    double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
+};
+
+/** camlux_camera. With `lens`, fov_y_deg is not looked at. */
+struct camera {
+    std::uint32_t width_px = 640, height_px = 480;
+    vec3 position_m;
+    vec3 look_at_m = {0, 0, 1};
+    vec3 up = {0, -1, 0};
+    double fov_y_deg = 45;
+    std::optional<intrinsics> lens;
+};
+
+/** camlux_sensor. */
+struct sensor {
+    std::array<double, 2> pixel_pitch_um = {0, 0};
+    double exposure_time_s = 0;
+    double duty_cycle = 1;
+};
+
+/** camlux_indirect. */
+struct indirect {
+    camlux::estimator estimator = camlux::estimator::instant_radiosity;
+    camlux::visibility visibility = camlux::visibility::standard;
+    std::uint32_t rsm_size = 0;
+    double target_error = 0;
+};
+
+/** camlux_material. */
+struct material {
+    rgb kd;
+    rgb ks;
+    double shininess = -1;
+    std::uint32_t kd_texture = CAMLUX_NONE;
+    std::string name;
+};
+
+/** camlux_texture. The pixels are looked at during scene::add_texture only. */
+struct texture {
+    std::uint32_t width_px = 0, height_px = 0;
+    camlux::component component = camlux::component::u8;
+    std::uint32_t channels = 3;
+    camlux::encoding encoding = camlux::encoding::srgb;
+    const void *pixels = nullptr;
+    std::size_t row_stride_bytes = 0;
+    std::string name;
+};
+
+/** camlux_light; point, spot and directional make those that are complete. */
+struct light {
+    std::int32_t kind = CAMLUX_LIGHT_POINT;
+    vec3 position_m;
+    vec3 direction;
+    rgb power_w;
+    rgb irradiance_w_m2;
+    double inner_half_angle_deg = 0;
+    double outer_half_angle_deg = 0;
+
+    static light point(vec3 position_m, rgb power_w)
+    {
+        light made;
+        made.position_m = position_m;
+        made.power_w = power_w;
+        return made;
+    }
+    static light spot(vec3 position_m, vec3 direction, rgb power_w, double inner_half_angle_deg, double outer_half_angle_deg)
+    {
+        light made = point(position_m, power_w);
+        made.kind = CAMLUX_LIGHT_SPOT;
+        made.direction = direction;
+        made.inner_half_angle_deg = inner_half_angle_deg;
+        made.outer_half_angle_deg = outer_half_angle_deg;
+        return made;
+    }
+    static light directional(vec3 direction, rgb irradiance_w_m2)
+    {
+        light made;
+        made.kind = CAMLUX_LIGHT_DIRECTIONAL;
+        made.direction = direction;
+        made.irradiance_w_m2 = irradiance_w_m2;
+        return made;
+    }
+};
+
+/**
+ * Elements of a mesh as they lie in the host's memory: camlux_array with its count. They are looked at during scene::add_mesh only.
+ *
+ * The numbers are float or double for vertices, uint16_t or uint32_t for indices.
+ */
+class elements {
+public:
+    /** None. */
+    constexpr elements() noexcept = default;
+
+    /** `count` elements, the first of which begins at `first`. \param stride_bytes from one to the next; 0: without gaps. */
+    template <class Number>
+    constexpr elements(const Number *first, std::size_t count, std::size_t stride_bytes = 0) noexcept
+        : first_(first), count_(count), stride_bytes_(stride_bytes), format_(format_of<Number>())
+    {
+    }
+
+    /** A vector, array or span whose elements are std::array<Number, N>, without gaps. N is 3 for positions, and so on. */
+    template <class Container, class Element = typename std::decay_t<Container>::value_type,
+              class Number = typename std::remove_cv_t<Element>::value_type,
+              class = std::enable_if_t<sizeof(Element) == std::tuple_size<std::remove_cv_t<Element>>::value * sizeof(Number)>>
+    constexpr elements(const Container &container) noexcept
+        : first_(container.data()), count_(container.size()), stride_bytes_(sizeof(Element)), format_(format_of<Number>())
+    {
+    }
+
+    constexpr std::size_t count() const noexcept { return count_; }
+    camlux_array raw() const noexcept { return {count_ == 0 ? nullptr : first_, stride_bytes_, format_, 0}; }
+
+private:
+    template <class Number>
+    static constexpr std::int32_t format_of() noexcept
+    {
+        constexpr bool is_f32 = std::is_same_v<Number, float>, is_f64 = std::is_same_v<Number, double>;
+        constexpr bool is_u16 = std::is_same_v<Number, std::uint16_t>, is_u32 = std::is_same_v<Number, std::uint32_t>;
+        static_assert(is_f32 || is_f64 || is_u16 || is_u32, "float, double, uint16_t or uint32_t");
+        return is_f32 ? CAMLUX_FORMAT_F32 : is_f64 ? CAMLUX_FORMAT_F64 : is_u16 ? CAMLUX_FORMAT_U16 : CAMLUX_FORMAT_U32;
+    }
+
+    const void *first_ = nullptr;
+    std::size_t count_ = 0;
+    std::size_t stride_bytes_ = 0;
+    std::int32_t format_ = CAMLUX_FORMAT_F32;
+};
+
+/** camlux_mesh. Arrays that are not empty have as many elements as there are vertices, or triangles. */
+struct mesh {
+    elements positions_m;
+    elements normals;
+    elements texcoords;
+    /** Three indices of vertices for each triangle. */
+    elements triangles;
+    /** One for all triangles, where triangle_materials is empty. */
+    std::uint32_t material = 0;
+    elements triangle_materials;
+    std::string name;
+};
+
+/** camlux_render_options. */
+struct render_options {
+    std::uint32_t submission_target_ms = 500;
+    /** Receives the fraction that is done and the pass that runs next; false cancels the render. */
+    std::function<bool(double fraction, std::string_view pass)> progress;
+    /** The images stay on the device: see frame::vulkan_image. */
+    bool on_device = false;
+};
+
+/** camlux_exr_options. */
+struct exr_options {
+    bool half = false;
+    /** None: all that the frame has. */
+    std::vector<layer> layers;
+};
+
+/** camlux_device_options: the best device, or that of an index, or that of a name. */
+struct device_options {
+    std::optional<std::uint32_t> index;
+    std::string name;
+    bool validation = false;
+};
+
+/** camlux_pass_time. */
+struct pass_time {
+    std::string name;
+    double ms = 0;
+};
+
+namespace detail {
+
+/** An enumeration's number, for camlux.h. */
+template <class Enum>
+constexpr std::int32_t number(Enum value) noexcept
+{
+    static_assert(std::is_same_v<std::underlying_type_t<Enum>, std::int32_t>);
+    return static_cast<std::int32_t>(value);
+}
+
+inline void set(double (&to)[3], const vec3 &from) noexcept
+{
+    to[0] = from.x;
+    to[1] = from.y;
+    to[2] = from.z;
+}
+
+inline void set(double (&to)[3], const rgb &from) noexcept { set(to, vec3{from.r, from.g, from.b}); }
+
+inline vec3 vec3_of(const double (&from)[3]) noexcept { return {from[0], from[1], from[2]}; }
+
+inline rgb rgb_of(const double (&from)[3]) noexcept { return {from[0], from[1], from[2]}; }
+
+inline const char *name_of(const std::string &name) noexcept { return name.empty() ? nullptr : name.c_str(); }
+
+inline camlux_pose raw_of(const pose &from) noexcept
+{
+    camlux_pose to = CAMLUX_POSE_INIT;
+    set(to.position_m, from.position_m);
+    to.orientation_xyzw[0] = from.orientation.x;
+    to.orientation_xyzw[1] = from.orientation.y;
+    to.orientation_xyzw[2] = from.orientation.z;
+    to.orientation_xyzw[3] = from.orientation.w;
+    return to;
+}
+
+inline camlux_camera raw_of(const camera &from) noexcept
+{
+    camlux_camera to = CAMLUX_CAMERA_INIT;
+    to.width_px = from.width_px;
+    to.height_px = from.height_px;
+    set(to.position_m, from.position_m);
+    set(to.look_at_m, from.look_at_m);
+    set(to.up, from.up);
+    to.fov_y_deg = from.fov_y_deg;
+    if (from.lens) {
+        to.lens = CAMLUX_LENS_INTRINSICS;
+        to.fx_px = from.lens->fx_px;
+        to.fy_px = from.lens->fy_px;
+        to.cx_px = from.lens->cx_px;
+        to.cy_px = from.lens->cy_px;
+    }
+    return to;
+}
+
+inline camera camera_of(const camlux_camera &from)
+{
+    camera to;
+    to.width_px = from.width_px;
+    to.height_px = from.height_px;
+    to.position_m = vec3_of(from.position_m);
+    to.look_at_m = vec3_of(from.look_at_m);
+    to.up = vec3_of(from.up);
+    to.fov_y_deg = from.fov_y_deg;
+    if (from.lens == CAMLUX_LENS_INTRINSICS)
+        to.lens = intrinsics{from.fx_px, from.fy_px, from.cx_px, from.cy_px};
+    return to;
+}
+
+inline camlux_sensor raw_of(const sensor &from) noexcept
+{
+    camlux_sensor to = CAMLUX_SENSOR_INIT;
+    to.pixel_pitch_um[0] = from.pixel_pitch_um[0];
+    to.pixel_pitch_um[1] = from.pixel_pitch_um[1];
+    to.exposure_time_s = from.exposure_time_s;
+    to.duty_cycle = from.duty_cycle;
+    return to;
+}
+
+inline camlux_indirect raw_of(const indirect &from) noexcept
+{
+    camlux_indirect to = CAMLUX_INDIRECT_INIT;
+    to.estimator = number(from.estimator);
+    to.visibility = number(from.visibility);
+    to.rsm_size = from.rsm_size;
+    to.target_error = from.target_error;
+    return to;
+}
+
+inline camlux_material raw_of(const material &from) noexcept
+{
+    camlux_material to = CAMLUX_MATERIAL_INIT;
+    to.kd_texture = from.kd_texture;
+    set(to.kd, from.kd);
+    set(to.ks, from.ks);
+    to.shininess = from.shininess;
+    to.name = name_of(from.name);
+    return to;
+}
+
+inline camlux_texture raw_of(const texture &from) noexcept
+{
+    camlux_texture to = CAMLUX_TEXTURE_INIT;
+    to.width_px = from.width_px;
+    to.height_px = from.height_px;
+    to.component = number(from.component);
+    to.channels = from.channels;
+    to.encoding = number(from.encoding);
+    to.pixels = from.pixels;
+    to.row_stride_bytes = from.row_stride_bytes;
+    to.name = name_of(from.name);
+    return to;
+}
+
+inline camlux_mesh raw_of(const mesh &from) noexcept
+{
+    camlux_mesh to = CAMLUX_MESH_INIT;
+    to.material = from.material;
+    to.vertex_count = from.positions_m.count();
+    to.triangle_count = from.triangles.count();
+    to.positions_m = from.positions_m.raw();
+    to.normals = from.normals.raw();
+    to.texcoords = from.texcoords.raw();
+    to.indices = from.triangles.raw();
+    to.triangle_materials = from.triangle_materials.raw();
+    to.name = name_of(from.name);
+    return to;
+}
+
+/** What camlux.h cannot know, for it has one count for several arrays. */
+inline bool counts_fit(const mesh &mesh) noexcept
+{
+    const auto fits = [](const elements &list, const elements &whole) {
+        return list.count() == 0 || list.count() == whole.count();
+    };
+    return fits(mesh.normals, mesh.positions_m) && fits(mesh.texcoords, mesh.positions_m) &&
+           fits(mesh.triangle_materials, mesh.triangles);
+}
+
+inline camlux_light raw_of(const light &from) noexcept
+{
+    camlux_light to = CAMLUX_LIGHT_INIT;
+    to.kind = from.kind;
+    set(to.position_m, from.position_m);
+    set(to.direction, from.direction);
+    set(to.power_w, from.power_w);
+    set(to.irradiance_w_m2, from.irradiance_w_m2);
+    to.inner_half_angle_deg = from.inner_half_angle_deg;
+    to.outer_half_angle_deg = from.outer_half_angle_deg;
+    return to;
+}
+
+inline light light_of(const camlux_light &from) noexcept
+{
+    light to;
+    to.kind = from.kind;
+    to.position_m = vec3_of(from.position_m);
+    to.direction = vec3_of(from.direction);
+    to.power_w = rgb_of(from.power_w);
+    to.irradiance_w_m2 = rgb_of(from.irradiance_w_m2);
+    to.inner_half_angle_deg = from.inner_half_angle_deg;
+    to.outer_half_angle_deg = from.outer_half_angle_deg;
+    return to;
+}
+
+inline camlux_exr_options raw_of(const exr_options &from) noexcept
+{
+    camlux_exr_options to = CAMLUX_EXR_OPTIONS_INIT;
+    to.half = from.half ? 1 : 0;
+    for (const layer wanted : from.layers)
+        to.layers |= std::uint32_t(1) << number(wanted);
+    return to;
+}
+
+}  // namespace detail
+
+}  // namespace camlux
+
+#endif  /* CAMLUX_VALUES_HPP */
