@@ -1,0 +1,268 @@
+// What camlux.hpp adds to camlux.h: run by scripts/test-package, as C++17 and C++20.
+#include <camlux.hpp>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#define CHECK(is_so) check((is_so), #is_so, __LINE__)
+
+namespace {
+
+void check(bool is_so, const char *what, int line)
+{
+    if (is_so)
+        return;
+    std::fprintf(stderr, "test.cpp:%d: not so: %s (last error: %s)\n", line, what, camlux_last_error());
+    std::exit(EXIT_FAILURE);
+}
+
+// The status that a call throws; CAMLUX_OK where it does not.
+template <class Function>
+camlux_status thrown_by(Function &&function)
+{
+    try {
+        function();
+    } catch (const camlux::error &error) {
+        CHECK(std::strlen(error.what()) > 0);
+        return error.status();
+    }
+    return CAMLUX_OK;
+}
+
+struct HostProblem {
+    int number;
+};
+
+template <class Function>
+int host_problem_of(Function &&function)
+{
+    try {
+        function();
+    } catch (const HostProblem &problem) {
+        return problem.number;
+    }
+    return 0;
+}
+
+std::uint32_t handles()
+{
+    std::uint32_t count = 0;
+    CHECK(camlux_handle_count(&count) == CAMLUX_OK);
+    return count;
+}
+
+template <class Raw>
+bool same(const Raw &a, const Raw &b)
+{
+    return std::memcmp(&a, &b, sizeof(Raw)) == 0;  // The structs of the interface have no padding.
+}
+
+void values_begin_like_those_of_c()
+{
+    const camlux_camera camera = CAMLUX_CAMERA_INIT;
+    const camlux_sensor sensor = CAMLUX_SENSOR_INIT;
+    const camlux_indirect indirect = CAMLUX_INDIRECT_INIT;
+    const camlux_pose pose = CAMLUX_POSE_INIT;
+    const camlux_material material = CAMLUX_MATERIAL_INIT;
+    const camlux_texture texture = CAMLUX_TEXTURE_INIT;
+    const camlux_light light = CAMLUX_LIGHT_INIT;
+    const camlux_exr_options exr = CAMLUX_EXR_OPTIONS_INIT;
+    const camlux_render_options render = CAMLUX_RENDER_OPTIONS_INIT;
+    CHECK(same(camlux::detail::raw_of(camlux::camera()), camera));
+    CHECK(same(camlux::detail::raw_of(camlux::sensor()), sensor));
+    CHECK(same(camlux::detail::raw_of(camlux::indirect()), indirect));
+    CHECK(same(camlux::detail::raw_of(camlux::pose()), pose));
+    CHECK(same(camlux::detail::raw_of(camlux::material()), material));
+    CHECK(same(camlux::detail::raw_of(camlux::texture()), texture));
+    CHECK(same(camlux::detail::raw_of(camlux::light()), light));
+    CHECK(same(camlux::detail::raw_of(camlux::exr_options()), exr));
+    CHECK(camlux::render_options().submission_target_ms == render.submission_target_ms);
+    camlux::exr_options depth;
+    depth.layers = {camlux::layer::depth, camlux::layer::radiance};
+    CHECK(camlux::detail::raw_of(depth).layers == (1u << CAMLUX_LAYER_DEPTH | 1u << CAMLUX_LAYER_RADIANCE));
+}
+
+void values_come_back()
+{
+    camlux::scene scene = camlux::scene::create();
+    camlux::camera camera;
+    camera.width_px = 7;
+    camera.position_m = {1, 2, 3};
+    camera.look_at_m = {1, 2, 5};
+    camera.lens = camlux::intrinsics{10, 11, 3.5, 4.5};
+    scene.set_camera(camera);
+    const camlux::camera back = scene.camera();
+    CHECK(back.width_px == 7 && back.position_m.y == 2 && back.look_at_m.z == 5);
+    CHECK(back.lens && back.lens->fy_px == 11 && back.lens->cy_px == 4.5);
+
+    const std::uint32_t light = scene.add_light(camlux::light::spot({0, 1, 0}, {0, -1, 0}, {1, 2, 3}, 10, 20));
+    CHECK(scene.light(light).kind == CAMLUX_LIGHT_SPOT && scene.light(light).power_w.b == 3);
+    CHECK(scene.light(light).direction.y == -1 && scene.light(light).outer_half_angle_deg == 20);
+    scene.set_light(light, camlux::light::directional({0, -2, 0}, {4, 5, 6}));
+    CHECK(scene.light(light).irradiance_w_m2.g == 5);
+    scene.set_pose(camlux::part::light, light, {{}, {1, 0, 0, 0}});
+    CHECK(std::abs(scene.light(light).direction.z + 1) < 1e-12);
+}
+
+void handles_share_and_give_back()
+{
+    const std::uint32_t before = handles();
+    {
+        camlux::scene first = camlux::scene::create();
+        CHECK(handles() == before + 1);
+        camlux::scene copy = first;
+        CHECK(copy == first && handles() == before + 1);
+        camlux::scene moved = std::move(first);
+        CHECK(!first && moved == copy);
+        CHECK(thrown_by([&] { first.validate(); }) == CAMLUX_ERROR_INVALID_HANDLE);
+        copy = camlux::scene();
+        moved.set_direct(camlux::shadow::rays);
+        camlux::scene &itself = moved;
+        moved = itself;
+        CHECK(moved && handles() == before + 1);
+    }
+    CHECK(handles() == before);
+}
+
+void both_forms_tell_the_same()
+{
+    camlux::scene scene = camlux::scene::create();
+    camlux::camera camera;
+    camera.fov_y_deg = -1;
+    CHECK(thrown_by([&] { scene.set_camera(camera); }) == CAMLUX_ERROR_SCENE);
+    const camlux::result<void> result = scene.try_set_camera(camera);
+    CHECK(!result && result.status() == CAMLUX_ERROR_SCENE && result.message() == camlux_last_error());
+    CHECK(thrown_by([] { camlux::scene::load("no such file.toml"); }) == CAMLUX_ERROR_SCENE);
+    camlux::result<camlux::scene> none = camlux::scene::try_load("no such file.toml");
+    CHECK(!none.ok() && none.message().find("no such file.toml") != std::string::npos);
+    CHECK(thrown_by([&] { none.value(); }) == CAMLUX_ERROR_SCENE);
+    CHECK(scene.try_counts()->lights == 0);
+    CHECK(scene.bounds().is_empty == 1);
+    CHECK(camlux::version() / 1000000 == CAMLUX_VERSION_MAJOR);
+}
+
+struct Vertex {
+    float position_m[3];
+    std::uint32_t something_else;
+};
+
+// A floor, an interleaved array with 16-bit indices, under a lamp.
+camlux::scene small_scene()
+{
+    const std::vector<Vertex> vertices = {{{-1, 0, -1}, 0}, {{-1, 0, 1}, 0}, {{1, 0, 1}, 0}, {{1, 0, -1}, 0}};
+    const std::array<std::array<std::uint16_t, 3>, 2> triangles = {{{0, 1, 2}, {0, 2, 3}}};
+    camlux::scene scene = camlux::scene::create();
+    camlux::material grey;
+    grey.kd = {0.5, 0.5, 0.5};
+    camlux::mesh floor;
+    floor.material = scene.add_material(grey);
+    floor.positions_m = {&vertices[0].position_m[0], vertices.size(), sizeof(Vertex)};
+    floor.triangles = triangles;
+    scene.add_instance(scene.add_mesh(floor));
+    scene.add_light(camlux::light::point({0, 2, 0}, {10, 10, 10}));
+    camlux::camera camera;
+    camera.width_px = camera.height_px = 33;
+    camera.position_m = {0, 3, 0};
+    camera.look_at_m = {0, 0, 0};
+    camera.up = {0, 0, -1};
+    scene.set_camera(camera);
+
+    floor.normals = {&vertices[0].position_m[0], 3, sizeof(Vertex)};
+    CHECK(thrown_by([&] { scene.add_mesh(floor); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
+    CHECK(scene.counts().meshes == 1);
+    return scene;
+}
+
+void views_are_typed_and_keep_their_frame(camlux::renderer &renderer)
+{
+    const camlux::scene scene = small_scene();
+    const std::uint32_t before = handles();
+    {
+        const camlux::view<float> radiance = renderer.render(scene).view<float>(camlux::layer::radiance);
+        CHECK(handles() == before + 1);
+        CHECK(radiance.width() == 33 && radiance.height() == 33 && radiance.channels() == 3);
+        CHECK(std::strcmp(radiance.unit(), "W/sr/m^2") == 0 && std::strcmp(radiance.name(), "radiance") == 0);
+        // P kd / (4 pi^2 d^2), as in the example of camlux.h.
+        CHECK(std::abs(radiance(16, 16, 1) - 10 * 0.5 / (16 * 9.8696044)) < 1e-5);
+        CHECK(radiance.pixel(16, 16)[1] == radiance(16, 16, 1) && radiance.row(16)[49] == radiance(16, 16, 1));
+        float sum = 0;
+        for (const float value : radiance.row(16))
+            sum += value;
+        CHECK(sum > 0);
+    }
+    CHECK(handles() == before);
+
+    const camlux::frame frame = renderer.render(scene);
+    CHECK(frame.view<std::uint32_t>(camlux::layer::instance_id)(16, 16) == 1);
+    CHECK(frame.try_view<float>(camlux::layer::instance_id).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    CHECK(frame.try_view<std::uint32_t>(camlux::layer::radiance).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    CHECK(frame.try_view<float>(camlux::layer::energy).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    CHECK(frame.try_vulkan_image(camlux::layer::radiance).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    std::vector<float> depth(33 * 33);
+    frame.copy<float>(camlux::layer::depth, depth);
+    CHECK(depth[33 * 16 + 16] == frame.view<float>(camlux::layer::depth)(16, 16));
+    CHECK(frame.try_copy<float>(camlux::layer::radiance, depth).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    CHECK(frame.layers().size() > 5 && !frame.passes().empty() && frame.stats().wall_ms > 0);
+}
+
+void callbacks_may_throw(camlux::renderer &renderer)
+{
+    const camlux::scene scene = small_scene();
+    camlux::render_options options;
+    int calls = 0;
+    options.progress = [&](double fraction, std::string_view pass) {
+        CHECK(fraction >= 0 && fraction <= 1 && !pass.empty());
+        return ++calls > 0;
+    };
+    renderer.render(scene, options);
+    CHECK(calls > 0);
+    options.progress = [](double, std::string_view) { return false; };
+    CHECK(thrown_by([&] { renderer.render(scene, options); }) == CAMLUX_CANCELLED);
+    options.progress = [](double, std::string_view) -> bool { throw HostProblem{7}; };
+    CHECK(host_problem_of([&] { renderer.render(scene, options); }) == 7);
+    CHECK(host_problem_of([&] { (void)renderer.try_render(scene, options); }) == 7);
+    CHECK(renderer.try_render(scene).ok());
+
+    const std::uint32_t before = handles();
+    camlux_status inside = CAMLUX_OK;
+    camlux::set_log(camlux::log_level::debug, [&](camlux::log_level, std::string_view message) {
+        CHECK(!message.empty());
+        inside = camlux::try_set_log(camlux::log_level::off, nullptr).status();
+        throw HostProblem{8};
+    });
+    CHECK(host_problem_of([&] { renderer.render(scene); }) == 8);
+    CHECK(inside == CAMLUX_ERROR_BUSY);
+    CHECK(handles() == before);
+    // One that is replaced is gone when the call returns.
+    const auto token = std::make_shared<int>(0);
+    camlux::set_log(camlux::log_level::info, [token](camlux::log_level, std::string_view) { ++*token; });
+    CHECK(token.use_count() == 2);
+    renderer.render(scene);
+    CHECK(*token > 0);
+    camlux::set_log(camlux::log_level::off, nullptr);
+    CHECK(token.use_count() == 1);
+}
+
+}  // namespace
+
+int main()
+{
+    values_begin_like_those_of_c();
+    values_come_back();
+    handles_share_and_give_back();
+    both_forms_tell_the_same();
+    {
+        camlux::device_options options;
+        options.validation = true;
+        const camlux::device device = camlux::device::open(options);
+        CHECK(camlux::device::count() > camlux::device::info_of(0).index && device.info().is_usable == 1);
+        camlux::renderer renderer = camlux::renderer::create(device);
+        views_are_typed_and_keep_their_frame(renderer);
+        callbacks_may_throw(renderer);
+        CHECK(device.validation_count() == 0);
+    }
+    CHECK(handles() == 0);
+    std::printf("camlux.hpp as C++ %ld: all passed\n", __cplusplus);
+}
