@@ -75,7 +75,8 @@ int run(const std::filesystem::path &folder, std::uint32_t size_px)
                 camlux::version() % 1000, device.info().name);
     render_turn(device, folder, size_px);
     print_reuse(device, 64);
-    print_reuse(device, size_px);
+    if (size_px != 64)
+        print_reuse(device, size_px);
     print_setters();
     std::printf("\n%s: frame_00.exr to frame_%d.exr, strip.png\n", folder.string().c_str(), positions - 1);
     return EXIT_SUCCESS;

@@ -105,13 +105,13 @@ Bytes stored(const Bytes &data)
 
 }  // namespace
 
-void write_png(const std::string &path, const Picture &picture, float white)
+void write_png(const std::string &path, const Picture &picture, float bright)
 {
     Bytes rows;
     for (std::size_t y = 0; y < picture.height; ++y) {
         rows.push_back(0);  // No filter.
         for (std::size_t value = 0; value < 3 * picture.width; ++value)
-            rows.push_back(srgb(picture.pixel(0, y)[value] / white));
+            rows.push_back(srgb(1 - std::exp(-1.5f * picture.pixel(0, y)[value] / bright)));
     }
     Bytes header;
     add_u32(header, static_cast<std::uint32_t>(picture.width));

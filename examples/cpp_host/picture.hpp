@@ -26,5 +26,5 @@ float bright_radiance(const Picture &picture);
 
 void place(Picture &onto, std::size_t x, std::size_t y, const Picture &picture);
 
-// `white` is the radiance that is shown as white. Throws std::runtime_error where the file cannot be written.
-void write_png(const std::string &path, const Picture &picture, float white);
+// `bright` is a radiance that is shown bright; what is above comes close to white. Throws std::runtime_error where the file cannot be written.
+void write_png(const std::string &path, const Picture &picture, float bright);
