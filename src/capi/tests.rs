@@ -42,7 +42,7 @@ macro_rules! calls {
 
 #[test]
 fn a_panic_in_any_call_becomes_a_status() {
-    let calls: [Call; 45] = calls![
+    let calls: [Call; 47] = calls![
         camlux_set_log(0, None, null_mut()),
         camlux_handle_count(null_mut()),
         camlux_device_retain(null_mut()),
@@ -88,6 +88,8 @@ fn a_panic_in_any_call_becomes_a_status() {
         camlux_frame_write_png(null_mut(), null()),
         camlux_frame_get_stats(null_mut(), null_mut()),
         camlux_frame_get_pass(null_mut(), 0, null_mut()),
+        camlux_device_create_from_vulkan(null(), null_mut()),
+        camlux_frame_get_vulkan_image(null_mut(), 0, null_mut()),
     ];
     for (name, call) in calls {
         PANICS.set(true);

@@ -2,11 +2,11 @@
 
 use super::{
     Camera, Direct, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, Shadow,
-    SpotCone, Texture,
+    Shared, SpotCone, Texture,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
-const FORM: &[u8] = b"camlux scene 2";
+const FORM: &[u8] = b"camlux scene 3";
 
 impl Scene {
     /// BLAKE3 in hexadecimal (64 digits) over everything that the image depends on. Names and file paths are left out.
@@ -31,8 +31,10 @@ impl Scene {
         bytes.option(indirect.as_ref(), Bytes::indirect);
         bytes.list(lights, Bytes::light);
         bytes.list(materials, Bytes::material);
-        bytes.list(textures, |bytes, texture| bytes.texture(texture));
-        bytes.list(meshes, |bytes, mesh| bytes.mesh(mesh));
+        bytes.list(textures, |bytes, texture| {
+            bytes.digest(texture, Bytes::texture)
+        });
+        bytes.list(meshes, |bytes, mesh| bytes.digest(mesh, Bytes::mesh));
         bytes.0.finalize().to_hex().to_string()
     }
 }
@@ -42,6 +44,15 @@ impl Scene {
 struct Bytes(blake3::Hasher);
 
 impl Bytes {
+    fn digest<T>(&mut self, value: &Shared<T>, add: impl FnOnce(&mut Bytes, &T)) {
+        let digest = value.digest(|value| {
+            let mut bytes = Bytes(blake3::Hasher::new());
+            add(&mut bytes, value);
+            bytes.0.finalize().into()
+        });
+        self.0.update(&digest);
+    }
+
     fn whole(&mut self, value: u64) {
         self.0.update(&value.to_le_bytes());
     }
@@ -114,12 +125,7 @@ impl Bytes {
 
     fn direct(&mut self, direct: &Direct) {
         let Direct { shadow } = direct;
-        // The word for what the engine chooses is older than the choice; references are kept by it.
-        self.name(match shadow {
-            None => "map",
-            Some(Shadow::Map) => "map alone",
-            Some(Shadow::Rays) => "rays",
-        });
+        self.name(shadow.map_or("chosen", Shadow::name));
     }
 
     fn indirect(&mut self, indirect: &Indirect) {
@@ -131,8 +137,6 @@ impl Bytes {
             target_error: _,
         } = indirect;
         self.name(estimator.name());
-        // Earlier versions had the size here alone. No number of lights follows a size as these bytes would have it, so
-        // that FORM stays, and with it the hashes of scenes without indirect light, which references are kept by.
         self.name(visibility.name());
         self.option(rsm_size.as_ref(), |bytes, &size| bytes.indices(&[size]));
         self.option(indirect.asked_error().as_ref(), |bytes, &error| {

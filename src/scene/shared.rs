@@ -2,20 +2,53 @@
 
 use std::{
     ops::{Deref, DerefMut},
-    sync::Arc,
+    sync::{Arc, OnceLock},
 };
 
 /// A value that its clones share until one of them is changed, which copies it first.
 ///
 /// So a clone of a scene costs next to nothing, and a [`Renderer`](crate::Renderer) that keeps one knows without looking
 /// what has not changed since: a value that is still shared.
-#[derive(Debug, Default, PartialEq)]
-pub struct Shared<T>(Arc<T>);
+#[derive(Debug, Default)]
+pub struct Shared<T>(Arc<Kept<T>>);
+
+#[derive(Debug, Default)]
+struct Kept<T> {
+    value: T,
+    /// For [`Scene::hash`](super::Scene::hash), which would take longer than a small frame.
+    digest: OnceLock<[u8; 32]>,
+}
 
 impl<T> Shared<T> {
+    /// The digest that `make` makes of the value, made once.
+    pub(super) fn digest(&self, make: impl FnOnce(&T) -> [u8; 32]) -> [u8; 32] {
+        *self.0.digest.get_or_init(|| make(&self.0.value))
+    }
+
     /// Whether both are one value, and so equal. Equal values need not be one.
     pub fn is_one(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl<T: PartialEq> PartialEq for Shared<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.is_one(other) || **self == **other
+    }
+}
+
+impl<T: Clone> Clone for Kept<T> {
+    fn clone(&self) -> Self {
+        self.value.clone().into()
+    }
+}
+
+impl<T> From<T> for Kept<T> {
+    fn from(value: T) -> Self {
+        Kept {
+            value,
+            digest: OnceLock::new(),
+        }
     }
 }
 
@@ -27,7 +60,7 @@ impl<T> Clone for Shared<T> {
 
 impl<T> From<T> for Shared<T> {
     fn from(value: T) -> Self {
-        Shared(Arc::new(value))
+        Shared(Arc::new(value.into()))
     }
 }
 
@@ -35,13 +68,15 @@ impl<T> Deref for Shared<T> {
     type Target = T;
 
     fn deref(&self) -> &T {
-        &self.0
+        &self.0.value
     }
 }
 
 impl<T: Clone> DerefMut for Shared<T> {
     fn deref_mut(&mut self) -> &mut T {
-        Arc::make_mut(&mut self.0)
+        let kept = Arc::make_mut(&mut self.0);
+        kept.digest = OnceLock::new();
+        &mut kept.value
     }
 }
 
@@ -57,5 +92,17 @@ mod tests {
         second.push(2);
         assert_eq!((&*first, &*second), (&vec![1], &vec![1, 2]));
         assert!(!first.is_one(&second));
+    }
+
+    #[test]
+    fn a_change_takes_the_digest_along() {
+        let digest = |value: &Shared<u8>| value.digest(|value| [*value; 32]);
+        let mut first = Shared::from(1);
+        assert_eq!(digest(&first), [1; 32]);
+        *first = 2;
+        assert_eq!(digest(&first), [2; 32]);
+        let second = first.clone();
+        *first = 3;
+        assert_eq!([digest(&first), digest(&second)], [[3; 32], [2; 32]]);
     }
 }
