@@ -135,8 +135,10 @@ public:
     }
     T &&value() && { return std::move(value()); }
     /** The value, of a result that is ok. */
-    T &operator*() { return *value_; }
-    T *operator->() { return &*value_; }
+    T &operator*() noexcept { return *value_; }
+    const T &operator*() const noexcept { return *value_; }
+    T *operator->() noexcept { return &*value_; }
+    const T *operator->() const noexcept { return &*value_; }
 
 private:
     std::optional<T> value_;
