@@ -1,10 +1,12 @@
 // What camlux.hpp adds to camlux.h: run by scripts/test-package, as C++17 and C++20.
 #include <camlux.hpp>
 
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 
 #define CHECK(is_so) check((is_so), #is_so, __LINE__)
 
@@ -245,6 +247,23 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(token.use_count() == 1);
 }
 
+// A thread that sets another waits for the callback, which must not wait for that thread.
+void a_callback_does_not_wait_for_who_waits_for_it(camlux::renderer &renderer)
+{
+    std::thread setter;
+    camlux_status inside = CAMLUX_OK;
+    camlux::set_log(camlux::log_level::debug, [&](camlux::log_level, std::string_view) {
+        if (setter.joinable())
+            return;
+        setter = std::thread([] { camlux::set_log(camlux::log_level::off, nullptr); });
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        inside = camlux::try_set_log(camlux::log_level::off, nullptr).status();
+    });
+    renderer.render(small_scene());
+    setter.join();
+    CHECK(inside == CAMLUX_ERROR_BUSY);
+}
+
 }  // namespace
 
 int main()
@@ -261,6 +280,7 @@ int main()
         camlux::renderer renderer = camlux::renderer::create(device);
         views_are_typed_and_keep_their_frame(renderer);
         callbacks_may_throw(renderer);
+        a_callback_does_not_wait_for_who_waits_for_it(renderer);
         CHECK(device.validation_count() == 0);
     }
     CHECK(handles() == 0);
