@@ -328,9 +328,6 @@
 /** See CAMLUX_VERSION_MAJOR. */
 #define CAMLUX_VERSION_PATCH 0
 
-/** A checked pose. */
-typedef struct Pose Pose;
-
 /** An open Vulkan device. See camlux_device_create. */
 typedef struct camlux_device camlux_device;
 

@@ -45,6 +45,8 @@ unsafe impl CStruct for camlux_pose {
 }
 
 /// A checked pose.
+///
+/// cbindgen:ignore
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Pose {
     position_m: DVec3,
