@@ -36,7 +36,7 @@ use part::{Part, Range, Shard};
 use work::Manner;
 
 /// Where a job does not say.
-const DEFAULT_COMPRESSION: ExrCompression = ExrCompression::Zip;
+const DEFAULT_COMPRESSION: ExrCompression = ExrCompression::Rle;
 
 #[derive(clap::Args)]
 pub struct Args {
