@@ -5,7 +5,7 @@ use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
 /// Opens a file for reading and tells its length in bytes.
-pub(crate) fn open(path: &Path) -> Result<(File, u64)> {
+pub fn open(path: &Path) -> Result<(File, u64)> {
     // Asked before it is opened: to open a pipe waits for somebody to write into it.
     let refuse_others = |metadata: &fs::Metadata| {
         if metadata.is_file() {
@@ -25,7 +25,7 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64)> {
 const MOST_BYTES: u64 = 1 << 40;
 
 /// The whole of a file. What is written to it meanwhile is left out.
-pub(crate) fn read(path: &Path) -> Result<Vec<u8>> {
+pub fn read(path: &Path) -> Result<Vec<u8>> {
     let (file, file_bytes) = open(path)?;
     if file_bytes > MOST_BYTES {
         let problem = format!("it has {file_bytes} bytes, more than memory holds");

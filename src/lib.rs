@@ -22,8 +22,11 @@ pub mod doctor;
 pub mod emission;
 pub mod error;
 mod frame;
-mod input_file;
+#[doc(hidden)]
+pub mod input_file;
 pub mod intermediates;
+#[doc(hidden)]
+pub mod keys;
 mod lattice;
 mod local_space;
 pub mod metrics;
@@ -56,7 +59,7 @@ pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;
 pub use vulkan::{
     Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions, HostVulkan,
-    MemoryUse, QueueLock,
+    MemoryUse, QueueLock, engine_hash,
 };
 #[doc(hidden)]
 pub use vulkan::{Fault, FaultCount};

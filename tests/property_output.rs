@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use camlux::output::{
-    ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile, PassTime,
-    PngView, write_exr, write_png,
+    ExrCompression, ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile,
+    PassTime, PngView, write_exr, write_exr_hashed, write_png,
 };
 use camlux::scene::{Camera, Estimator, Indirect, Lens, Light, Sensor, Visibility};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
@@ -167,6 +167,7 @@ fn infinite_depth_of_the_background_is_kept() {
     let options = ExrOptions {
         half: true,
         layers: None,
+        ..ExrOptions::default()
     };
     let image = write(&frame, &options, &folder.path().join("a.exr"));
     let FlatSamples::F32(values) = samples(&image, "depth.Z") else {
@@ -189,6 +190,7 @@ fn half_is_for_radiance_and_normals_and_saturates() {
     let options = ExrOptions {
         half: true,
         layers: None,
+        ..ExrOptions::default()
     };
     let image = write(&frame, &options, &folder.path().join("a.exr"));
     let half_names: Vec<String> = channel_names(&image)
@@ -233,6 +235,7 @@ fn picked_layers_are_the_only_ones() {
     let options = ExrOptions {
         half: false,
         layers: Some(vec![Layer::Range, Layer::MeshId, Layer::Direct]),
+        ..ExrOptions::default()
     };
     let image = write(&frame(), &options, &folder.path().join("a.exr"));
     assert_eq!(
@@ -370,6 +373,7 @@ fn failed_write_leaves_nothing_and_keeps_the_old_file() {
     let options = ExrOptions {
         half: false,
         layers: Some(vec![Layer::Energy]),
+        ..ExrOptions::default()
     };
     let error = write_exr(OutputFile::create(&path).unwrap(), &frame, &options).unwrap_err();
     assert!(error.to_string().contains("no layer energy"), "{error}");
@@ -470,4 +474,33 @@ fn pair_rate_is_that_of_the_gather_pass() {
     assert_eq!(stats.pairs_per_second(), Some(2e9));
     stats.passes.clear();
     assert_eq!(stats.pairs_per_second(), None);
+}
+
+/// The map that the `exr` crate keeps attributes in has another order each time.
+#[test]
+fn the_same_frame_gives_the_same_bytes() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let frame = frame();
+    let pixels = |image: &FlatImage| format!("{:?}", image.layer_data[0].channel_data);
+    let uncompressed = pixels(&write(&frame, &ExrOptions::default(), &path));
+    for compression in ExrCompression::ALL {
+        let options = ExrOptions {
+            compression,
+            attributes: vec![("said".into(), "by the caller".into())],
+            ..ExrOptions::default()
+        };
+        let image = write(&frame, &options, &path);
+        let said = attribute(&image, "camlux.said");
+        assert_eq!(said, Some(AttributeValue::Text("by the caller".into())));
+        assert!(pixels(&image) == uncompressed, "{}", compression.name());
+        let bytes = fs::read(&path).unwrap();
+        for _ in 0..3 {
+            let output = OutputFile::create(&path).unwrap();
+            let written = write_exr_hashed(output, &frame, &options).unwrap();
+            assert!(fs::read(&path).unwrap() == bytes, "{}", compression.name());
+            assert_eq!(written.blake3, blake3::hash(&bytes).to_hex().as_str());
+            assert_eq!(written.bytes, bytes.len() as u64);
+        }
+    }
 }

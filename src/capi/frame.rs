@@ -481,5 +481,6 @@ fn exr_options_from(options: camlux_exr_options) -> Outcome<ExrOptions> {
     Ok(ExrOptions {
         half: args::flag("half", half)?,
         layers: (layers != 0).then(|| picked.map(|(.., layer)| *layer).collect()),
+        ..ExrOptions::default()
     })
 }

@@ -244,6 +244,7 @@ fn half_floats(examiner: &mut Examiner) -> Result<Measurement> {
     let options = ExrOptions {
         half: true,
         layers: Some(vec![Layer::Direct]),
+        ..ExrOptions::default()
     };
     let is_told = options.warnings(&frame).len() == 1;
     let path = std::env::temp_dir().join(format!("camlux-half-{}.exr", std::process::id()));

@@ -1,7 +1,7 @@
 //! A file that appears under its name whole, or not at all.
 
 use std::fs::{self, File};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -43,7 +43,12 @@ impl OutputFile {
             hidden_name.push(name);
             hidden_name.push(format!(".{}-{count}.part", std::process::id()));
             let temporary = target.with_file_name(hidden_name);
-            match File::create_new(&temporary) {
+            match File::options()
+                .read(true)
+                .write(true)
+                .create_new(true)
+                .open(&temporary)
+            {
                 Ok(file) => break (temporary, file),
                 Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(creation_error(&path, &error)),
@@ -85,6 +90,12 @@ impl OutputFile {
         self.file
             .as_mut()
             .ok_or_else(|| io::Error::other("the file is closed"))
+    }
+}
+
+impl Read for OutputFile {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.open_file()?.read(bytes)
     }
 }
 

@@ -12,7 +12,11 @@ use crate::scene::{Camera, CameraBasis, Intrinsics, Light, SpotCone};
 
 /// The attributes of a file that holds these layers of the frame. Lists and lights are written as in a scene file, where
 /// every digit of an f64 is kept; matrices are f32, as the format has them.
-pub(super) fn attributes(frame: &Frame, written_layers: &HashSet<Layer>) -> LayerAttributes {
+pub(super) fn attributes(
+    frame: &Frame,
+    written_layers: &HashSet<Layer>,
+    more: &[(String, String)],
+) -> LayerAttributes {
     let FrameDescription {
         indirect,
         reference,
@@ -95,6 +99,9 @@ pub(super) fn attributes(frame: &Frame, written_layers: &HashSet<Layer>) -> Laye
         "cameraToWorld",
         AttributeValue::Matrix4x4(matrix(camera_to_world(camera))),
     );
+    for (name, value) in more {
+        add(name, text_value(value));
+    }
     header
 }
 

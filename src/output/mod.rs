@@ -5,13 +5,14 @@ mod exr;
 mod exr_blocks;
 mod exr_decode;
 mod exr_dwa;
+mod exr_header_order;
 mod exr_read;
 mod frame;
 mod header;
 mod png;
 
 pub use atomic::OutputFile;
-pub use exr::{ExrOptions, write_exr};
+pub use exr::{ExrCompression, ExrOptions, WrittenExr, write_exr, write_exr_hashed};
 pub use exr_read::{ImageLayer, LayeredImage};
 pub use frame::{
     Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples,

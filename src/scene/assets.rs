@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 
-use super::keys::did_you_mean;
 use super::lines::{place, read_text};
 use super::mtl::{Entry, Library};
 use super::obj_check::{self, CheckedObj, Named, Run};
 use super::{Material, Mesh, Texture, obj, texture};
+use crate::keys::did_you_mean;
 use crate::{Error, Result};
 
 /// A `[[mesh]]` of the scene file.

@@ -5,9 +5,9 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use super::assets::{Assets, MeshRequest, Transform};
-use super::keys::{Keys, LineStarts, Source, Value, did_you_mean};
 use super::validate::{self, Part};
 use super::{Direct, Scene, Shared, file_parts};
+use crate::keys::{Keys, LineStarts, Source, Value, did_you_mean};
 use crate::{Error, Result, input_file};
 
 const VERSION: u32 = 1;
@@ -41,6 +41,7 @@ impl Scene {
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
         let lines = LineStarts::of(text);
         let mut keys = Source {
+            name: "the scene file",
             text,
             file,
             lines: &lines,

@@ -1,10 +1,10 @@
 //! Reads the parts of a scene file that name no other file.
 
-use super::keys::{Keys, Value};
 use super::{
     Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Light, Material, Sensor, Shadow,
     SpotCone, Visibility,
 };
+use crate::keys::{Keys, Value};
 use crate::{Error, Result};
 
 pub(super) fn camera(keys: &mut Keys) -> Result<Camera> {

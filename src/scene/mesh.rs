@@ -1,6 +1,6 @@
 //! Triangle meshes.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// A triangle mesh in world space.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -33,5 +33,17 @@ impl Mesh {
             triangle_materials: vec![material; triangles.len()],
             ..Mesh::default()
         }
+    }
+
+    /// The mesh turned about the world's origin and then moved.
+    pub fn posed(&self, rotation: DQuat, translation_m: DVec3) -> Self {
+        let mut posed = self.clone();
+        for position_m in &mut posed.positions_m {
+            *position_m = rotation * *position_m + translation_m;
+        }
+        for normal in &mut posed.normals {
+            *normal = rotation * *normal;
+        }
+        posed
     }
 }

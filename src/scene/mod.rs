@@ -9,7 +9,6 @@ mod camera;
 mod file;
 mod file_parts;
 mod hash;
-mod keys;
 mod light;
 mod lines;
 mod material;

@@ -24,6 +24,8 @@ pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
 pub(crate) use pipeline::{ComputePipeline, Pipelines, RasterPipeline};
 pub(crate) use recorder::{PassTimes, Recorder, Resource, Target};
 
+pub use shaders::engine_hash;
+
 use crate::Error;
 
 /// Turns a Vulkan result into the library's error. `call` is the Vulkan function's name.

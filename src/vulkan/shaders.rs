@@ -108,6 +108,18 @@ impl Module {
 
 include!(concat!(env!("CAMLUX_SPIRV"), "/shaders.rs"));
 
+/// BLAKE3 in hexadecimal (64 digits) over the version and the compiled shaders: engines of the same hash compute the same.
+pub fn engine_hash() -> String {
+    let mut hasher = blake3::Hasher::new();
+    hasher.update(env!("CARGO_PKG_VERSION").as_bytes());
+    for module in MODULES {
+        hasher.update(module.name.as_bytes());
+        hasher.update(&(module.spirv.len() as u64).to_le_bytes());
+        hasher.update(module.spirv);
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

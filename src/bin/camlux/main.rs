@@ -2,6 +2,7 @@
 //!
 //! Results go to files and stdout, everything about the run to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage.
 
+mod batch;
 mod compare;
 mod doctor;
 mod error_map;
@@ -10,6 +11,7 @@ mod info;
 mod json;
 mod overrides;
 mod progress;
+mod reduced;
 mod reference;
 mod render;
 mod report;
@@ -33,6 +35,8 @@ struct Cli {
 enum Command {
     /// Render a scene file into an OpenEXR file
     Render(render::Args),
+    /// Render the many frames of a job file into a data set; the same command again renders what is missing
+    Batch(batch::Args),
     /// Sample the true single bounce of a scene on the CPU, with the standard error of each pixel
     Reference(reference::Args),
     /// Compare an image with a reference: error metrics, without the noise of either, and a map of the errors
@@ -60,6 +64,7 @@ fn main() -> ExitCode {
     };
     finish(match cli.command {
         Command::Render(args) => render::run(&args).map(|()| ExitCode::SUCCESS),
+        Command::Batch(args) => batch::run(&args),
         Command::Reference(args) => reference::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Compare(args) => compare::run(&args).map(|()| ExitCode::SUCCESS),
         Command::Report(args) => report::run(&args).map(|()| ExitCode::SUCCESS),

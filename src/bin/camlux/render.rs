@@ -102,6 +102,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let exr_options = ExrOptions {
         half: args.half,
         layers: args.layers.clone(),
+        ..ExrOptions::default()
     };
     for warning in exr_options.warnings(&frame) {
         tell(&format!("camlux: warning: {warning}"));

@@ -10,7 +10,7 @@ mod numbers;
 mod page;
 mod pareto;
 mod peers;
-mod picture;
+pub mod picture;
 mod plot;
 mod results;
 mod settings;

@@ -7,6 +7,7 @@ use image::{ExtendedColorType, ImageEncoder};
 
 use crate::Failure;
 use crate::error_map::{ErrorMap, diverging};
+use crate::reduced::Reduced;
 
 /// Widest picture. Larger images are averaged over squares of pixels.
 const WIDEST_PX: usize = 240;
@@ -80,7 +81,7 @@ impl Gallery {
     }
 
     fn pictures(&self, indirect: &[f32], map: Option<ErrorMap>) -> Result<Pictures, Failure> {
-        let image = Reduced::new(self.resolution_px.map(|px| px as usize), indirect);
+        let image = Reduced::new(self.resolution_px, indirect, WIDEST_PX);
         let values = image.rgb.as_flattened().iter();
         let exposed: Vec<u8> = values
             .map(|value| output::srgb_byte(value / self.white))
@@ -106,60 +107,13 @@ pub fn color_bar() -> Result<ColorBar, Failure> {
     })
 }
 
-/// An RGB image, small enough for the page, row by row from the top.
-struct Reduced {
-    size_px: [usize; 2],
-    rgb: Vec<[f32; 3]>,
-}
-
-impl Reduced {
-    /// The means over the smallest squares that make the image narrow enough; at the right and the bottom a square may be cut.
-    fn new([width, height]: [usize; 2], values: &[f32]) -> Reduced {
-        let (pixels, _) = values.as_chunks::<3>();
-        let edge = width.div_ceil(WIDEST_PX).max(1);
-        let size_px = [width.div_ceil(edge), height.div_ceil(edge)];
-        let mean = |left: usize, top: usize| {
-            let columns = left..(left + edge).min(width);
-            let rows = top..(top + edge).min(height);
-            let count = (rows.len() * columns.len()) as f64;
-            let mut sum = [0.0_f64; 3];
-            for row in rows {
-                for pixel in &pixels[row * width + columns.start..row * width + columns.end] {
-                    for (sum, &value) in sum.iter_mut().zip(pixel) {
-                        *sum += f64::from(value);
-                    }
-                }
-            }
-            sum.map(|sum| (sum / count) as f32)
-        };
-        let corners = (0..size_px[1]).flat_map(|y| (0..size_px[0]).map(move |x| (x, y)));
-        Reduced {
-            rgb: corners.map(|(x, y)| mean(x * edge, y * edge)).collect(),
-            size_px,
-        }
-    }
-}
-
-fn png(size_px: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Failure> {
+/// # Errors
+/// Where the PNG cannot be encoded.
+pub fn png(size_px: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Failure> {
     let mut bytes = Vec::new();
     let encoder =
         PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
     let [width, height] = size_px.map(|px| px as u32);
     encoder.write_image(rgb, width, height, ExtendedColorType::Rgb8)?;
     Ok(bytes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn pictures_keep_the_mean() {
-        // 482 x 3 pixels in squares of 3: 161 x 1, the last column 2 wide.
-        let values: Vec<f32> = (0..482 * 3).flat_map(|i| [(i % 482) as f32; 3]).collect();
-        let small = Reduced::new([482, 3], &values);
-        assert_eq!(small.size_px, [161, 1]);
-        assert_eq!(small.rgb[0], [1.0; 3]);
-        assert_eq!(small.rgb[160], [480.5; 3]);
-    }
 }

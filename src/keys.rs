@@ -6,19 +6,21 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::{DeTable, DeValue};
 
-use super::Bands;
+use crate::scene::Bands;
 use crate::{Error, Result};
 
-/// The text of a scene file and its name.
+/// The text of a file and its name.
 #[derive(Clone, Copy)]
-pub(super) struct Source<'t> {
+pub struct Source<'t> {
+    /// How messages call it: "the scene file".
+    pub name: &'static str,
     pub text: &'t str,
     pub file: &'t Path,
     pub lines: &'t LineStarts,
 }
 
 /// Where the lines of a text begin but the first: to count them anew for each key would take the square of a file's size.
-pub(super) struct LineStarts(Vec<usize>);
+pub struct LineStarts(Vec<usize>);
 
 impl LineStarts {
     pub fn of(text: &str) -> Self {
@@ -43,7 +45,7 @@ impl<'t> Source<'t> {
         })?;
         Ok(Keys {
             source: self,
-            name: "the scene file".into(),
+            name: self.name.into(),
             at: self.file.display().to_string(),
             table: root.into_inner(),
         })
@@ -56,7 +58,7 @@ impl<'t> Source<'t> {
 }
 
 /// A table whose keys are taken one by one.
-pub(super) struct Keys<'t> {
+pub struct Keys<'t> {
     source: Source<'t>,
     /// How messages call the table: `[camera]`.
     name: String,
@@ -132,7 +134,7 @@ impl<'t> Keys<'t> {
 }
 
 /// "did you mean "fov_y_deg"? possible are ..."
-pub(super) fn did_you_mean(word: &str, known: &[&str]) -> String {
+pub fn did_you_mean(word: &str, known: &[&str]) -> String {
     // Jaro-Winkler favours a common beginning: "fov" is nearer to "fov_y_deg" than to "up".
     let likeness = |known: &str| strsim::jaro_winkler(beginning(word), beginning(known));
     let nearest = known
@@ -155,7 +157,7 @@ fn beginning(word: &str) -> &str {
 }
 
 /// The value of one key.
-pub(super) struct Value<'t> {
+pub struct Value<'t> {
     source: Source<'t>,
     /// `scene.toml:12`
     pub at: String,
@@ -244,6 +246,27 @@ impl<'t> Value<'t> {
                 .table(name.clone())
             })
             .collect()
+    }
+
+    /// The elements of an array, each with its own place.
+    pub fn list(self) -> Result<Vec<Value<'t>>> {
+        let DeValue::Array(elements) = self.value else {
+            return Err(self.wrong("an array"));
+        };
+        let element_of = |element: toml::Spanned<DeValue<'t>>| Value {
+            source: self.source,
+            at: self.source.at(element.span()),
+            key: self.key.clone(),
+            parent: self.parent.clone(),
+            value: element.into_inner(),
+        };
+        Ok(elements.into_iter().map(element_of).collect())
+    }
+
+    /// The message for a value that is of the right type and still cannot be.
+    pub fn error(&self, problem: impl std::fmt::Display, mend: impl Into<String>) -> Error {
+        let problem = format!("\"{}\" in {} {problem}", self.key, self.parent);
+        Error::scene(&self.at, problem, mend)
     }
 
     fn array<T, const N: usize>(&self, read: impl Fn(&DeValue) -> Option<T>) -> Option<[T; N]> {

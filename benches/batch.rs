@@ -1,0 +1,108 @@
+//! Frames a second of `camlux batch`, against the same without overlap, and against a loop of `camlux render`: the Cornell box at
+//! 320 × 240, the camera on a path. The three take turns; each one's best round counts.
+//!
+//! CAMLUX_BATCH_FRAMES (240) and CAMLUX_BATCH_ROUNDS (2) change how long it takes.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+use std::time::Instant;
+
+/// Renders of the loop: they are all alike.
+const LOOP_RENDERS: u32 = 12;
+
+fn main() {
+    let frames = number("CAMLUX_BATCH_FRAMES", 240);
+    let rounds = number("CAMLUX_BATCH_ROUNDS", 2);
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    for name in ["cornell.obj", "cornell.mtl"] {
+        fs::copy(scenes.join(name), folder.path().join(name)).expect("a copy");
+    }
+    let text = fs::read_to_string(scenes.join("cornell.toml")).expect("the scene");
+    let (direct, _) = text.split_once("[indirect]").expect("indirect light");
+    for (name, scene) in [
+        ("direct light only", direct.to_owned()),
+        (
+            "target error 0.02",
+            format!("{text}\ntarget_error = 0.02\n"),
+        ),
+        ("sum at every pixel", text.clone()),
+    ] {
+        fs::write(folder.path().join("scene.toml"), scene).expect("a scene");
+        fs::write(folder.path().join("job.toml"), job(frames)).expect("a job");
+        measure(name, folder.path(), frames, rounds);
+    }
+}
+
+fn number(variable: &str, default: u32) -> u32 {
+    let value = std::env::var(variable).ok();
+    value.map_or(default, |text| text.parse().expect("a whole number"))
+}
+
+fn job(frames: u32) -> String {
+    let last = frames.max(2) - 1;
+    format!(
+        "[job]\nscene = \"scene.toml\"\nsize = [320, 240]\nframes = {frames}\n[camera]\nkeyframes = [\n\
+         {{ frame = 0, position = [-0.6, 1.0, 3.2], look_at = [0.0, 1.0, 0.0] }},\n\
+         {{ frame = {last}, position = [0.6, 1.2, 2.8], look_at = [0.0, 1.0, 0.0] }},\n]\n"
+    )
+}
+
+fn measure(name: &str, folder: &Path, frames: u32, rounds: u32) {
+    let mut best = [0.0_f64; 3];
+    let mut said = String::new();
+    for _ in 0..rounds {
+        let overlapping = timed(frames, || {
+            said = batch(folder, "2");
+        });
+        let in_turn = timed(frames, || {
+            batch(folder, "0");
+        });
+        let looped = timed(LOOP_RENDERS, || {
+            for _ in 0..LOOP_RENDERS {
+                let size = ["--size", "320", "240", "-o", "a.exr"];
+                run(folder, &[&["render", "scene.toml"], &size[..]].concat());
+            }
+        });
+        for (best, rate) in best.iter_mut().zip([overlapping, in_turn, looped]) {
+            *best = best.max(rate);
+        }
+    }
+    let [overlapping, in_turn, looped] = best;
+    println!(
+        "{name}: batch {overlapping:.2} frames/s; without overlap {in_turn:.2} ({:.2}x); loop of camlux render {looped:.2} ({:.2}x)\n    {said}",
+        overlapping / in_turn,
+        overlapping / looped,
+    );
+}
+
+/// Frames a second, start of the program included.
+fn timed(frames: u32, work: impl FnOnce()) -> f64 {
+    let start = Instant::now();
+    work();
+    f64::from(frames) / start.elapsed().as_secs_f64()
+}
+
+/// Its last line.
+fn batch(folder: &Path, queue: &str) -> String {
+    let _ = fs::remove_dir_all(folder.join("set"));
+    let output = run(
+        folder,
+        &["batch", "job.toml", "-o", "set", "--queue", queue],
+    );
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    stderr.lines().last().unwrap_or_default().to_owned()
+}
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
+    let output = command.args(arguments).current_dir(folder).output();
+    let output = output.expect("the program");
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    output
+}

@@ -1,0 +1,288 @@
+//! The frames of a job: what each shows, and the scene it is rendered from.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+
+use camlux::glam::{DQuat, DVec3};
+use camlux::scene::{Intrinsics, Light, Mesh, Shared};
+use camlux::{Scene, engine_hash};
+use serde_json::{Map, Value, json};
+
+use super::draws::Draws;
+use super::job::Job;
+use super::pose::{Pose, rotation_of};
+use crate::{Failure, overrides, tell};
+
+/// A job with its scenes.
+pub struct Frames {
+    pub job: Job,
+    pub scenes: Vec<LoadedScene>,
+    /// Of everything that all frames share.
+    shared_hash: blake3::Hasher,
+    /// Meshes as they were posed last, so that one that rests is not made anew.
+    posed: HashMap<(usize, usize), (DVec3, DQuat, Shared<Mesh>)>,
+}
+
+pub struct LoadedScene {
+    /// As the job has it.
+    pub name: String,
+    pub hash: String,
+    /// Of its frames, below the data set's: empty for the only scene.
+    pub folder: String,
+    scene: Scene,
+}
+
+/// One frame, before it is rendered.
+pub struct Planned {
+    pub index: u64,
+    /// Position and attitude, metres and a unit quaternion.
+    pub camera_pose: (DVec3, DQuat),
+    /// Below the data set's folder.
+    pub file: String,
+    /// BLAKE3 of everything that the image and its file depend on.
+    pub inputs: String,
+    /// What the manifest says of it.
+    pub description: Map<String, Value>,
+    scene_index: usize,
+    /// With the meshes where the scene has them.
+    scene: Scene,
+    mesh_poses: Vec<(usize, DVec3, DQuat)>,
+}
+
+impl Frames {
+    pub fn load(job: Job) -> Result<Frames, Failure> {
+        let mut scenes = Vec::new();
+        for (name, path) in &job.scenes {
+            let mut scene = Scene::load(path)?;
+            if let Some(size_px) = job.size_px {
+                scene.camera = overrides::resize(scene.camera, size_px);
+            }
+            for warning in scene.warnings() {
+                tell(&format!("camlux: warning: {name}: {warning}"));
+            }
+            overrides::check_layers(&scene, job.exr.layers.as_deref().unwrap_or_default())?;
+            job.lights
+                .iter()
+                .try_for_each(|light| light.check(&scene))?;
+            job.meshes.iter().try_for_each(|mesh| mesh.check(&scene))?;
+            job.materials.iter().try_for_each(|m| m.check(&scene))?;
+            job.sweeps
+                .iter()
+                .try_for_each(|sweep| sweep.check(&scene))?;
+            let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+            let folder = match job.scenes.len() {
+                1 => String::new(),
+                _ => format!("{stem}/"),
+            };
+            scenes.push(LoadedScene {
+                name: name.clone(),
+                hash: scene.hash(),
+                folder,
+                scene,
+            });
+        }
+        let mut shared_hash = blake3::Hasher::new();
+        shared_hash.update(engine_hash().as_bytes());
+        shared_hash.update(format!("{:?}", job.exr).as_bytes());
+        Ok(Frames {
+            job,
+            scenes,
+            shared_hash,
+            posed: HashMap::new(),
+        })
+    }
+
+    /// Frames of one scene.
+    pub fn count_in_scene(&self) -> u64 {
+        let steps = self
+            .job
+            .sweeps
+            .iter()
+            .map(|sweep| sweep.step_count() as u64);
+        u64::from(self.job.frame_count) * steps.product::<u64>()
+    }
+
+    pub fn count(&self) -> u64 {
+        self.count_in_scene() * self.scenes.len() as u64
+    }
+
+    /// The scene as its file and the job's size have it.
+    pub fn scene_as_loaded(&self, index: usize) -> &Scene {
+        &self.scenes[index].scene
+    }
+
+    pub fn plan(&self, index: u64) -> Planned {
+        let scene_index = (index / self.count_in_scene()) as usize;
+        let number = index % self.count_in_scene();
+        let frame = (number % u64::from(self.job.frame_count)) as u32;
+        let loaded = &self.scenes[scene_index];
+        let draws = |purpose: &str| Draws::new(self.job.seed, index, purpose);
+
+        let mut scene = loaded.scene.clone();
+        let mut step = (number / u64::from(self.job.frame_count)) as usize;
+        for sweep in self.job.sweeps.iter().rev() {
+            sweep.apply(&mut scene, step % sweep.step_count());
+            step /= sweep.step_count();
+        }
+        for light in &self.job.lights {
+            light.apply(&mut scene, frame, draws);
+        }
+        for material in &self.job.materials {
+            material.apply(&mut scene, draws);
+        }
+        let camera_pose = self.job.camera.as_ref();
+        let camera_pose = camera_pose.map(|motion| motion.pose(frame, draws("camera")));
+        if let Some(pose) = &camera_pose {
+            scene.camera = pose.camera(&scene.camera);
+        }
+        let mesh_poses = self.job.meshes.iter().map(|mesh| {
+            let draws = draws(&format!("mesh {}", mesh.index));
+            let pose = mesh.motion.pose(frame, draws);
+            (mesh.index, pose.position_m, pose.rotation(DVec3::Y))
+        });
+        let mesh_poses: Vec<_> = mesh_poses.collect();
+        let rotation = match camera_pose {
+            Some(Pose {
+                aim: Some(super::pose::Aim::Rotation(rotation)),
+                ..
+            }) => rotation,
+            _ => rotation_of(&scene.camera),
+        };
+
+        let mut planned = Planned {
+            index,
+            camera_pose: (scene.camera.position_m, rotation),
+            file: format!("frames/{}{number:06}.exr", loaded.folder),
+            inputs: String::new(),
+            description: Map::new(),
+            scene_index,
+            scene,
+            mesh_poses,
+        };
+        let time_s = camera_pose.and_then(|pose| pose.time_s);
+        self.describe(&mut planned, number, time_s);
+        planned
+    }
+
+    fn describe(&self, planned: &mut Planned, number: u64, time_s: Option<f64>) {
+        let scene = &planned.scene;
+        let Intrinsics { fx, fy, cx, cy } = scene.camera.intrinsics_px();
+        let (position_m, rotation) = planned.camera_pose;
+        let meshes: Vec<Value> = planned
+            .mesh_poses
+            .iter()
+            .map(|(mesh, position_m, rotation)| {
+                json!({
+                    "index": mesh,
+                    "position_m": position_m.to_array(),
+                    "rotation_xyzw": rotation.to_array(),
+                })
+            })
+            .collect();
+        let varied = self.materials_that_differ(planned);
+        let value = json!({
+            "scene": self.scenes[planned.scene_index].name,
+            "frame": number,
+            "time_s": time_s,
+            "camera": {
+                "position_m": position_m.to_array(),
+                "rotation_xyzw": rotation.to_array(),
+                "look_at_m": scene.camera.look_at_m.to_array(),
+                "up": scene.camera.up.to_array(),
+                "resolution_px": scene.camera.resolution_px,
+                "intrinsics_px": { "fx": fx, "fy": fy, "cx": cx, "cy": cy },
+            },
+            "lights": scene.lights.iter().map(describe_light).collect::<Vec<_>>(),
+            "meshes": meshes,
+            "materials_kd": varied,
+            "seed": self.job.seed,
+        });
+        let mut hasher = self.shared_hash.clone();
+        hasher.update(self.scenes[planned.scene_index].hash.as_bytes());
+        hasher.update(value.to_string().as_bytes());
+        planned.inputs = hasher.finalize().to_hex().to_string();
+        if let Value::Object(description) = value {
+            planned.description = description;
+        }
+    }
+
+    fn materials_that_differ(&self, planned: &Planned) -> Map<String, Value> {
+        let before = &self.scenes[planned.scene_index].scene.materials;
+        let pairs = before.iter().zip(&planned.scene.materials);
+        let differing = pairs.filter(|(before, now)| before.kd != now.kd);
+        differing
+            .map(|(_, now)| (now.name.clone(), json!(now.kd)))
+            .collect()
+    }
+
+    /// The scene to render, with its meshes in their places.
+    pub fn scene(&mut self, planned: &Planned) -> Scene {
+        let mut scene = planned.scene.clone();
+        for &(index, position_m, rotation) in &planned.mesh_poses {
+            let key = (planned.scene_index, index);
+            let kept = self.posed.get(&key);
+            let kept = kept.filter(|(p, r, _)| *p == position_m && *r == rotation);
+            let mesh = match kept {
+                Some((.., mesh)) => mesh.clone(),
+                None => scene.meshes[index].posed(rotation, position_m).into(),
+            };
+            self.posed.insert(key, (position_m, rotation, mesh.clone()));
+            scene.meshes[index] = mesh;
+        }
+        scene
+    }
+}
+
+impl Planned {
+    /// What the header of its file says beyond the frame itself.
+    pub fn attributes(&self) -> Vec<(String, String)> {
+        let pose = |position_m: DVec3, rotation: DQuat| {
+            let (position_m, rotation) = (position_m.to_array(), rotation.to_array());
+            format!("position = {position_m:?}, rotation = {rotation:?}")
+        };
+        let (position_m, rotation) = self.camera_pose;
+        let mut attributes = vec![
+            ("batch.frame".to_owned(), self.index.to_string()),
+            ("camera.pose".to_owned(), pose(position_m, rotation)),
+        ];
+        for &(mesh, position_m, rotation) in &self.mesh_poses {
+            attributes.push((format!("mesh.{mesh}.pose"), pose(position_m, rotation)));
+        }
+        attributes
+    }
+
+    pub fn path(&self, folder: &Path) -> PathBuf {
+        folder.join(&self.file)
+    }
+}
+
+fn describe_light(light: &Light) -> Value {
+    let kind = light.kind();
+    match light {
+        Light::Point {
+            position_m,
+            power_w,
+        } => json!({ "kind": kind, "position_m": position_m.to_array(), "power_w": power_w }),
+        Light::Spot {
+            position_m,
+            direction,
+            cone,
+            power_w,
+        } => json!({
+            "kind": kind,
+            "position_m": position_m.to_array(),
+            "direction": direction.to_array(),
+            "inner_half_angle_deg": cone.inner_half_angle_deg,
+            "outer_half_angle_deg": cone.outer_half_angle_deg,
+            "power_w": power_w,
+        }),
+        Light::Directional {
+            direction,
+            irradiance_w_m2,
+        } => json!({
+            "kind": kind,
+            "direction": direction.to_array(),
+            "irradiance_w_m2": irradiance_w_m2,
+        }),
+    }
+}

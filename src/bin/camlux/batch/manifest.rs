@@ -1,0 +1,127 @@
+//! The manifest: a line of JSON a frame, appended when the frame's file has its name.
+//!
+//! What a line says is checked against the file before it is believed, so nothing waits for the disk: a line that is lost or cut,
+//! or whose file is not what it says, costs that frame's time again and no more.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use camlux::Error;
+use camlux::output::OutputFile;
+use serde_json::Value;
+
+use super::frames::Planned;
+
+/// A line as it was read: the text is kept, so that its numbers stay to the last digit.
+#[derive(Clone)]
+pub struct Line {
+    text: String,
+    inputs: String,
+    /// `None`: the frame failed.
+    blake3: Option<String>,
+}
+
+impl Line {
+    /// `None` for what is no line of a manifest: one that was cut.
+    fn parse(text: &str) -> Option<(u64, Line)> {
+        let value: Value = serde_json::from_str(text).ok()?;
+        let text_of = |key: &str| Some(value.get(key)?.as_str()?.to_owned());
+        let line = Line {
+            text: text.to_owned(),
+            inputs: text_of("inputs")?,
+            blake3: text_of("blake3"),
+        };
+        Some((value.get("index")?.as_u64()?, line))
+    }
+
+    pub fn is_of(&self, planned: &Planned) -> bool {
+        self.inputs == planned.inputs
+    }
+
+    pub fn has_failed(&self) -> bool {
+        self.blake3.is_none()
+    }
+
+    /// Whether the frame is what it is now and its file is there, byte for byte.
+    pub fn is_proved_by(&self, planned: &Planned, folder: &Path) -> bool {
+        let Some(expected) = self.blake3.as_ref().filter(|_| self.is_of(planned)) else {
+            return false;
+        };
+        let Ok(file) = File::open(planned.path(folder)) else {
+            return false;
+        };
+        let mut hasher = blake3::Hasher::new();
+        hasher.update_reader(file).is_ok() && hasher.finalize().to_hex().as_str() == expected
+    }
+}
+
+/// Lines by the frame's index; of two the later one counts.
+pub type Lines = BTreeMap<u64, Line>;
+
+/// The lines of a manifest; none where there is no file.
+pub fn read(path: &Path) -> Result<Lines, Error> {
+    let bytes = match fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Lines::new()),
+        Err(error) => return Err(failed(path, &error)),
+    };
+    let text = String::from_utf8_lossy(&bytes);
+    Ok(text.lines().filter_map(Line::parse).collect())
+}
+
+/// Replaces a manifest by these lines, in the order of their frames.
+pub fn replace(path: &Path, lines: &Lines) -> Result<(), Error> {
+    let text: String = lines.values().map(|l| format!("{}\n", l.text)).collect();
+    if fs::read(path).is_ok_and(|before| before == text.as_bytes()) {
+        return Ok(());
+    }
+    let mut file = OutputFile::create(path)?;
+    file.write_all(text.as_bytes())
+        .map_err(|error| file.failed(&error))?;
+    file.commit()
+}
+
+/// A manifest to which frames are added as they come.
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+}
+
+impl Journal {
+    /// Begins with these lines.
+    pub fn begin(path: &Path, lines: &Lines) -> Result<Journal, Error> {
+        replace(path, lines)?;
+        let file = File::options().append(true).create(true).open(path);
+        Ok(Journal {
+            path: path.to_owned(),
+            file: file.map_err(|error| failed(path, &error))?,
+        })
+    }
+
+    pub fn append(&mut self, line: &Value) -> Result<(), Error> {
+        // In one call: another process may add to the same file.
+        let text = format!("{line}\n");
+        self.file
+            .write_all(text.as_bytes())
+            .map_err(|error| failed(&self.path, &error))
+    }
+
+    /// Puts the lines in order, and on the disk.
+    pub fn finish(self) -> Result<Lines, Error> {
+        let lines = read(&self.path)?;
+        replace(&self.path, &lines)?;
+        let on_disk = File::open(&self.path).and_then(|file| file.sync_all());
+        on_disk.map_err(|error| failed(&self.path, &error))?;
+        Ok(lines)
+    }
+}
+
+fn failed(path: &Path, error: &io::Error) -> Error {
+    Error::Output {
+        path: path.to_owned(),
+        problem: error.to_string(),
+        mend: "check the free space and the permissions of its folder".into(),
+    }
+}

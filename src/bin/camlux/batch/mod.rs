@@ -1,0 +1,228 @@
+//! `camlux batch`: from a job file to a data set of many frames. See `docs/batch.md`.
+
+mod changes;
+mod contact_sheet;
+mod dataset;
+mod draws;
+mod dry_run;
+mod frames;
+mod job;
+mod manifest;
+mod merge;
+mod motion;
+mod part;
+mod pose;
+mod progress;
+mod trajectory;
+mod work;
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use camlux::DeviceOptions;
+use camlux::output::ExrCompression;
+
+use crate::progress::stop_on_signals;
+use crate::render::device_choice;
+use crate::{Failure, tell};
+use contact_sheet::ContactSheet;
+use frames::Frames;
+use job::Job;
+use manifest::{Journal, Lines};
+use part::{Part, Range, Shard};
+use work::Manner;
+
+/// Where a job does not say.
+const DEFAULT_COMPRESSION: ExrCompression = ExrCompression::Rle;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Job file
+    #[arg(value_name = "JOB.toml")]
+    pub job: PathBuf,
+    /// Folder of the data set; what is there already and sound is not rendered again
+    #[arg(
+        short,
+        long,
+        value_name = "FOLDER",
+        required_unless_present = "dry_run"
+    )]
+    pub output: Option<PathBuf>,
+    /// These frames only, without the last one
+    #[arg(long, value_name = "FIRST..END")]
+    pub frames: Option<Range>,
+    /// The I-th of N equal shares: frames I-1, I-1+N, I-1+2N, ...; the manifest is manifest-I-of-N.jsonl
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Shard>,
+    /// List the frames, and estimate time and disk from a few of them
+    #[arg(long)]
+    pub dry_run: bool,
+    /// Render nothing: check the frames of all shards, and make one manifest.jsonl of theirs; exit code 1 unless all are there
+    #[arg(long, conflicts_with_all = ["dry_run", "frames", "shard"])]
+    pub merge: bool,
+    /// Also write a picture of up to 64 of the frames, in one exposure
+    #[arg(long, value_name = "FILE.png", conflicts_with = "dry_run")]
+    pub contact_sheet: Option<PathBuf>,
+    /// Stop at the first frame that fails
+    #[arg(long)]
+    pub fail_fast: bool,
+    /// Device by the number or by the name that `camlux info` lists
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub device: Option<String>,
+    /// Frames that may wait to be written while the next renders; 0: none, each is written first
+    #[arg(long, value_name = "N", default_value_t = 2)]
+    pub queue: usize,
+}
+
+pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let mut frames = Frames::load(Job::load(&args.job)?)?;
+    let part = Part {
+        range: args.frames,
+        shard: args.shard,
+    };
+    let indices: Vec<u64> = part.frames(frames.count()).collect();
+    let device = DeviceOptions {
+        choice: device_choice(args.device.as_deref()),
+        ..DeviceOptions::default()
+    };
+    if args.dry_run {
+        dry_run::run(&mut frames, &indices, &device)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    // clap requires it.
+    let folder = args.output.as_deref().ok_or("give --output")?;
+    let sheet = args.contact_sheet.as_deref();
+    let sheet = sheet.map(|path| ContactSheet::create(path, &frames));
+    let sheet = sheet.transpose()?;
+    let show = |frames: &Frames| match sheet {
+        Some(sheet) => sheet.write(frames, &indices, folder),
+        None => Ok(()),
+    };
+    if args.merge {
+        let is_whole = merge::run(&frames, folder)?;
+        dataset::write(&frames, folder)?;
+        show(&frames)?;
+        return Ok(exit_code(is_whole));
+    }
+    stop_on_signals();
+    for scene in &frames.scenes {
+        create_folder(&folder.join("frames").join(&scene.folder))?;
+    }
+    dataset::write(&frames, folder)?;
+    let manifest = folder.join(part.manifest_name());
+    let (kept, missing) = sort_out(&frames, &indices, folder, &manifest)?;
+    remove_unfinished(&frames, &missing, folder, &manifest);
+    let there = indices.len() - missing.len();
+    if there > 0 {
+        tell(&format!(
+            "{there} of {} frames are there and sound",
+            indices.len()
+        ));
+    }
+    let journal = Journal::begin(&manifest, &kept)?;
+    if missing.is_empty() {
+        journal.finish()?;
+        show(&frames)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let manner = Manner {
+        folder,
+        device: &device,
+        queue: args.queue,
+        fail_fast: args.fail_fast,
+    };
+    let start = Instant::now();
+    let (done, journal) = work::render(&mut frames, &missing, journal, manner)?;
+    work::tell_summary(&done, start.elapsed());
+    journal.finish()?;
+    show(&frames)?;
+    if done.failed > 0 {
+        tell(&format!(
+            "camlux: error: {} frames failed; {} says why",
+            done.failed,
+            manifest.display()
+        ));
+    }
+    if !done.is_whole {
+        let left = missing.len() as u64 - done.written - done.failed;
+        tell(&format!(
+            "camlux: stopped with {left} frames to go; the same command goes on"
+        ));
+    }
+    Ok(exit_code(done.is_whole && done.failed == 0))
+}
+
+fn exit_code(is_success: bool) -> ExitCode {
+    match is_success {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
+    }
+}
+
+fn create_folder(folder: &Path) -> Result<(), Failure> {
+    fs::create_dir_all(folder).map_err(|error| {
+        let folder = folder.display();
+        format!("{folder}: cannot create the folder: {error}; name another one").into()
+    })
+}
+
+/// The lines of the manifest that stay, and the frames of this run that are to be rendered: those without a line, whose file is not
+/// what the line says, whose job or scene has changed, and those that failed.
+fn sort_out(
+    frames: &Frames,
+    indices: &[u64],
+    folder: &Path,
+    manifest: &Path,
+) -> Result<(Lines, Vec<u64>), Failure> {
+    let mut lines = manifest::read(manifest)?;
+    lines.retain(|&index, _| index < frames.count());
+    let mut missing = Vec::new();
+    for &index in indices {
+        let is_there = lines
+            .get(&index)
+            .is_some_and(|line| line.is_proved_by(&frames.plan(index), folder));
+        if !is_there {
+            lines.remove(&index);
+            missing.push(index);
+        }
+    }
+    Ok((lines, missing))
+}
+
+/// Removes what a killed run has left under construction of these frames and of this manifest; others may be at work on other ones.
+fn remove_unfinished(frames: &Frames, missing: &[u64], folder: &Path, manifest: &Path) {
+    let mut own: HashSet<PathBuf> = missing
+        .iter()
+        .map(|&index| frames.plan(index).path(folder))
+        .collect();
+    own.insert(manifest.to_owned());
+    let of_scenes = frames
+        .scenes
+        .iter()
+        .map(|scene| folder.join("frames").join(&scene.folder));
+    for folder in of_scenes.chain([folder.to_owned()]) {
+        let Ok(entries) = fs::read_dir(&folder) else {
+            continue;
+        };
+        for path in entries.flatten().map(|entry| entry.path()) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            let finished = name
+                .strip_prefix('.')
+                .filter(|name| name.ends_with(".part"))
+                .and_then(|name| {
+                    let behind = [".exr.", ".jsonl."];
+                    behind
+                        .iter()
+                        .find_map(|end| Some(&name[..name.find(end)? + end.len() - 1]))
+                })
+                .map(|name| folder.join(name));
+            if finished.is_some_and(|finished| own.contains(&finished)) {
+                // One that stays is in nobody's way.
+                let _ = fs::remove_file(&path);
+            }
+        }
+    }
+}

@@ -1,0 +1,222 @@
+//! Renders frames and writes them: while one renders, the last is packed and written by a thread of its own.
+
+use std::path::Path;
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use camlux::output::{ExrOptions, Frame, OutputFile, write_exr_hashed};
+use camlux::{Device, DeviceOptions, Error, RenderOptions, Renderer};
+use serde_json::json;
+
+use super::frames::{Frames, Planned};
+use super::manifest::Journal;
+use super::progress::FrameProgress;
+use crate::progress::is_interrupted;
+use crate::{Failure, tell};
+
+/// How to work.
+#[derive(Clone, Copy)]
+pub struct Manner<'m> {
+    pub folder: &'m Path,
+    pub device: &'m DeviceOptions,
+    /// Frames that may wait to be written; 0: each is written before the next one renders.
+    pub queue: usize,
+    pub fail_fast: bool,
+}
+
+/// What was done.
+#[derive(Default)]
+pub struct Done {
+    pub written: u64,
+    pub failed: u64,
+    pub bytes: u64,
+    pub gpu: Duration,
+    /// Of the renderer, and of packing and writing: together more than the wall time where they overlap.
+    pub rendering: Duration,
+    pub writing: Duration,
+    /// Whether the end was reached: not where a signal or a failed frame has ended it before.
+    pub is_whole: bool,
+}
+
+/// A device and what it keeps from frame to frame.
+pub struct Engine {
+    options: DeviceOptions,
+    device: Device,
+    renderer: Renderer,
+}
+
+impl Engine {
+    pub fn open(options: &DeviceOptions) -> Result<Engine, Error> {
+        let device = Device::open(options)?;
+        let renderer = Renderer::new(&device)?;
+        Ok(Engine {
+            options: options.clone(),
+            device,
+            renderer,
+        })
+    }
+
+    pub fn render(&mut self, frames: &mut Frames, planned: &Planned) -> Result<Frame, Error> {
+        let scene = frames.scene(planned);
+        let rendered = self.renderer.render(&scene, &mut RenderOptions::default());
+        if let Err(Error::DeviceLost { .. }) = rendered {
+            // It is of no more use; the frames behind this one need another.
+            *self = Engine::open(&self.options)?;
+        }
+        rendered
+    }
+
+    pub fn device_name(&self) -> &str {
+        &self.device.info().name
+    }
+}
+
+/// A frame on its way to the disk.
+struct Rendered {
+    planned: Planned,
+    frame: Result<Frame, Error>,
+    time: Duration,
+}
+
+/// Renders these frames.
+///
+/// # Errors
+/// Where files cannot be written, and where no device can be opened: nothing else ends the work before its end.
+pub fn render(
+    frames: &mut Frames,
+    indices: &[u64],
+    journal: Journal,
+    manner: Manner,
+) -> Result<(Done, Journal), Failure> {
+    let mut engine = Engine::open(manner.device)?;
+    let mut writer = Writer {
+        exr: frames.job.exr.clone(),
+        folder: manner.folder,
+        device: engine.device_name().to_owned(),
+        journal,
+        progress: FrameProgress::new(indices.len() as u64),
+        done: Done::default(),
+    };
+    let mut source = |take: &mut dyn FnMut(Rendered) -> Result<(), Failure>| {
+        for &index in indices {
+            if is_interrupted() {
+                return Ok(false);
+            }
+            let planned = frames.plan(index);
+            let start = Instant::now();
+            let frame = engine.render(frames, &planned);
+            let stops = frame.is_err() && manner.fail_fast;
+            let time = start.elapsed();
+            take(Rendered {
+                planned,
+                frame,
+                time,
+            })?;
+            if stops {
+                return Ok(false);
+            }
+        }
+        Ok::<bool, Failure>(true)
+    };
+    let is_whole = if manner.queue == 0 {
+        source(&mut |rendered| Ok(writer.write(rendered)?))?
+    } else {
+        let (sender, receiver) = sync_channel(manner.queue);
+        thread::scope(|scope| {
+            let writing = scope.spawn(|| writer.write_all(receiver));
+            let ended = source(&mut |rendered| send(&sender, rendered));
+            drop(sender);
+            match writing.join() {
+                // Its error is the cause of the other.
+                Ok(written) => written.map_err(Failure::from).and(ended),
+                Err(_) => Err("the thread that writes has ended by a bug".into()),
+            }
+        })?
+    };
+    writer.done.is_whole = is_whole;
+    Ok((writer.done, writer.journal))
+}
+
+fn send(sender: &SyncSender<Rendered>, rendered: Rendered) -> Result<(), Failure> {
+    let closed = |_| "the thread that writes has ended".into();
+    sender.send(rendered).map_err(closed)
+}
+
+struct Writer<'w> {
+    exr: ExrOptions,
+    folder: &'w Path,
+    device: String,
+    journal: Journal,
+    progress: FrameProgress,
+    done: Done,
+}
+
+impl Writer<'_> {
+    fn write_all(&mut self, rendered: Receiver<Rendered>) -> Result<(), Error> {
+        rendered.iter().try_for_each(|frame| self.write(frame))
+    }
+
+    fn write(&mut self, rendered: Rendered) -> Result<(), Error> {
+        let Rendered {
+            mut planned,
+            frame,
+            time,
+        } = rendered;
+        let mut line = serde_json::Map::new();
+        line.insert("index".into(), json!(planned.index));
+        line.append(&mut planned.description);
+        self.done.rendering += time;
+        match frame {
+            Ok(frame) => {
+                let start = Instant::now();
+                self.exr.attributes = planned.attributes();
+                let output = OutputFile::create(planned.path(self.folder))?;
+                let written = write_exr_hashed(output, &frame, &self.exr)?;
+                line.insert("file".into(), json!(planned.file));
+                line.insert("blake3".into(), json!(written.blake3));
+                line.insert("bytes".into(), json!(written.bytes));
+                line.insert("ms".into(), json!(rounded_ms(time)));
+                let estimated_error = frame.stats.estimated_error;
+                line.insert("estimated_error".into(), json!(estimated_error));
+                self.done.written += 1;
+                self.done.bytes += written.bytes;
+                let gpu_ms: f64 = frame.stats.passes.iter().map(|p| p.milliseconds).sum();
+                self.done.gpu += Duration::from_secs_f64(gpu_ms * 1e-3);
+                self.done.writing += start.elapsed();
+            }
+            Err(error) => {
+                let index = planned.index;
+                self.progress
+                    .say(&format!("camlux: frame {index} failed: {error}"));
+                line.insert("error".into(), json!(error.to_string()));
+                line.insert("ms".into(), json!(rounded_ms(time)));
+                self.done.failed += 1;
+            }
+        }
+        line.insert("device".into(), json!(self.device));
+        line.insert("inputs".into(), json!(planned.inputs));
+        self.journal.append(&line.into())?;
+        self.progress.step();
+        Ok(())
+    }
+}
+
+fn rounded_ms(time: Duration) -> f64 {
+    (time.as_secs_f64() * 1e6).round() * 1e-3
+}
+
+/// What was done, for people.
+pub fn tell_summary(done: &Done, wall: Duration) {
+    let wall_s = wall.as_secs_f64();
+    let rate = done.written as f64 / wall_s;
+    let share = |part: Duration| 100.0 * part.as_secs_f64() / wall_s;
+    tell(&format!(
+        "rendered {} frames in {wall_s:.2} s: {rate:.2} frames/s, {:.1} MB; of the wall time GPU {:.0} %, rendering {:.0} %, writing {:.0} %",
+        done.written,
+        done.bytes as f64 * 1e-6,
+        share(done.gpu),
+        share(done.rendering),
+        share(done.writing),
+    ));
+}
