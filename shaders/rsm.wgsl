@@ -3,9 +3,6 @@
 // Per texel: ΔΩ (sr; directional: ΔA_perp, local units²) of its part inside the emission domain, and the mean of s(θ) there.
 @group(0) @binding(6) var<storage, read> emission: array<vec2<f32>>;
 
-// Height of a light over a plane that rounding of either may make up, for each component of the normal.
-const LIGHT_IN_PLANE: f32 = 12.0 * 5.9604645e-8;
-
 struct Rsm {
     // Q; the triangle it lies on (negative: no surface), exact up to 2^24.
     @location(0) position: vec4<f32>,

@@ -107,10 +107,6 @@ fn way_to_light(start: vec3<f32>, light_end: vec4<f32>) -> vec3<f32> {
     return light_end.xyz - light_end.w * start;
 }
 
-// Height of a light over a plane that rounding of either may make up, for each component of the normal. A lamp that is mounted on a
-// surface lights what is before it.
-const LIGHT_IN_PLANE: f32 = 12.0 * 5.9604645e-8;
-
 // What all rays to one light share of a triangle.
 struct Screen {
     // The normals of the planes through an edge and the light, and their products with a point of theirs. A ray passes inside

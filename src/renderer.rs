@@ -85,17 +85,13 @@ impl Renderer {
     /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails, after which
     /// it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
+        let start = Instant::now();
         let drawn = self.draw(scene, options, Purpose::Layers)?;
-        match drawn.into_frame(&self.device) {
-            Ok((frame, images)) => {
-                self.kept.images = Some(images);
-                Ok(frame)
-            }
-            Err(error) => {
-                self.forget();
-                Err(error)
-            }
-        }
+        let read = drawn.read(&self.device).inspect_err(|_| self.forget());
+        let mut frame = read?;
+        frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
+        self.kept.images = Some(drawn.images);
+        Ok(frame)
     }
 
     /// Renders a frame whose images stay on the device: for a host that goes on with them there.
@@ -113,9 +109,7 @@ impl Renderer {
         };
         self.timeline = Some(timeline.clone());
         let drawn = self.draw(scene, options, Purpose::OnDevice)?;
-        let ready_at = timeline
-            .rise()
-            .inspect_err(|_| self.kept = Kept::default())?;
+        let ready_at = timeline.rise().inspect_err(|_| self.forget())?;
         Ok(DeviceFrame::new(&self.device, drawn, timeline, ready_at))
     }
 
@@ -131,7 +125,7 @@ impl Renderer {
         let mut intermediates = Intermediates::default();
         let drawn = self.draw(scene, options, Purpose::Look(&mut intermediates))?;
         intermediates.read_gbuffer(&self.device, &drawn.images.gbuffer, &drawn.space)?;
-        Ok((drawn.into_frame(&self.device)?.0, intermediates))
+        Ok((drawn.read(&self.device)?, intermediates))
     }
 
     fn draw(
@@ -203,7 +197,6 @@ impl Renderer {
                 wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
             },
             description: FrameDescription::new(scene, scene.hash()),
-            start,
         })
     }
 }

@@ -1,6 +1,6 @@
 //! A frame that was drawn: its images on the device, and the way from there to layers, or to a host that goes on with them.
 
-use std::{fmt, sync::Arc, time::Instant};
+use std::{fmt, sync::Arc};
 
 use ash::vk;
 
@@ -17,22 +17,18 @@ pub(crate) struct DrawnFrame {
     pub space: LocalSpace,
     pub stats: FrameStats,
     pub description: FrameDescription,
-    pub start: Instant,
 }
 
 impl DrawnFrame {
-    /// Reads the layers, and gives the images back.
-    pub fn into_frame(mut self, device: &Device) -> Result<(Frame, FrameImages)> {
+    /// Reads the layers.
+    pub fn read(&self, device: &Device) -> Result<Frame> {
         let camera = &self.description.camera;
-        let layers = read_layers(device, camera, &self.space, &self.images)?;
-        self.stats.wall_milliseconds = self.start.elapsed().as_secs_f64() * 1e3;
-        let frame = Frame {
+        Ok(Frame {
             resolution_px: camera.resolution_px,
-            layers,
-            stats: self.stats,
-            description: self.description,
-        };
-        Ok((frame, self.images))
+            layers: read_layers(device, camera, &self.space, &self.images)?,
+            stats: self.stats.clone(),
+            description: self.description.clone(),
+        })
     }
 }
 
@@ -128,14 +124,7 @@ impl DeviceFrame {
     /// # Errors
     /// As [`Renderer::render`](crate::Renderer::render).
     pub fn read(&self) -> Result<Frame> {
-        let Shared { device, drawn, .. } = &*self.shared;
-        let camera = &drawn.description.camera;
-        Ok(Frame {
-            resolution_px: camera.resolution_px,
-            layers: read_layers(device, camera, &drawn.space, &drawn.images)?,
-            stats: drawn.stats.clone(),
-            description: drawn.description.clone(),
-        })
+        self.shared.drawn.read(&self.shared.device)
     }
 }
 
