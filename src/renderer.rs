@@ -42,6 +42,7 @@ pub struct RenderOptions<'a> {
     pub ray_kernel: Option<RayKernel>,
     /// Plain sums take the VPLs of a light in an order that this number decides, to see what the order makes of a sum; `None`: in
     /// the order of the RSM's texels. The draws of rays need the latter and keep it.
+    #[doc(hidden)]
     pub vpl_order: Option<u64>,
 }
 

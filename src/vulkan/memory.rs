@@ -329,7 +329,7 @@ fn memory_of(allocation: &Allocation) -> vk::DeviceMemory {
 /// What a device's buffers and images hold of its memory.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct MemoryUse {
-    /// Buffers and images that have memory. 0 between renders.
+    /// Buffers and images that have memory. Between renders these are what renderers keep.
     pub allocations: usize,
     /// Bytes of these.
     pub bytes: u64,
