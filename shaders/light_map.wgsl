@@ -21,12 +21,13 @@ fn is_visible(position: vec3<f32>, geometric_normal: vec3<f32>) -> bool {
     let offset = position - light.position;
     var face = 0u;
     var depth = dot(offset, light.faces[0].forward);
-    for (var i = 1u; i < light.face_count; i++) {
+    // Over all that there may be, for a loop that ends at a uniform is unrolled by lavapipe, which compiles such a kernel anew for each
+    // dispatch, and keeps what it compiled it from as long as the pipeline.
+    for (var i = 1u; i < MAX_FACES; i++) {
         let other = dot(offset, light.faces[i].forward);
-        if (other > depth) {
-            depth = other;
-            face = i;
-        }
+        let is_nearer = (other > depth) & (i < light.face_count);
+        depth = select(depth, other, is_nearer);
+        face = select(face, i, is_nearer);
     }
 #if DIRECTIONAL
     let extent = light.half_extent;

@@ -9,6 +9,9 @@ struct LightFace {
     forward: vec3<f32>,
 }
 
+// Of a cube; spots and parallel light have one.
+const MAX_FACES: u32 = 6u;
+
 struct Light {
     // L; directional: the centre of the map's plane.
     position: vec3<f32>,
@@ -22,7 +25,7 @@ struct Light {
     intensity: vec3<f32>,
     // 1/(θ_o − θ_i); huge where they are equal; spot only.
     inverse_penumbra: f32,
-    faces: array<LightFace, 6>,
+    faces: array<LightFace, MAX_FACES>,
     face_count: u32,
     // Texels along a face's edge of the map that the shadow test reads.
     shadow_size: u32,

@@ -641,7 +641,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_count_lambert_apart.spv"),
     },
     Module {
@@ -656,7 +656,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_count_lambert_bounce.spv"),
     },
     Module {
@@ -672,7 +672,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_count_phong_apart.spv"),
     },
     Module {
@@ -688,7 +688,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_count_phong_bounce.spv"),
     },
     Module {
@@ -705,7 +705,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_write_lambert_average.spv"),
     },
     Module {
@@ -722,7 +722,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_write_lambert_radiosity.spv"),
     },
     Module {
@@ -741,7 +741,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
             Binding { binding: 9, name: "glossy_vpls", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_write_phong_average.spv"),
     },
     Module {
@@ -760,7 +760,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
             Binding { binding: 9, name: "glossy_vpls", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_write_phong_radiosity.spv"),
     },
     Module {
@@ -777,7 +777,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_write_lambert_bounce.spv"),
     },
     Module {
@@ -795,7 +795,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
             Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_write_phong_bounce.spv"),
     },
     Module {
@@ -825,7 +825,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_point_lambert.spv"),
     },
     Module {
@@ -844,7 +844,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_point_phong.spv"),
     },
     Module {
@@ -862,7 +862,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_spot_lambert.spv"),
     },
     Module {
@@ -881,7 +881,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_spot_phong.spv"),
     },
     Module {
@@ -899,7 +899,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_directional_lambert.spv"),
     },
     Module {
@@ -918,7 +918,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "positions", kind: BindingKind::StorageRead },
             Binding { binding: 8, name: "indices", kind: BindingKind::StorageRead },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_directional_phong.spv"),
     },
     Module {
@@ -935,7 +935,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet.spv"),
     },
     Module {
@@ -952,7 +952,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet_tree.spv"),
     },
     Module {
@@ -969,7 +969,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_single.spv"),
     },
     Module {
@@ -986,7 +986,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_single_tree.spv"),
     },
     Module {
@@ -1004,7 +1004,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet.spv"),
     },
     Module {
@@ -1022,7 +1022,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet_tree.spv"),
     },
     Module {
@@ -1040,7 +1040,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_single.spv"),
     },
     Module {
@@ -1058,7 +1058,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_single_tree.spv"),
     },
     Module {
@@ -1075,7 +1075,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet.spv"),
     },
     Module {
@@ -1092,7 +1092,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet_tree.spv"),
     },
     Module {
@@ -1109,7 +1109,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_single.spv"),
     },
     Module {
@@ -1126,7 +1126,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_single_tree.spv"),
     },
     Module {
@@ -1144,7 +1144,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet.spv"),
     },
     Module {
@@ -1162,7 +1162,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet_tree.spv"),
     },
     Module {
@@ -1180,7 +1180,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_single.spv"),
     },
     Module {
@@ -1198,7 +1198,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_single_tree.spv"),
     },
     Module {
@@ -1215,7 +1215,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet.spv"),
     },
     Module {
@@ -1232,7 +1232,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet_tree.spv"),
     },
     Module {
@@ -1249,7 +1249,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_single.spv"),
     },
     Module {
@@ -1266,7 +1266,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_single_tree.spv"),
     },
     Module {
@@ -1284,7 +1284,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet.spv"),
     },
     Module {
@@ -1302,7 +1302,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet_tree.spv"),
     },
     Module {
@@ -1320,7 +1320,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_single.spv"),
     },
     Module {
@@ -1338,7 +1338,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_single_tree.spv"),
     },
     Module {
@@ -1354,7 +1354,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_lambert_matte.spv"),
     },
     Module {
@@ -1369,7 +1369,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_lambert_matte_list.spv"),
     },
     Module {
@@ -1385,7 +1385,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_lambert_glossy.spv"),
     },
     Module {
@@ -1400,7 +1400,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_lambert_glossy_list.spv"),
     },
     Module {
@@ -1417,7 +1417,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_phong_matte.spv"),
     },
     Module {
@@ -1433,7 +1433,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_phong_matte_list.spv"),
     },
     Module {
@@ -1450,7 +1450,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_phong_glossy.spv"),
     },
     Module {
@@ -1466,7 +1466,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_phong_glossy_list.spv"),
     },
     Module {
@@ -1482,7 +1482,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_matte.spv"),
     },
     Module {
@@ -1497,7 +1497,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_matte_list.spv"),
     },
     Module {
@@ -1513,7 +1513,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_glossy.spv"),
     },
     Module {
@@ -1528,7 +1528,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_glossy_list.spv"),
     },
     Module {
@@ -1545,7 +1545,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_matte.spv"),
     },
     Module {
@@ -1561,7 +1561,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_matte_list.spv"),
     },
     Module {
@@ -1578,7 +1578,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_glossy.spv"),
     },
     Module {
@@ -1594,7 +1594,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_glossy_list.spv"),
     },
     Module {
@@ -1610,7 +1610,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_lambert_matte.spv"),
     },
     Module {
@@ -1625,7 +1625,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_lambert_matte_list.spv"),
     },
     Module {
@@ -1641,7 +1641,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_lambert_glossy.spv"),
     },
     Module {
@@ -1656,7 +1656,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_lambert_glossy_list.spv"),
     },
     Module {
@@ -1673,7 +1673,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_phong_matte.spv"),
     },
     Module {
@@ -1689,7 +1689,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_phong_matte_list.spv"),
     },
     Module {
@@ -1706,7 +1706,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_phong_glossy.spv"),
     },
     Module {
@@ -1722,7 +1722,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_phong_glossy_list.spv"),
     },
     Module {
@@ -1738,7 +1738,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_matte.spv"),
     },
     Module {
@@ -1753,7 +1753,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_matte_list.spv"),
     },
     Module {
@@ -1769,7 +1769,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_glossy.spv"),
     },
     Module {
@@ -1784,7 +1784,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_glossy_list.spv"),
     },
     Module {
@@ -1801,7 +1801,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_matte.spv"),
     },
     Module {
@@ -1817,7 +1817,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_matte_list.spv"),
     },
     Module {
@@ -1834,7 +1834,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_glossy.spv"),
     },
     Module {
@@ -1850,7 +1850,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_glossy_list.spv"),
     },
     Module {
@@ -1866,7 +1866,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_lambert_matte.spv"),
     },
     Module {
@@ -1881,7 +1881,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_lambert_matte_list.spv"),
     },
     Module {
@@ -1897,7 +1897,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_lambert_glossy.spv"),
     },
     Module {
@@ -1912,7 +1912,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_lambert_glossy_list.spv"),
     },
     Module {
@@ -1929,7 +1929,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_phong_matte.spv"),
     },
     Module {
@@ -1945,7 +1945,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_phong_matte_list.spv"),
     },
     Module {
@@ -1962,7 +1962,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_phong_glossy.spv"),
     },
     Module {
@@ -1978,7 +1978,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_phong_glossy_list.spv"),
     },
     Module {
@@ -1994,7 +1994,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_lambert_matte.spv"),
     },
     Module {
@@ -2009,7 +2009,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_lambert_matte_list.spv"),
     },
     Module {
@@ -2025,7 +2025,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_lambert_glossy.spv"),
     },
     Module {
@@ -2040,7 +2040,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_lambert_glossy_list.spv"),
     },
     Module {
@@ -2057,7 +2057,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_phong_matte.spv"),
     },
     Module {
@@ -2073,7 +2073,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_phong_matte_list.spv"),
     },
     Module {
@@ -2090,7 +2090,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_phong_glossy.spv"),
     },
     Module {
@@ -2106,7 +2106,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: BindingKind::StorageRead },
             Binding { binding: 6, name: "vpls", kind: BindingKind::SampledImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_phong_glossy_list.spv"),
     },
     Module {
@@ -2156,7 +2156,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_packet.spv"),
     },
     Module {
@@ -2181,7 +2181,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -2206,7 +2206,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_single.spv"),
     },
     Module {
@@ -2231,7 +2231,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_single_tree.spv"),
     },
     Module {
@@ -2257,7 +2257,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -2283,7 +2283,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2309,7 +2309,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_textured_single.spv"),
     },
     Module {
@@ -2335,7 +2335,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2360,7 +2360,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_packet.spv"),
     },
     Module {
@@ -2385,7 +2385,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -2410,7 +2410,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_single.spv"),
     },
     Module {
@@ -2435,7 +2435,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2461,7 +2461,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2487,7 +2487,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2513,7 +2513,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2539,7 +2539,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_lambert_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2564,7 +2564,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_flat_packet.spv"),
     },
     Module {
@@ -2589,7 +2589,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -2614,7 +2614,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_flat_single.spv"),
     },
     Module {
@@ -2639,7 +2639,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_flat_single_tree.spv"),
     },
     Module {
@@ -2665,7 +2665,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -2691,7 +2691,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2717,7 +2717,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_flat_textured_single.spv"),
     },
     Module {
@@ -2743,7 +2743,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2768,7 +2768,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_packet.spv"),
     },
     Module {
@@ -2793,7 +2793,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -2818,7 +2818,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_single.spv"),
     },
     Module {
@@ -2843,7 +2843,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2869,7 +2869,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2895,7 +2895,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2921,7 +2921,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2947,7 +2947,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2973,7 +2973,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_packet.spv"),
     },
     Module {
@@ -2999,7 +2999,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_packet_tree.spv"),
     },
     Module {
@@ -3025,7 +3025,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_single.spv"),
     },
     Module {
@@ -3051,7 +3051,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_single_tree.spv"),
     },
     Module {
@@ -3078,7 +3078,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_textured_packet.spv"),
     },
     Module {
@@ -3105,7 +3105,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -3132,7 +3132,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_textured_single.spv"),
     },
     Module {
@@ -3159,7 +3159,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_flat_textured_single_tree.spv"),
     },
     Module {
@@ -3185,7 +3185,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_packet.spv"),
     },
     Module {
@@ -3211,7 +3211,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_packet_tree.spv"),
     },
     Module {
@@ -3237,7 +3237,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_single.spv"),
     },
     Module {
@@ -3263,7 +3263,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_single_tree.spv"),
     },
     Module {
@@ -3290,7 +3290,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_textured_packet.spv"),
     },
     Module {
@@ -3317,7 +3317,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -3344,7 +3344,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_textured_single.spv"),
     },
     Module {
@@ -3371,7 +3371,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "vpl_shares", kind: BindingKind::StorageImage },
             Binding { binding: 17, name: "brought_by_vpls", kind: BindingKind::StorageWrite },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ("LIGHT_TEXELS", 23), ],
         spirv: include_bytes!("bounce_phong_glossy_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -3656,7 +3656,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet.spv"),
     },
     Module {
@@ -3671,7 +3671,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet_tree.spv"),
     },
     Module {
@@ -3686,7 +3686,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_single.spv"),
     },
     Module {
@@ -3701,7 +3701,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_single_tree.spv"),
     },
     Module {
@@ -3716,7 +3716,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet.spv"),
     },
     Module {
@@ -3731,7 +3731,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet_tree.spv"),
     },
     Module {
@@ -3746,7 +3746,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_single.spv"),
     },
     Module {
@@ -3761,7 +3761,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "ray_boxes", kind: BindingKind::StorageImage },
             Binding { binding: 10, name: "ray_triangles", kind: BindingKind::StorageImage },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_single_tree.spv"),
     },
 ];

@@ -241,7 +241,6 @@ fn held(pid: u32) -> (f64, usize) {
 
 #[cfg(target_os = "linux")]
 #[test]
-#[ignore = "long; not met on lavapipe, where resident memory grows by 0.4 MB a frame: docs/batch.md"]
 fn memory_and_open_files_stay_over_two_thousand_frames() {
     let job = r#"
         [job]
