@@ -399,7 +399,7 @@ fn a_contact_sheet_shows_the_frames() {
 
 /// By examples/python/read_dataset.py, which also sees P through pose and intrinsics.
 #[test]
-#[ignore = "needs numpy and OpenEXR, in the python3 that CAMLUX_PYTHON names"]
+#[ignore = "scripts/test-python runs it, with numpy and OpenEXR in the python3 that CAMLUX_PYTHON names"]
 fn python_reads_the_data_set() {
     let jobs = Jobs::new(JOB);
     jobs.succeed("set", &[]);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Reads a data set that `camlux batch` has written. Needs numpy and OpenEXR (pip install numpy OpenEXR).
+"""Reads a data set that `camlux batch` has written. Needs numpy and OpenEXR (pip install -r requirements.txt).
 
     from read_dataset import Dataset
     for frame in Dataset("dataset"):

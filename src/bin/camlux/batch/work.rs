@@ -220,3 +220,33 @@ pub fn tell_summary(done: &Done, wall: Duration) {
         share(done.writing),
     ));
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use camlux::{DeviceOptions, Error, Fault};
+
+    use super::{Engine, Frames};
+    use crate::batch::job::Job;
+
+    #[test]
+    fn a_lost_device_costs_one_frame() {
+        let job = "[job]\nscene = \"cornell.toml\"\nframes = 1\nsize = [8, 8]\n".to_owned();
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/job.toml");
+        let mut frames = Job::parse(job, &file)
+            .and_then(Frames::load)
+            .expect("a job");
+        let planned = frames.plan(0);
+        let mut engine =
+            Engine::open(&DeviceOptions::default()).expect("scripts/test has a driver");
+        let before = engine.render(&mut frames, &planned).expect("a frame");
+        engine
+            .device
+            .inject(Some(Fault::DeviceLostIn { pass: "gbuffer" }));
+        let lost = engine.render(&mut frames, &planned).err();
+        assert!(matches!(lost, Some(Error::DeviceLost { .. })), "{lost:?}");
+        let after = engine.render(&mut frames, &planned).expect("a frame");
+        assert!(after.layers == before.layers);
+    }
+}
