@@ -42,6 +42,15 @@ fn shift(light: &mut Light, by_m: DVec3) {
     }
 }
 
+fn brighten(light: &mut Light) {
+    match light {
+        Light::Point { power_w, .. } | Light::Spot { power_w, .. } => power_w[1] *= 1.5,
+        Light::Directional {
+            irradiance_w_m2, ..
+        } => irradiance_w_m2[1] *= 1.5,
+    }
+}
+
 type Change = fn(&mut Scene);
 
 /// One change after the other, each of which leaves something of the frame before and takes something away.
@@ -54,11 +63,16 @@ fn changes() -> Vec<(&'static str, Change)> {
         ("light", |scene| {
             shift(&mut scene.lights[0], DVec3::new(0.1, -0.05, 0.02));
         }),
+        ("power", |scene| brighten(&mut scene.lights[0])),
         ("last light", |scene| {
             let last = scene.lights.len() - 1;
             shift(&mut scene.lights[last], DVec3::new(0.0, -0.1, 0.1));
         }),
         ("material", |scene| scene.materials[0].kd = [0.1, 0.7, 0.3]),
+        ("power and material", |scene| {
+            brighten(&mut scene.lights[0]);
+            scene.materials[0].kd = [0.3, 0.2, 0.6];
+        }),
         ("mesh", |scene| {
             for position_m in &mut scene.meshes[0].positions_m {
                 *position_m *= 0.95;
@@ -148,6 +162,26 @@ fn a_moved_camera_draws_no_maps_and_lists_no_vpls() {
         // A light that moves takes them along.
         shift(&mut moved.lights[0], DVec3::new(0.1, -0.05, 0.02));
         assert!(passes(&gpu.render(&moved)).contains(&"rsm"));
+    }
+}
+
+#[test]
+fn a_brighter_light_draws_no_maps() {
+    for scene in [
+        by_rays(two_lights(demo_scene("cornell", [16, 16]))),
+        plain_sum(demo_scene("cornell", [16, 16]), 16),
+    ] {
+        let is_alone = scene.lights.len() == 1;
+        let mut gpu = Gpu::open();
+        let first = gpu.render(&scene);
+        let mut brighter = scene.clone();
+        brighten(&mut brighter.lights[0]);
+        let second = gpu.render(&brighter);
+        assert!(passes(&second).contains(&"vpl"));
+        // Two lights have them in turn.
+        assert_eq!(passes(&second).contains(&"rsm"), !is_alone);
+        assert!(!passes(&second).contains(&"shadow") || !is_alone);
+        assert!(first.values(Layer::Indirect) != second.values(Layer::Indirect));
     }
 }
 

@@ -100,7 +100,7 @@ impl<'f> Indirect<'f> {
             gbuffer: &images.gbuffer,
             indirect_radiance: radiance,
         };
-        let rays = stage.ray_tree.as_ref().zip(stage.hit_surfaces.as_ref());
+        let rays = stage.ray_tree().zip(stage.hit_surfaces());
         match (self.plan.method, rays) {
             (IndirectMethod::Sum(sum), _) => {
                 let lights = lighting.listed();

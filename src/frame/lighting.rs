@@ -2,7 +2,7 @@
 
 use super::shuffle;
 use crate::{
-    Error, IndirectMethod, Result,
+    Error, IndirectMethod, LightPlan, Result,
     passes::{
         Context, gather::ListedVpls, light::DeviceLight, rsm::Rsm, shadow::ShadowMap,
         vpl::VplLists, vpl_draws::ListedLight,
@@ -18,6 +18,8 @@ pub(crate) struct Lighting {
     pub vpls: Option<VplLists>,
     /// Where neither RSMs nor rays serve.
     pub shadow_map: Option<ShadowMap>,
+    /// Whose turn the maps are at. They do not depend on what it emits.
+    mapped: Option<(Light, LightPlan)>,
     /// In the order of the scene; `None`: to be made.
     lights: Vec<Option<LitLight>>,
 }
@@ -30,6 +32,15 @@ pub(crate) struct LitLight {
     listed: Option<ListedVpls>,
     /// The same for the draws of rays.
     listed_light: Option<ListedLight>,
+}
+
+/// What of a light has to be made.
+#[derive(Clone, Copy)]
+pub(crate) struct Renewed {
+    /// Its maps.
+    pub maps: bool,
+    /// Its VPLs.
+    pub light: bool,
 }
 
 /// All that the room for maps and lists, and the form of what lies in it, depend on.
@@ -121,15 +132,19 @@ impl Lighting {
             rsm,
             vpls,
             shadow_map: ShadowMap::for_plan(device, plan)?,
+            mapped: None,
             lights: (0..made_for.light_count).map(|_| None).collect(),
             made_for,
         })
     }
 
-    /// Puts the light of this number on the device. Whether it was not there: then its maps and VPLs are to be made, too.
-    pub fn renew(&mut self, context: &Context, index: usize) -> Result<bool> {
+    /// Puts the light of this number on the device. Where it was there, so are its maps and VPLs.
+    pub fn renew(&mut self, context: &Context, index: usize) -> Result<Renewed> {
         if self.lights[index].is_some() {
-            return Ok(false);
+            return Ok(Renewed {
+                maps: false,
+                light: false,
+            });
         }
         if let Some((.., Lists::InTurn)) = self.made_for.indirect {
             // The one whose turn it was.
@@ -140,7 +155,8 @@ impl Lighting {
             Some(vpls) => vpls.room_per_light.map(|room| index as u32 * room),
             None => [0; 2],
         };
-        let device = DeviceLight::new(context, light, &context.plan.lights[index], place)?;
+        let plan = &context.plan.lights[index];
+        let device = DeviceLight::new(context, light, plan, place)?;
         if let Some(vpls) = &mut self.vpls {
             vpls.set_texel_count(device.texel_count)?;
         }
@@ -150,7 +166,10 @@ impl Lighting {
             listed: None,
             listed_light: None,
         });
-        Ok(true)
+        let mapped = Some((light.with_emission([1.0; 3]), plan.clone()));
+        let maps = self.mapped != mapped;
+        self.mapped = mapped;
+        Ok(Renewed { maps, light: true })
     }
 
     /// The light of this number, after [`Lighting::renew`].

@@ -62,29 +62,23 @@ pub(crate) fn draw(
         space,
         ..
     } = *context;
-    let before = std::mem::take(kept);
-    let kept_stage = Stage::kept(before.stage, context);
-    // What lights see are surfaces.
-    let kept_lighting = before.lighting.filter(|_| kept_stage.is_some());
-    let kept_lighting = Lighting::kept(kept_lighting, context);
-    let kept_images = FrameImages::kept(before.images, context);
-    let (is_new_stage, stage) = match kept_stage {
-        Some(stage) => (false, stage),
-        None => (true, Stage::new(context)?),
-    };
-    let (is_new_room, mut lighting) = match kept_lighting {
+    let mut before = std::mem::take(kept);
+    before.images = FrameImages::kept(before.images, context);
+    before.lighting = Lighting::kept(before.lighting, context);
+    let stage = Stage::renew(&mut before, context)?;
+    let (is_new_room, mut lighting) = match before.lighting {
         Some(lighting) => (false, lighting),
         None => (true, Lighting::new(context)?),
     };
-    let images = kept_images.map_or_else(|| FrameImages::new(context), Ok)?;
+    let images = before
+        .images
+        .map_or_else(|| FrameImages::new(context), Ok)?;
     let camera_view = upload_view(device, &view::of_camera(&scene.camera, space))?;
     let indirect = Indirect::for_plan(context, submission_target)?;
 
     progress.report("gbuffer", 0.0)?;
     let mut recorder = Recorder::new(device, TIMED_PASSES)?;
-    if is_new_stage {
-        stage.record_copies(&mut recorder);
-    }
+    stage.record_copies(&mut recorder);
     if let (true, Some(_), Some(vpls)) = (is_new_room, plan.bounce(), &lighting.vpls) {
         recorder.prepare_images(&[&vpls.matte]);
     }
@@ -96,7 +90,7 @@ pub(crate) fn draw(
     gbuffer::draw(
         &mut recorder,
         context,
-        &stage.surfaces,
+        stage.surfaces(),
         &camera_view,
         gbuffer,
     )?;
@@ -107,22 +101,22 @@ pub(crate) fn draw(
 
     for (index, light_plan) in plan.lights.iter().enumerate() {
         progress.begin_light(index, "direct")?;
-        let is_new = lighting.renew(context, index)?;
+        let renewed = lighting.renew(context, index)?;
         let light = lighting.light(index)?;
         let mut recorder = Recorder::new(device, TIMED_PASSES)?;
-        if let (true, Some(rsm)) = (is_new, &lighting.rsm) {
-            rsm::draw(&mut recorder, context, &stage.surfaces, light, rsm)?;
+        if let (true, Some(rsm)) = (renewed.maps, &lighting.rsm) {
+            rsm::draw(&mut recorder, context, stage.surfaces(), light, rsm)?;
         }
         let occluders = match (
             light_plan.shadow,
             &lighting.rsm,
             &lighting.shadow_map,
-            &stage.ray_tree,
+            stage.ray_tree(),
         ) {
             (ShadowPlan::Rsm { .. }, Some(rsm), ..) => Occluders::Map(&rsm.position),
             (ShadowPlan::Map { .. }, _, Some(map), _) => {
-                if is_new {
-                    shadow::draw(&mut recorder, context, &stage.surfaces, light, map)?;
+                if renewed.maps {
+                    shadow::draw(&mut recorder, context, stage.surfaces(), light, map)?;
                 }
                 Occluders::Map(&map.position)
             }
@@ -136,14 +130,14 @@ pub(crate) fn draw(
         direct::shade(
             &mut recorder,
             context,
-            &stage.surfaces,
+            stage.surfaces(),
             gbuffer,
             light,
             occluders,
             &images.direct,
         )?;
         if let (true, Some(indirect), Some(rsm), Some(vpls)) =
-            (is_new, &plan.indirect, &lighting.rsm, &lighting.vpls)
+            (renewed.light, &plan.indirect, &lighting.rsm, &lighting.vpls)
         {
             vpl::extract(&mut recorder, context, indirect, light, rsm, vpls)?;
         }
@@ -154,7 +148,7 @@ pub(crate) fn draw(
             let kept = LightIntermediates::read(context, light, occluders.map(), rsm)?;
             keep.lights.push(kept);
         }
-        if is_new {
+        if renewed.light {
             lighting.take_vpls(context, index)?;
         }
         cost.add_vpls(lighting.vpls_of(index));

@@ -1,5 +1,7 @@
 //! The scene's surfaces on the device, and how the three raster passes draw them.
 
+use std::sync::Arc;
+
 use crate::{
     Result,
     local_space::LocalSpace,
@@ -11,13 +13,37 @@ use crate::{
     },
 };
 
+/// The textures of a scene, as images that are filled from buffers.
+pub(crate) struct Textures(Vec<(Image, Buffer)>);
+
+impl Textures {
+    /// Copies them to the device; none where no surface shows one.
+    pub fn upload(device: &Device, scene: &Scene, plan: &Plan) -> Result<Textures> {
+        let textures = scene.textures.iter().filter(|_| plan.is_textured);
+        let upload = |texture: &Shared<Texture>| {
+            let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
+            let texels: Vec<[f32; 4]> = texture.linear_rgb.iter().map(rgba).collect();
+            let image = Image::new(device, "texture", ImageShape::plain(texture.size_px))?;
+            Ok((image, Buffer::upload(device, "texture", &texels)?))
+        };
+        textures.map(upload).collect::<Result<_>>().map(Textures)
+    }
+
+    /// Fills the images; once, before anything is drawn.
+    pub fn record_copies<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        for (image, texels) in &self.0 {
+            recorder.copy_to_image(texels, image);
+        }
+    }
+}
+
 /// Vertices, triangles and textures of a scene, in device memory.
 pub(crate) struct Surfaces {
     positions: Buffer,
     indices: Buffer,
     normals: Buffer,
     texcoords: Buffer,
-    textures: Vec<(Image, Buffer)>,
+    textures: Arc<Textures>,
     ranges: Vec<Range>,
 }
 
@@ -46,37 +72,20 @@ impl Surfaces {
         scene: &Scene,
         plan: &Plan,
         space: &LocalSpace,
+        textures: &Arc<Textures>,
     ) -> Result<Surfaces> {
         let mut lists = Lists::default();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
             lists.add(scene, plan, space, mesh_index, mesh);
         }
-        let textures = if plan.is_textured {
-            scene.textures.as_slice()
-        } else {
-            &[]
-        };
-        let upload = |texture: &Shared<Texture>| {
-            let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
-            let texels: Vec<[f32; 4]> = texture.linear_rgb.iter().map(rgba).collect();
-            let image = Image::new(device, "texture", ImageShape::plain(texture.size_px))?;
-            Ok((image, Buffer::upload(device, "texture", &texels)?))
-        };
         Ok(Surfaces {
             positions: Buffer::upload(device, "positions", &lists.positions)?,
             indices: Buffer::upload(device, "indices", &lists.indices)?,
             normals: Buffer::upload(device, "normals", &lists.normals)?,
             texcoords: Buffer::upload(device, "texcoords", &lists.texcoords)?,
-            textures: textures.iter().map(upload).collect::<Result<_>>()?,
+            textures: textures.clone(),
             ranges: lists.ranges,
         })
-    }
-
-    /// Fills the textures; once, before anything is drawn.
-    pub fn record_textures<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        for (image, texels) in &self.textures {
-            recorder.copy_to_image(texels, image);
-        }
     }
 
     /// The triangles under the names that the shaders give their lists.
@@ -117,7 +126,7 @@ impl Surfaces {
                     ("texcoords", Resource::Buffer(&self.texcoords)),
                 ];
                 resources.extend(self.triangles());
-                let texture = range.texture.and_then(|index| self.textures.get(index));
+                let texture = range.texture.and_then(|index| self.textures.0.get(index));
                 if let Some((image, _)) = texture {
                     resources.push(("kd_texture", Resource::Image(image)));
                 }

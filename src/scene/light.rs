@@ -53,4 +53,15 @@ impl Light {
             } => irradiance_w_m2,
         }
     }
+
+    /// The same light, emitting something else.
+    pub(crate) fn with_emission(mut self, emission: Bands) -> Light {
+        match &mut self {
+            Light::Point { power_w, .. } | Light::Spot { power_w, .. } => *power_w = emission,
+            Light::Directional {
+                irradiance_w_m2, ..
+            } => *irradiance_w_m2 = emission,
+        }
+        self
+    }
 }
