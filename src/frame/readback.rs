@@ -47,25 +47,12 @@ pub(crate) fn read_layers(
 
     let pixels = readback.pixels(&images.gbuffer.position_mesh)?;
     let count = pixels.len();
-    let position = per_pixel(count, |i| match pixels[i] {
-        [_, _, _, 0.0] => [0.0; 3],
-        [x, y, z, _] => space.to_world([x, y, z]).as_vec3().to_array(),
-    });
-    // Differences are taken in local space: in the world's they could cancel.
-    let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;
-    let forward = camera.basis().forward;
-    let distance = |pixel: [f32; 4], length: &dyn Fn(DVec3) -> f64| match pixel {
-        [_, _, _, 0.0] => [f32::INFINITY],
-        [x, y, z, _] => {
-            let offset = DVec3::from([x, y, z].map(f64::from)) - camera_local;
-            [(length(offset) * space.metres_per_unit) as f32]
-        }
-    };
-    let depth = per_pixel(count, |i| {
-        distance(pixels[i], &|offset| offset.dot(forward))
-    });
-    let range = per_pixel(count, |i| distance(pixels[i], &DVec3::length));
-    let mesh_ids = per_pixel(count, |i| [pixels[i][3] as u32]);
+    let Geometry {
+        position,
+        depth,
+        range,
+        mesh_ids,
+    } = Geometry::of(pixels, camera, space);
 
     let mut rgb = |image: &Image| -> Result<Vec<f32>> {
         let pixels = readback.pixels(image)?;
@@ -101,25 +88,86 @@ pub(crate) fn read_layers(
     Ok(layers.into_iter().filter_map(made).collect())
 }
 
-/// `N` values for each of `count` pixels, by as many threads as there are cores: the first touch of the result's pages,
-/// which the system has to clear, takes most of the time.
+/// What the image of positions and meshes tells: P, its distances from the camera (m), and ids.
+struct Geometry {
+    position: Vec<f32>,
+    depth: Vec<f32>,
+    range: Vec<f32>,
+    mesh_ids: Vec<u32>,
+}
+
+impl Geometry {
+    fn of(pixels: &[[f32; 4]], camera: &Camera, space: &LocalSpace) -> Geometry {
+        let count = pixels.len();
+        let mut geometry = Geometry {
+            position: vec![0.0; 3 * count],
+            depth: vec![0.0; count],
+            range: vec![0.0; count],
+            mesh_ids: vec![0; count],
+        };
+        // Differences are taken in local space: in the world's they could cancel.
+        let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;
+        let forward = camera.basis().forward;
+        let share = pixels_of_a_thread(count);
+        let parts = pixels
+            .chunks(share)
+            .zip(geometry.position.chunks_mut(3 * share))
+            .zip(geometry.depth.chunks_mut(share))
+            .zip(geometry.range.chunks_mut(share))
+            .zip(geometry.mesh_ids.chunks_mut(share));
+        for_each_at_once(parts, |((((pixels, position), depth), range), mesh_ids)| {
+            let (position, _) = position.as_chunks_mut::<3>();
+            for (i, &[x, y, z, mesh_id]) in pixels.iter().enumerate() {
+                if mesh_id == 0.0 {
+                    depth[i] = f32::INFINITY;
+                    range[i] = f32::INFINITY;
+                    continue;
+                }
+                let offset = DVec3::from([x, y, z].map(f64::from)) - camera_local;
+                position[i] = space.to_world([x, y, z]).as_vec3().to_array();
+                depth[i] = (offset.dot(forward) * space.metres_per_unit) as f32;
+                range[i] = (offset.length() * space.metres_per_unit) as f32;
+                mesh_ids[i] = mesh_id as u32;
+            }
+        });
+        geometry
+    }
+}
+
+/// `N` values for each of `count` pixels.
 fn per_pixel<T: Copy + Default + Send, const N: usize>(
     count: usize,
     value: impl Fn(usize) -> [T; N] + Sync,
 ) -> Vec<T> {
     let mut values = vec![T::default(); N * count];
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let share = count.div_ceil(threads).max(1);
-    thread::scope(|scope| {
-        for (part, values) in values.chunks_mut(N * share).enumerate() {
-            let value = &value;
-            scope.spawn(move || {
-                let (pixels, _) = values.as_chunks_mut::<N>();
-                for (i, pixel) in pixels.iter_mut().enumerate() {
-                    *pixel = value(part * share + i);
-                }
-            });
-        }
-    });
+    let share = pixels_of_a_thread(count);
+    for_each_at_once(
+        values.chunks_mut(N * share).enumerate(),
+        |(part, values)| {
+            let (pixels, _) = values.as_chunks_mut::<N>();
+            for (i, pixel) in pixels.iter_mut().enumerate() {
+                *pixel = value(part * share + i);
+            }
+        },
+    );
     values
+}
+
+/// As many threads as there are cores: the first touch of a result's pages, which the system has to clear, takes most of the
+/// time. Of a small image, to start one would take longer than its work.
+fn pixels_of_a_thread(count: usize) -> usize {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    count.div_ceil(threads).max(1 << 14)
+}
+
+/// Does all parts at once, the first of them on this thread.
+fn for_each_at_once<T: Send>(mut parts: impl Iterator<Item = T>, work: impl Fn(T) + Sync) {
+    let first = parts.next();
+    thread::scope(|scope| {
+        for part in parts {
+            let work = &work;
+            scope.spawn(move || work(part));
+        }
+        first.into_iter().for_each(&work);
+    });
 }
