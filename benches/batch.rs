@@ -1,5 +1,5 @@
 //! Frames a second of `camlux batch`, against the same without overlap, and against a loop of `camlux render`: the Cornell box at
-//! 320 × 240, the camera on a path. The three take turns; each one's best round counts.
+//! 320 × 240, the camera on a path. The three take turns; each one's best round counts. Before that, what each compression takes.
 //!
 //! CAMLUX_BATCH_FRAMES (240) and CAMLUX_BATCH_ROUNDS (2) change how long it takes.
 
@@ -10,6 +10,8 @@ use std::time::Instant;
 
 /// Renders of the loop: they are all alike.
 const LOOP_RENDERS: u32 = 12;
+/// Frames for each compression.
+const PACKED_FRAMES: u32 = 24;
 
 fn main() {
     let frames = number("CAMLUX_BATCH_FRAMES", 240);
@@ -30,8 +32,14 @@ fn main() {
         ("sum at every pixel", text.clone()),
     ] {
         fs::write(folder.path().join("scene.toml"), scene).expect("a scene");
-        fs::write(folder.path().join("job.toml"), job(frames)).expect("a job");
-        measure(name, folder.path(), frames, rounds);
+        println!("{name}");
+        if name != "sum at every pixel" {
+            for compression in ["none", "rle", "zips", "zip", "piz"] {
+                measure_packing(compression, folder.path(), rounds);
+            }
+        }
+        write_job(folder.path(), frames, DEFAULT);
+        measure(folder.path(), frames, rounds);
     }
 }
 
@@ -40,16 +48,49 @@ fn number(variable: &str, default: u32) -> u32 {
     value.map_or(default, |text| text.parse().expect("a whole number"))
 }
 
-fn job(frames: u32) -> String {
+/// What a job has that does not say.
+const DEFAULT: &str = "rle";
+
+fn write_job(folder: &Path, frames: u32, compression: &str) {
     let last = frames.max(2) - 1;
-    format!(
-        "[job]\nscene = \"scene.toml\"\nsize = [320, 240]\nframes = {frames}\n[camera]\nkeyframes = [\n\
+    let job = format!(
+        "[job]\nscene = \"scene.toml\"\nsize = [320, 240]\nframes = {frames}\ncompression = \"{compression}\"\n\
+         [camera]\nkeyframes = [\n\
          {{ frame = 0, position = [-0.6, 1.0, 3.2], look_at = [0.0, 1.0, 0.0] }},\n\
          {{ frame = {last}, position = [0.6, 1.2, 2.8], look_at = [0.0, 1.0, 0.0] }},\n]\n"
-    )
+    );
+    fs::write(folder.join("job.toml"), job).expect("a job");
 }
 
-fn measure(name: &str, folder: &Path, frames: u32, rounds: u32) {
+fn measure_packing(compression: &str, folder: &Path, rounds: u32) {
+    write_job(folder, PACKED_FRAMES, compression);
+    let (mut rate, mut packing_ms) = (0.0_f64, f64::INFINITY);
+    let mut megabytes = 0.0;
+    for _ in 0..rounds {
+        rate = rate.max(timed(PACKED_FRAMES, || {
+            batch(folder, "2");
+        }));
+        let mut share = 0.0;
+        let in_turn = timed(PACKED_FRAMES, || {
+            let said = batch(folder, "0");
+            share = 0.01 * number_before(&said, " %");
+            megabytes = number_before(&said, " MB") / f64::from(PACKED_FRAMES);
+        });
+        packing_ms = packing_ms.min(1e3 * share / in_turn);
+    }
+    println!(
+        "    {compression}: packing and writing {packing_ms:.0} ms, {megabytes:.1} MB a frame; {rate:.1} frames/s"
+    );
+}
+
+/// The number before the last place where this unit stands.
+fn number_before(said: &str, unit: &str) -> f64 {
+    let (before, _) = said.rsplit_once(unit).expect("the unit");
+    let (_, number) = before.rsplit_once(' ').expect("a number");
+    number.parse().expect("a number")
+}
+
+fn measure(folder: &Path, frames: u32, rounds: u32) {
     let mut best = [0.0_f64; 3];
     let mut said = String::new();
     for _ in 0..rounds {
@@ -71,7 +112,7 @@ fn measure(name: &str, folder: &Path, frames: u32, rounds: u32) {
     }
     let [overlapping, in_turn, looped] = best;
     println!(
-        "{name}: batch {overlapping:.2} frames/s; without overlap {in_turn:.2} ({:.2}x); loop of camlux render {looped:.2} ({:.2}x)\n    {said}",
+        "    batch {overlapping:.2} frames/s; without overlap {in_turn:.2} ({:.2}x); loop of camlux render {looped:.2} ({:.2}x)\n    {said}",
         overlapping / in_turn,
         overlapping / looped,
     );
