@@ -9,7 +9,7 @@ use std::{
 use crate::{
     Device, DeviceFrame, GatherKernel, IndirectMethod, LocalSpace, Plan, RayKernel, Result, Scene,
     ShadowPlan,
-    frame::{self, Cost, DrawnFrame, Kept, Progress, ProgressReport},
+    frame::{self, Cost, DrawnFrame, Kept, Progress, ProgressReport, Spare},
     intermediates::Intermediates,
     output::{Frame, FrameDescription, FrameStats},
     passes::Context,
@@ -26,6 +26,8 @@ pub struct Renderer {
     device: Device,
     pipelines: Pipelines,
     kept: Kept,
+    /// What a frame was read into.
+    spare: Spare,
     /// Of the frames that stay on the device; none before the first.
     timeline: Option<Arc<Timeline>>,
 }
@@ -68,13 +70,21 @@ impl Renderer {
             device: device.clone(),
             pipelines: Pipelines::new(device),
             kept: Kept::default(),
+            spare: Spare::default(),
             timeline: None,
         })
     }
 
-    /// Gives back what the last frame has left on the device; the next one makes it anew.
+    /// Gives back what the last frame has left on the device, and memory of frames; the next one makes it anew.
     pub fn forget(&mut self) {
         self.kept = Kept::default();
+        self.spare = Spare::default();
+    }
+
+    /// Takes a frame that is no longer needed: the next one of its size is read into its memory, which saves time where many
+    /// are rendered. Of several frames the last one counts.
+    pub fn recycle(&mut self, frame: Frame) {
+        self.spare = Spare::of(frame);
     }
 
     /// Renders a frame.
@@ -88,7 +98,9 @@ impl Renderer {
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         let start = Instant::now();
         let drawn = self.draw(scene, options, Purpose::Layers)?;
-        let read = drawn.read(&self.device).inspect_err(|_| self.forget());
+        let spare = std::mem::take(&mut self.spare);
+        let read = drawn.read(&self.device, spare);
+        let read = read.inspect_err(|_| self.forget());
         let mut frame = read?;
         frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
         self.kept.images = Some(drawn.images);
@@ -126,7 +138,8 @@ impl Renderer {
         let mut intermediates = Intermediates::default();
         let drawn = self.draw(scene, options, Purpose::Look(&mut intermediates))?;
         intermediates.read_gbuffer(&self.device, &drawn.images.gbuffer, &drawn.space)?;
-        Ok((drawn.read(&self.device)?, intermediates))
+        let frame = drawn.read(&self.device, Spare::default())?;
+        Ok((frame, intermediates))
     }
 
     fn draw(

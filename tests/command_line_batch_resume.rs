@@ -274,6 +274,7 @@ fn memory_and_open_files_stay_over_two_thousand_frames() {
     let (early, late) = (most_after(100), most_after(2000));
     println!("KiB and open files after 100 frames: {early:?}, after 2000: {late:?}");
     assert!((late.0 / early.0 - 1.0).abs() < 0.02);
-    assert_eq!(early.1, late.1);
+    // A look may miss those that are open for a moment: the frame's file, and its folder.
+    assert!(early.1.abs_diff(late.1) <= 2);
     assert!(child.wait().unwrap().success());
 }

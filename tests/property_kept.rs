@@ -186,6 +186,25 @@ fn a_brighter_light_draws_no_maps() {
 }
 
 #[test]
+fn a_recycled_frame_does_not_show() {
+    // Much background beside the box, which values of other frames must not fill.
+    let mut scene = demo_scene("cornell", [24, 16]);
+    let mut gpu = Gpu::open();
+    for shift_m in [0.0, 1.5, -1.5, 30.0] {
+        scene.camera.position_m.x = shift_m;
+        let frame = gpu.render(&scene);
+        let mut anew = Renderer::new(&gpu.device).expect("a renderer");
+        let other = anew.render(&scene, &mut Default::default());
+        assert_same("recycled", &frame, &other.expect("it renders"));
+        gpu.renderer.recycle(frame);
+        // Another size finds nothing that fits.
+        if shift_m < 0.0 {
+            scene.camera.resolution_px = [16, 24];
+        }
+    }
+}
+
+#[test]
 fn a_cancelled_frame_does_not_show_in_the_next() {
     let mut gpu = Gpu::open();
     let scene = by_rays(demo_scene("cornell", [16, 16]));

@@ -4,7 +4,7 @@ use std::{fmt, sync::Arc};
 
 use ash::vk;
 
-use super::{FrameImages, readback::read_layers};
+use super::{FrameImages, Spare, readback::read_layers};
 use crate::{
     Device, LocalSpace, Result,
     output::{Frame, FrameDescription, FrameStats, Layer},
@@ -20,12 +20,12 @@ pub(crate) struct DrawnFrame {
 }
 
 impl DrawnFrame {
-    /// Reads the layers.
-    pub fn read(&self, device: &Device) -> Result<Frame> {
+    /// Reads the layers, into memory that is to spare.
+    pub fn read(&self, device: &Device, spare: Spare) -> Result<Frame> {
         let camera = &self.description.camera;
         Ok(Frame {
             resolution_px: camera.resolution_px,
-            layers: read_layers(device, camera, &self.space, &self.images)?,
+            layers: read_layers(device, camera, &self.space, &self.images, spare)?,
             stats: self.stats.clone(),
             description: self.description.clone(),
         })
@@ -124,7 +124,8 @@ impl DeviceFrame {
     /// # Errors
     /// As [`Renderer::render`](crate::Renderer::render).
     pub fn read(&self) -> Result<Frame> {
-        self.shared.drawn.read(&self.shared.device)
+        let shared = &*self.shared;
+        shared.drawn.read(&shared.device, Spare::default())
     }
 }
 

@@ -11,6 +11,7 @@ mod progress;
 mod readback;
 mod shuffle;
 mod source;
+mod spare;
 mod stage;
 
 use std::time::Duration;
@@ -38,6 +39,7 @@ use lighting::Lighting;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
 pub(crate) use readback::Readback;
+pub(crate) use spare::Spare;
 use stage::Stage;
 
 /// Passes of one submission but the gather's: as many have timestamps.

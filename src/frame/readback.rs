@@ -4,7 +4,7 @@ use std::thread;
 
 use glam::DVec3;
 
-use super::FrameImages;
+use super::{FrameImages, Spare};
 use crate::{
     Device, LocalSpace, Result,
     output::{Layer, LayerData},
@@ -36,12 +36,13 @@ impl<'d> Readback<'d> {
     }
 }
 
-/// The layers of a frame.
+/// The layers of a frame, in memory that is to spare as far as it goes.
 pub(crate) fn read_layers(
     device: &Device,
     camera: &Camera,
     space: &LocalSpace,
     images: &FrameImages,
+    mut spare: Spare,
 ) -> Result<Vec<(Layer, LayerData)>> {
     let mut readback = Readback::new(device, images.direct.shape)?;
 
@@ -52,25 +53,29 @@ pub(crate) fn read_layers(
         depth,
         range,
         mesh_ids,
-    } = Geometry::of(pixels, camera, space);
+    } = Geometry::of(pixels, camera, space, &mut spare);
 
     let mut rgb = |image: &Image| -> Result<Vec<f32>> {
         let pixels = readback.pixels(image)?;
-        Ok(per_pixel(count, |i| {
+        let mut values = spare.floats(3 * count);
+        per_pixel(&mut values, |i| {
             let [r, g, b, _] = pixels[i];
             [r, g, b]
-        }))
+        });
+        Ok(values)
     };
     let normal = rgb(&images.gbuffer.normal_geometric)?;
     let direct = rgb(&images.direct)?;
     let indirect = images.indirect.as_ref().map(&mut rgb).transpose()?;
     let energy = images.energy.as_ref().map(&mut rgb).transpose()?;
     let pixels = readback.pixels(&images.gbuffer.kd_material)?;
-    let material_ids = per_pixel(count, |i| [pixels[i][3] as u32]);
-    let radiance = match &indirect {
-        None => direct.clone(),
-        Some(indirect) => per_pixel(direct.len(), |i| [direct[i] + indirect[i]]),
-    };
+    let mut material_ids = spare.ids(count);
+    per_pixel(&mut material_ids, |i| [pixels[i][3] as u32]);
+    let mut radiance = spare.floats(direct.len());
+    match &indirect {
+        None => radiance.copy_from_slice(&direct),
+        Some(indirect) => per_pixel(&mut radiance, |i| [direct[i] + indirect[i]]),
+    }
 
     let layers = [
         (Layer::Radiance, Some(LayerData::Float(radiance))),
@@ -97,13 +102,13 @@ struct Geometry {
 }
 
 impl Geometry {
-    fn of(pixels: &[[f32; 4]], camera: &Camera, space: &LocalSpace) -> Geometry {
+    fn of(pixels: &[[f32; 4]], camera: &Camera, space: &LocalSpace, spare: &mut Spare) -> Geometry {
         let count = pixels.len();
         let mut geometry = Geometry {
-            position: vec![0.0; 3 * count],
-            depth: vec![0.0; count],
-            range: vec![0.0; count],
-            mesh_ids: vec![0; count],
+            position: spare.floats(3 * count),
+            depth: spare.floats(count),
+            range: spare.floats(count),
+            mesh_ids: spare.ids(count),
         };
         // Differences are taken in local space: in the world's they could cancel.
         let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;
@@ -118,7 +123,9 @@ impl Geometry {
         for_each_at_once(parts, |((((pixels, position), depth), range), mesh_ids)| {
             let (position, _) = position.as_chunks_mut::<3>();
             for (i, &[x, y, z, mesh_id]) in pixels.iter().enumerate() {
+                mesh_ids[i] = mesh_id as u32;
                 if mesh_id == 0.0 {
+                    position[i] = [0.0; 3];
                     depth[i] = f32::INFINITY;
                     range[i] = f32::INFINITY;
                     continue;
@@ -127,34 +134,24 @@ impl Geometry {
                 position[i] = space.to_world([x, y, z]).as_vec3().to_array();
                 depth[i] = (offset.dot(forward) * space.metres_per_unit) as f32;
                 range[i] = (offset.length() * space.metres_per_unit) as f32;
-                mesh_ids[i] = mesh_id as u32;
             }
         });
         geometry
     }
 }
 
-/// `N` values for each of `count` pixels.
-fn per_pixel<T: Copy + Default + Send, const N: usize>(
-    count: usize,
-    value: impl Fn(usize) -> [T; N] + Sync,
-) -> Vec<T> {
-    let mut values = vec![T::default(); N * count];
-    let share = pixels_of_a_thread(count);
-    for_each_at_once(
-        values.chunks_mut(N * share).enumerate(),
-        |(part, values)| {
-            let (pixels, _) = values.as_chunks_mut::<N>();
-            for (i, pixel) in pixels.iter_mut().enumerate() {
-                *pixel = value(part * share + i);
-            }
-        },
-    );
-    values
+/// `N` values for each pixel.
+fn per_pixel<T: Send, const N: usize>(values: &mut [T], value: impl Fn(usize) -> [T; N] + Sync) {
+    let (pixels, _) = values.as_chunks_mut::<N>();
+    let share = pixels_of_a_thread(pixels.len());
+    for_each_at_once(pixels.chunks_mut(share).enumerate(), |(part, pixels)| {
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            *pixel = value(part * share + i);
+        }
+    });
 }
 
-/// As many threads as there are cores: the first touch of a result's pages, which the system has to clear, takes most of the
-/// time. Of a small image, to start one would take longer than its work.
+/// As many threads as there are cores: most of the time goes to memory, whose pages the system may have to clear. Of a small image, to start one would take longer than its work.
 fn pixels_of_a_thread(count: usize) -> usize {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     count.div_ceil(threads).max(1 << 14)

@@ -67,6 +67,11 @@ impl Engine {
         rendered
     }
 
+    /// Takes a frame that was written.
+    pub fn recycle(&mut self, frame: Frame) {
+        self.renderer.recycle(frame);
+    }
+
     pub fn device_name(&self) -> &str {
         &self.device.info().name
     }
@@ -98,7 +103,9 @@ pub fn render(
         progress: FrameProgress::new(indices.len() as u64),
         done: Done::default(),
     };
-    let mut source = |take: &mut dyn FnMut(Rendered) -> Result<(), Failure>| {
+    // Returns a frame that was written, where there is one.
+    type Take<'t> = dyn FnMut(Rendered) -> Result<Option<Frame>, Failure> + 't;
+    let mut source = |take: &mut Take| {
         for &index in indices {
             if is_interrupted() {
                 return Ok(false);
@@ -108,11 +115,14 @@ pub fn render(
             let frame = engine.render(frames, &planned);
             let stops = frame.is_err() && manner.fail_fast;
             let time = start.elapsed();
-            take(Rendered {
+            let written = take(Rendered {
                 planned,
                 frame,
                 time,
             })?;
+            if let Some(written) = written {
+                engine.recycle(written);
+            }
             if stops {
                 return Ok(false);
             }
@@ -123,9 +133,14 @@ pub fn render(
         source(&mut |rendered| Ok(writer.write(rendered)?))?
     } else {
         let (sender, receiver) = sync_channel(manner.queue);
+        // Those that nobody takes back are dropped.
+        let (give_back, written) = sync_channel(1);
         thread::scope(|scope| {
-            let writing = scope.spawn(|| writer.write_all(receiver));
-            let ended = source(&mut |rendered| send(&sender, rendered));
+            let writing = scope.spawn(|| writer.write_all(receiver, give_back));
+            let ended = source(&mut |rendered| {
+                send(&sender, rendered)?;
+                Ok(written.try_recv().ok())
+            });
             drop(sender);
             match writing.join() {
                 // Its error is the cause of the other.
@@ -153,11 +168,21 @@ struct Writer<'w> {
 }
 
 impl Writer<'_> {
-    fn write_all(&mut self, rendered: Receiver<Rendered>) -> Result<(), Error> {
-        rendered.iter().try_for_each(|frame| self.write(frame))
+    fn write_all(
+        &mut self,
+        rendered: Receiver<Rendered>,
+        give_back: SyncSender<Frame>,
+    ) -> Result<(), Error> {
+        for rendered in rendered {
+            if let Some(written) = self.write(rendered)? {
+                let _ = give_back.try_send(written);
+            }
+        }
+        Ok(())
     }
 
-    fn write(&mut self, rendered: Rendered) -> Result<(), Error> {
+    /// Returns the frame, where it did not fail.
+    fn write(&mut self, rendered: Rendered) -> Result<Option<Frame>, Error> {
         let Rendered {
             mut planned,
             frame,
@@ -167,7 +192,7 @@ impl Writer<'_> {
         line.insert("index".into(), json!(planned.index));
         line.append(&mut planned.description);
         self.done.rendering += time;
-        match frame {
+        let written = match frame {
             Ok(frame) => {
                 let start = Instant::now();
                 self.exr.attributes = planned.attributes();
@@ -184,6 +209,7 @@ impl Writer<'_> {
                 let gpu_ms: f64 = frame.stats.passes.iter().map(|p| p.milliseconds).sum();
                 self.done.gpu += Duration::from_secs_f64(gpu_ms * 1e-3);
                 self.done.writing += start.elapsed();
+                Some(frame)
             }
             Err(error) => {
                 let index = planned.index;
@@ -192,13 +218,14 @@ impl Writer<'_> {
                 line.insert("error".into(), json!(error.to_string()));
                 line.insert("ms".into(), json!(rounded_ms(time)));
                 self.done.failed += 1;
+                None
             }
-        }
+        };
         line.insert("device".into(), json!(self.device));
         line.insert("inputs".into(), json!(planned.inputs));
         self.journal.append(&line.into())?;
         self.progress.step();
-        Ok(())
+        Ok(written)
     }
 }
 
