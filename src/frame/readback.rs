@@ -151,7 +151,8 @@ fn per_pixel<T: Send, const N: usize>(values: &mut [T], value: impl Fn(usize) ->
     });
 }
 
-/// As many threads as there are cores: most of the time goes to memory, whose pages the system may have to clear. Of a small image, to start one would take longer than its work.
+/// As many threads as there are cores: most of the time goes to memory, whose pages the system may have to clear. Of a small
+/// image, to start one would take longer than its work.
 fn pixels_of_a_thread(count: usize) -> usize {
     let threads = thread::available_parallelism().map_or(1, usize::from);
     count.div_ceil(threads).max(1 << 14)
