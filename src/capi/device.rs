@@ -43,7 +43,8 @@ pub struct camlux_device_options {
     /// With CAMLUX_DEVICE_INDEX: its number, from 0 to below camlux_device_count.
     pub index: u32,
     /// 1 turns the Khronos validation layer on, if it is installed: for debugging, for it is slow. What it says goes to the
-    /// log as warnings, and is counted by camlux_device_validation_count.
+    /// log as warnings, and is counted by camlux_device_validation_count. Some of its versions (1.3.239 for one) crash now and then where
+    /// a device is opened or closed while another thread is at work on another one.
     pub validation: i32,
     /// With CAMLUX_DEVICE_NAME: part of the device's name, UTF-8.
     pub name: *const c_char,

@@ -30,7 +30,9 @@ pub enum DeviceChoice {
 #[derive(Debug, Clone, Default)]
 pub struct DeviceOptions {
     pub choice: DeviceChoice,
-    /// Turn the Khronos validation layer on; read what it says with [`Device::validation_messages`].
+    /// Turn the Khronos validation layer on; read what it says with [`Device::validation_messages`]. Some of its versions (1.3.239
+    /// for one) crash now and then where a device is opened or closed while another thread is at work on another one
+    /// (Vulkan-ValidationLayers issue 4391).
     pub validation: bool,
 }
 
