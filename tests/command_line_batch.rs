@@ -2,23 +2,17 @@
 #![cfg(feature = "cli")]
 
 mod batch;
+mod exr_attributes;
 
 use std::fs;
 
 use batch::{JOB, JOB_FRAMES, Jobs, SCENE, files_below};
-use exr::prelude::{AttributeValue, FlatImage, Text, read_all_flat_layers_from_file};
+use exr::prelude::{FlatImage, read_all_flat_layers_from_file};
+use exr_attributes::text_attribute;
 use serde_json::json;
 
 fn pixels(image: &FlatImage) -> String {
     format!("{:?}", image.layer_data[0].channel_data)
-}
-
-fn text_attribute(image: &FlatImage, name: &str) -> String {
-    let attributes = &image.layer_data[0].attributes.other;
-    match attributes.get(&Text::from(name)) {
-        Some(AttributeValue::Text(text)) => text.to_string(),
-        other => panic!("{name}: {other:?}"),
-    }
 }
 
 #[test]

@@ -1,6 +1,8 @@
 //! The program from the scene file to the image files, on a real device.
 #![cfg(feature = "cli")]
 
+mod exr_attributes;
+
 use std::{
     fs,
     io::{BufRead, BufReader, Lines},
@@ -10,6 +12,7 @@ use std::{
 
 use camlux::{Device, DeviceOptions};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
+use exr_attributes::text_attribute;
 
 fn program(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
@@ -74,14 +77,6 @@ fn channels(image: &FlatImage) -> Vec<(String, FlatSamples)> {
 
 fn channel_names(image: &FlatImage) -> Vec<String> {
     channels(image).into_iter().map(|(name, _)| name).collect()
-}
-
-fn text_attribute(image: &FlatImage, name: &str) -> String {
-    let attributes = &image.layer_data[0].attributes.other;
-    match attributes.get(&Text::from(name)) {
-        Some(AttributeValue::Text(text)) => text.to_string(),
-        other => panic!("{name}: {other:?}"),
-    }
 }
 
 #[test]

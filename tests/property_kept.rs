@@ -43,12 +43,8 @@ fn shift(light: &mut Light, by_m: DVec3) {
 }
 
 fn brighten(light: &mut Light) {
-    match light {
-        Light::Point { power_w, .. } | Light::Spot { power_w, .. } => power_w[1] *= 1.5,
-        Light::Directional {
-            irradiance_w_m2, ..
-        } => irradiance_w_m2[1] *= 1.5,
-    }
+    let [r, g, b] = light.emission();
+    *light = light.with_emission([r, 1.5 * g, b]);
 }
 
 type Change = fn(&mut Scene);

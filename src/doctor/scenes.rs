@@ -85,17 +85,9 @@ pub fn directional_light(direction: DVec3) -> Light {
 }
 
 /// The light with its emission multiplied, each band by its own factor.
-pub fn amplified(mut light: Light, factors: Bands) -> Light {
-    let emission = match &mut light {
-        Light::Point { power_w, .. } | Light::Spot { power_w, .. } => power_w,
-        Light::Directional {
-            irradiance_w_m2, ..
-        } => irradiance_w_m2,
-    };
-    for (value, factor) in emission.iter_mut().zip(factors) {
-        *value *= factor;
-    }
-    light
+pub fn amplified(light: Light, factors: Bands) -> Light {
+    let emission = light.emission();
+    light.with_emission([0, 1, 2].map(|band| emission[band] * factors[band]))
 }
 
 /// A parallelogram of two triangles.

@@ -37,10 +37,8 @@ pub(crate) struct LitLight {
 /// What of a light has to be made.
 #[derive(Clone, Copy)]
 pub(crate) struct Renewed {
-    /// Its maps.
     pub maps: bool,
-    /// Its VPLs.
-    pub light: bool,
+    pub vpls: bool,
 }
 
 /// All that the room for maps and lists, and the form of what lies in it, depend on.
@@ -143,7 +141,7 @@ impl Lighting {
         if self.lights[index].is_some() {
             return Ok(Renewed {
                 maps: false,
-                light: false,
+                vpls: false,
             });
         }
         if let Some((.., Lists::InTurn)) = self.made_for.indirect {
@@ -169,7 +167,7 @@ impl Lighting {
         let mapped = Some((light.with_emission([1.0; 3]), plan.clone()));
         let maps = self.mapped != mapped;
         self.mapped = mapped;
-        Ok(Renewed { maps, light: true })
+        Ok(Renewed { maps, vpls: true })
     }
 
     /// The light of this number, after [`Lighting::renew`].

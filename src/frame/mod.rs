@@ -139,7 +139,7 @@ pub(crate) fn draw(
             &images.direct,
         )?;
         if let (true, Some(indirect), Some(rsm), Some(vpls)) =
-            (renewed.light, &plan.indirect, &lighting.rsm, &lighting.vpls)
+            (renewed.vpls, &plan.indirect, &lighting.rsm, &lighting.vpls)
         {
             vpl::extract(&mut recorder, context, indirect, light, rsm, vpls)?;
         }
@@ -150,7 +150,7 @@ pub(crate) fn draw(
             let kept = LightIntermediates::read(context, light, occluders.map(), rsm)?;
             keep.lights.push(kept);
         }
-        if renewed.light {
+        if renewed.vpls {
             lighting.take_vpls(context, index)?;
         }
         cost.add_vpls(lighting.vpls_of(index));

@@ -86,6 +86,15 @@ impl OutputFile {
         )
     }
 
+    /// Writes these bytes behind what is there, and gives the file its name.
+    ///
+    /// # Errors
+    /// [`Error::Output`] where either fails; then what had the name before is still there.
+    pub fn commit_with(mut self, bytes: &[u8]) -> Result<()> {
+        self.write_all(bytes).map_err(|error| self.failed(&error))?;
+        self.commit()
+    }
+
     fn open_file(&mut self) -> io::Result<&mut File> {
         self.file
             .as_mut()

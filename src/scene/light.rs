@@ -54,8 +54,8 @@ impl Light {
         }
     }
 
-    /// The same light, emitting something else.
-    pub(crate) fn with_emission(mut self, emission: Bands) -> Light {
+    /// The same light, emitting this: P_L in W, or E_L in W/m² of a directional light.
+    pub fn with_emission(mut self, emission: Bands) -> Light {
         match &mut self {
             Light::Point { power_w, .. } | Light::Spot { power_w, .. } => *power_w = emission,
             Light::Directional {

@@ -1,7 +1,5 @@
 //! What a run did, for programs.
 
-use std::io::Write;
-
 use camlux::output::{Layer, OutputFile};
 use serde_json::{Value, json};
 
@@ -9,11 +7,9 @@ use crate::Failure;
 use crate::summary::Run;
 
 /// Writes the statistics of a run as one JSON object.
-pub fn write(mut file: OutputFile, run: &Run) -> Result<(), Failure> {
+pub fn write(file: OutputFile, run: &Run) -> Result<(), Failure> {
     let text = format!("{:#}\n", object(run));
-    file.write_all(text.as_bytes())
-        .map_err(|error| file.failed(&error))?;
-    Ok(file.commit()?)
+    Ok(file.commit_with(text.as_bytes())?)
 }
 
 fn object(run: &Run) -> Value {

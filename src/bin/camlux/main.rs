@@ -97,6 +97,13 @@ fn print(text: &str) -> Result<(), Failure> {
         .map_err(|error| format!("cannot write to stdout: {error}; check where it goes").into())
 }
 
+fn create_folder(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path).map_err(|error| {
+        let path = path.display();
+        format!("{path}: cannot create the folder: {error}; name another one with -o").into()
+    })
+}
+
 /// The file that a path leads to, one way of writing it for all: also where the file is not there yet.
 fn file_behind(path: &Path) -> PathBuf {
     let by_folder = || {

@@ -87,13 +87,7 @@ impl LightChange {
 }
 
 fn scale_power(light: &mut Light, factor: f64) {
-    let bands = match light {
-        Light::Point { power_w, .. } | Light::Spot { power_w, .. } => power_w,
-        Light::Directional {
-            irradiance_w_m2, ..
-        } => irradiance_w_m2,
-    };
-    *bands = bands.map(|value| value * factor);
+    *light = light.with_emission(light.emission().map(|value| value * factor));
 }
 
 /// `[[mesh]]`

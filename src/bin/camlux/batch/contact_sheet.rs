@@ -1,6 +1,5 @@
 //! A picture of many frames side by side: a look at a data set.
 
-use std::io::Write;
 use std::path::Path;
 
 use camlux::output::{self, Layer, LayeredImage, OutputFile};
@@ -33,7 +32,7 @@ impl ContactSheet {
     }
 
     /// Shows frames that are there, evenly picked from these. The exposure is the same for all.
-    pub fn write(mut self, frames: &Frames, indices: &[u64], folder: &Path) -> Result<(), Failure> {
+    pub fn write(self, frames: &Frames, indices: &[u64], folder: &Path) -> Result<(), Failure> {
         let paths = indices.iter().map(|&index| frames.plan(index).path(folder));
         let there: Vec<_> = paths.filter(|path| path.exists()).collect();
         let count = there.len().min(MOST_FRAMES);
@@ -49,11 +48,8 @@ impl ContactSheet {
         }
         let (size_px, rgb) = arrange(&shown);
         let bytes = png(size_px, &rgb)?;
-        self.0
-            .write_all(&bytes)
-            .map_err(|error| self.0.failed(&error))?;
         let path = self.0.path().to_owned();
-        self.0.commit()?;
+        self.0.commit_with(&bytes)?;
         tell(&format!("wrote {} ({count} frames)", path.display()));
         Ok(())
     }

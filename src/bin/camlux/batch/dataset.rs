@@ -1,26 +1,18 @@
 //! `dataset.json`: what holds for all frames of a data set.
 
-use std::fs;
-use std::io::Write;
 use std::path::Path;
 
 use camlux::engine_hash;
-use camlux::output::{Layer, OutputFile};
+use camlux::output::Layer;
 use serde_json::{Map, Value, json};
 
 use super::frames::Frames;
+use super::manifest::replace_text;
 use crate::Failure;
 
 pub fn write(frames: &Frames, folder: &Path) -> Result<(), Failure> {
     let text = format!("{:#}\n", object(frames));
-    let path = folder.join("dataset.json");
-    if fs::read(&path).is_ok_and(|before| before == text.as_bytes()) {
-        return Ok(());
-    }
-    let mut file = OutputFile::create(&path)?;
-    file.write_all(text.as_bytes())
-        .map_err(|error| file.failed(&error))?;
-    Ok(file.commit()?)
+    Ok(replace_text(&folder.join("dataset.json"), &text)?)
 }
 
 fn object(frames: &Frames) -> Value {

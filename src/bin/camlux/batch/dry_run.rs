@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 use camlux::DeviceOptions;
 use camlux::output::{OutputFile, write_exr_hashed};
 
-use super::frames::{Frames, Planned};
+use super::frames::Frames;
+use super::pose;
 use super::work::Engine;
 use crate::{Failure, print, tell};
 
@@ -17,8 +18,10 @@ pub fn run(frames: &mut Frames, indices: &[u64], device: &DeviceOptions) -> Resu
     let mut text = String::new();
     for &index in indices {
         let planned = frames.plan(index);
+        let (position_m, rotation) = planned.camera_pose;
+        let pose = pose::text_of(position_m, rotation);
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{index} {} {}", planned.file, pose(&planned));
+        let _ = writeln!(text, "{index} {} {pose}", planned.file);
     }
     print(&text)?;
     if let (Some(&first), Some(estimate)) = (indices.first(), estimate(frames, indices, device)?) {
@@ -32,12 +35,6 @@ pub fn run(frames: &mut Frames, indices: &[u64], device: &DeviceOptions) -> Resu
         ));
     }
     Ok(())
-}
-
-fn pose(planned: &Planned) -> String {
-    let (position_m, rotation) = planned.camera_pose;
-    let (position_m, rotation) = (position_m.to_array(), rotation.to_array());
-    format!("position = {position_m:?}, rotation = {rotation:?}")
 }
 
 /// Of one frame.

@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use super::draws::Draws;
 use super::job::Job;
-use super::pose::{Pose, rotation_of};
+use super::pose::{self, Aim, Pose, rotation_of};
 use crate::{Failure, overrides, tell};
 
 /// A job with its scenes.
@@ -138,12 +138,12 @@ impl Frames {
         let mesh_poses = self.job.meshes.iter().map(|mesh| {
             let draws = draws(&format!("mesh {}", mesh.index));
             let pose = mesh.motion.pose(frame, draws);
-            (mesh.index, pose.position_m, pose.rotation(DVec3::Y))
+            (mesh.index, pose.position_m, pose.rotation())
         });
         let mesh_poses: Vec<_> = mesh_poses.collect();
         let rotation = match camera_pose {
             Some(Pose {
-                aim: Some(super::pose::Aim::Rotation(rotation)),
+                aim: Some(Aim::Rotation(rotation)),
                 ..
             }) => rotation,
             _ => rotation_of(&scene.camera),
@@ -236,17 +236,19 @@ impl Frames {
 impl Planned {
     /// What the header of its file says beyond the frame itself.
     pub fn attributes(&self) -> Vec<(String, String)> {
-        let pose = |position_m: DVec3, rotation: DQuat| {
-            let (position_m, rotation) = (position_m.to_array(), rotation.to_array());
-            format!("position = {position_m:?}, rotation = {rotation:?}")
-        };
         let (position_m, rotation) = self.camera_pose;
         let mut attributes = vec![
             ("batch.frame".to_owned(), self.index.to_string()),
-            ("camera.pose".to_owned(), pose(position_m, rotation)),
+            (
+                "camera.pose".to_owned(),
+                pose::text_of(position_m, rotation),
+            ),
         ];
         for &(mesh, position_m, rotation) in &self.mesh_poses {
-            attributes.push((format!("mesh.{mesh}.pose"), pose(position_m, rotation)));
+            attributes.push((
+                format!("mesh.{mesh}.pose"),
+                pose::text_of(position_m, rotation),
+            ));
         }
         attributes
     }

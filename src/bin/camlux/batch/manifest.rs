@@ -74,13 +74,15 @@ pub fn read(path: &Path) -> Result<Lines, Error> {
 /// Replaces a manifest by these lines, in the order of their frames.
 pub fn replace(path: &Path, lines: &Lines) -> Result<(), Error> {
     let text: String = lines.values().map(|l| format!("{}\n", l.text)).collect();
+    replace_text(path, &text)
+}
+
+/// Replaces a file, unless it holds the text already.
+pub fn replace_text(path: &Path, text: &str) -> Result<(), Error> {
     if fs::read(path).is_ok_and(|before| before == text.as_bytes()) {
         return Ok(());
     }
-    let mut file = OutputFile::create(path)?;
-    file.write_all(text.as_bytes())
-        .map_err(|error| file.failed(&error))?;
-    file.commit()
+    OutputFile::create(path)?.commit_with(text.as_bytes())
 }
 
 /// A manifest to which frames are added as they come.

@@ -27,7 +27,7 @@ use camlux::output::ExrCompression;
 
 use crate::progress::stop_on_signals;
 use crate::render::device_choice;
-use crate::{Failure, tell};
+use crate::{Failure, create_folder, tell};
 use contact_sheet::ContactSheet;
 use frames::Frames;
 use job::Job;
@@ -160,13 +160,6 @@ fn exit_code(is_success: bool) -> ExitCode {
         true => ExitCode::SUCCESS,
         false => ExitCode::FAILURE,
     }
-}
-
-fn create_folder(folder: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(folder).map_err(|error| {
-        let folder = folder.display();
-        format!("{folder}: cannot create the folder: {error}; name another one").into()
-    })
 }
 
 /// The lines of the manifest that stay, and the frames of this run that are to be rendered: those without a line, whose file is not

@@ -42,7 +42,7 @@ impl Pose {
                 up: up.zip(next_up).map(|(a, b)| mixed(a, b)),
             }),
             (Some(_), Some(_)) => {
-                let (from, to) = (self.rotation(DVec3::Y), next.rotation(DVec3::Y));
+                let (from, to) = (self.rotation(), next.rotation());
                 Some(Aim::Rotation(from.slerp(to, share)))
             }
             _ => None,
@@ -54,14 +54,14 @@ impl Pose {
         }
     }
 
-    /// From the posed axes to the world; none where nothing is said.
-    pub fn rotation(&self, default_up: DVec3) -> DQuat {
+    /// From the posed axes to the world; none where nothing is said. Up is y, where that is not said.
+    pub fn rotation(&self) -> DQuat {
         match self.aim {
             None => DQuat::IDENTITY,
             Some(Aim::Rotation(rotation)) => rotation,
             Some(Aim::LookAt { target_m, up }) => {
                 let forward = (target_m - self.position_m).normalize();
-                let right = forward.cross(up.unwrap_or(default_up)).normalize();
+                let right = forward.cross(up.unwrap_or(DVec3::Y)).normalize();
                 DQuat::from_mat3(&DMat3::from_cols(right, forward.cross(right), forward))
             }
         }
@@ -113,6 +113,12 @@ impl Pose {
         }
         light
     }
+}
+
+/// For people and for headers, with all digits.
+pub fn text_of(position_m: DVec3, rotation: DQuat) -> String {
+    let (position_m, rotation) = (position_m.to_array(), rotation.to_array());
+    format!("position = {position_m:?}, rotation = {rotation:?}")
 }
 
 /// A camera's own axes as a rotation to the world.
@@ -179,7 +185,7 @@ mod tests {
             up: None,
         };
         let pose = at(DVec3::new(-1.0, 2.0, 0.3), aim);
-        let by_rotation = at(pose.position_m, Aim::Rotation(pose.rotation(DVec3::Y)));
+        let by_rotation = at(pose.position_m, Aim::Rotation(pose.rotation()));
         let [a, b] = [pose, by_rotation].map(|pose| pose.camera(&camera()).basis());
         assert!((a.right - b.right).length() < 1e-15);
         assert!((a.forward - b.forward).length() < 1e-15);
@@ -195,6 +201,6 @@ mod tests {
         let middle = from.between(to, 0.5);
         assert_eq!(middle.position_m, DVec3::new(1.0, 2.0, 3.0));
         let expected = DQuat::from_rotation_y(45_f64.to_radians());
-        assert!(middle.rotation(DVec3::Y).dot(expected) > 1.0 - 1e-15);
+        assert!(middle.rotation().dot(expected) > 1.0 - 1e-15);
     }
 }

@@ -21,8 +21,6 @@ mod sweep;
 mod timing;
 mod truth;
 
-use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use camlux::output::OutputFile;
@@ -34,7 +32,7 @@ use self::steps::Steps;
 use self::sweep::{Extent, Sweep};
 use crate::progress::stop_on_signals;
 use crate::render::device_choice;
-use crate::{Failure, overrides, print, tell};
+use crate::{Failure, create_folder, overrides, print, tell};
 
 /// Longer edge of the images of a quick report.
 const QUICK_SIZE_PX: u32 = 160;
@@ -100,8 +98,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         write_plots(folder, scene)?;
     }
     let json = serde_json::to_string_pretty(&report)?;
-    write(json_file, &format!("{json}\n"))?;
-    write(page_file, &page::page(&report)?)?;
+    json_file.commit_with(format!("{json}\n").as_bytes())?;
+    page_file.commit_with(page::page(&report)?.as_bytes())?;
     tell(&format!("wrote {}", folder.join("index.html").display()));
     Ok(())
 }
@@ -242,24 +240,8 @@ fn write_plots(folder: &Path, scene: &SceneReport) -> Result<(), Failure> {
     for (what, svg) in plots {
         if let Some(svg) = svg {
             let path = folder.join(format!("{}-{what}.svg", scene.name));
-            write(OutputFile::create(path)?, &svg)?;
+            OutputFile::create(path)?.commit_with(svg.as_bytes())?;
         }
     }
     Ok(())
-}
-
-fn write(mut file: OutputFile, text: &str) -> Result<(), Failure> {
-    file.write_all(text.as_bytes())
-        .map_err(|error| file.failed(&error))?;
-    Ok(file.commit()?)
-}
-
-fn create_folder(path: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(path).map_err(|error| {
-        format!(
-            "{}: cannot create the folder: {error}; name another one with -o",
-            path.display()
-        )
-        .into()
-    })
 }
