@@ -9,12 +9,12 @@ use super::{
     Context,
     gbuffer::GBuffer,
     refine::Run,
-    vpl::{VplLists, estimator_word},
+    vpl::{VplLists, sum_word},
 };
 use crate::{
     Result,
     plan::GatherKernel,
-    scene::Estimator,
+    scene::VplSum,
     vulkan::{
         Buffer, Image, PassTimes, Recorder, Resource,
         shaders::{GatherParameters, ListLengths},
@@ -32,7 +32,7 @@ const FIRST_SUBMISSION_PAIRS: f64 = (1u64 << 26) as f64;
 /// What the pass works with.
 pub(crate) struct Gather<'g> {
     pub context: &'g Context<'g>,
-    pub estimator: Estimator,
+    pub sum: VplSum,
     pub kernel: GatherKernel,
     pub gbuffer: &'g GBuffer,
     pub vpls: &'g VplLists,
@@ -160,7 +160,7 @@ impl<'g> Gather<'g> {
             "gather",
             &[
                 self.kernel.name(),
-                estimator_word(self.estimator),
+                sum_word(self.sum),
                 if work.run.is_glossy {
                     "phong"
                 } else {
