@@ -1,6 +1,8 @@
 // How far the image is from two independent gathers t₁, t₂ of a pixel: (x − t₁)(x − t₂) is the square of its error but for noise
 // that has no mean.
 
+#import reflect
+
 struct AppraiseParameters {
     receiver_count: u32,
     // Where the results of the second gather begin.

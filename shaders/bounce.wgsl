@@ -6,6 +6,11 @@
 // A subgroup takes a receiver. The draws are sets that fall evenly: directions are a rank-1 lattice, and VPLs are taken at equal
 // steps of their shares of the draws, along their list, which is in Morton order; each receiver shifts both by numbers of its own.
 
+#import lighting
+#import spot
+#import phong
+#import hits
+
 // Parts of 0 to 1 in which the range of a draw is known.
 const GUIDE_CELLS: u32 = 4096u;
 // Texels along the edge of a tile; compact.wgsl takes as many together.

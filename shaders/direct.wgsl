@@ -1,5 +1,14 @@
 // Direct radiance of one light: L_{P→C} = f_P(l, n_P, v) · L_{L→P} · cosθ_{P→L} · V(L, P), added to the direct image.
 
+#import lighting
+#import spot
+#import phong
+#if PACKET SINGLE
+#import trace
+#else
+#import light_map
+#endif
+
 struct DirectParameters {
     // C
     camera_position: vec3<f32>,

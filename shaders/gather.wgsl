@@ -3,6 +3,9 @@
 //
 // The sum has three levels (tile, dispatch, image), so that its rounding does not grow with the number of VPLs.
 
+#import lighting
+#import phong
+
 // Receivers of an invocation, chosen by measurement: more hide the latency of the division, fewer spill registers.
 #if PHONG GLOSSY
 const RECEIVERS: u32 = 4u;

@@ -1,5 +1,7 @@
 // What a ray finds on a triangle.
 
+#import trace
+
 // Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of the scene: the corners' normals
 // (0: flat), their texture coordinates, the material.
 @group(0) @binding(11) var triangle_shading: texture_storage_2d<rgba32float, read>;

@@ -1,5 +1,7 @@
 // V(L, P) from a map of what the light sees.
 
+#import lighting
+
 // Position and triangle: of the RSM where it is fine enough, else of a map of the light's own.
 @group(0) @binding(5) var light_map: texture_2d_array<f32>;
 @group(0) @binding(7) var<storage, read> positions: array<vec4<f32>>;

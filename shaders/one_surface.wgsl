@@ -1,5 +1,7 @@
 // Which pixels show one surface, and planes over the image through their values.
 
+#import reflect
+
 @group(0) @binding(7) var normal_geometric: texture_storage_2d<rgba32float, read>;
 
 // Of the normals of two pixels.

@@ -1,5 +1,7 @@
 // Which of the lists of compact.wgsl a pixel belongs to: those that show a surface, those with a specular lobe apart.
 
+#import compact
+
 @group(0) @binding(2) var position_mesh: texture_2d<f32>;
 @group(0) @binding(3) var ks_shininess: texture_2d<f32>;
 

@@ -2,6 +2,10 @@
 // fine, each between four that are known. Where these lie on one surface, and where such predictions have been right so far, the
 // pixel is interpolated; elsewhere it becomes a candidate for the gather.
 
+#import pixel_state
+#import reflect
+#import one_surface
+
 struct PredictParameters {
     // Pixels from a new point to its neighbours, along an axis.
     reach: u32,

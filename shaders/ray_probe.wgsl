@@ -1,5 +1,8 @@
 // Rays by the hundred from points of surfaces: what tests and benches see of trace.wgsl.
 
+#import lighting
+#import trace
+
 struct RayProbeParameters {
     // Rays of a point: a multiple of PACKET_RAYS.
     rays_per_point: u32,

@@ -1,6 +1,8 @@
 // The pixels that show a surface, those with a specular term apart from those without: the gather spends no pair on the
 // background and no lobe on a matte surface.
 
+#import pixel_lists
+
 // Pixels as column + 65536 · row, matte ones first, then glossy ones.
 @group(0) @binding(4) var<storage, read_write> receivers: array<u32>;
 

@@ -1,5 +1,8 @@
 // The candidates that show a surface, those with a specular lobe apart.
 
+#import pixel_lists
+#import pixel_state
+
 // Pixels as column + 65536 · row, or NO_PIXEL.
 @group(0) @binding(4) var<storage, read> candidates: array<u32>;
 // The same, matte ones first, then glossy ones.

@@ -1,5 +1,7 @@
 // Indirect radiance of every pixel from its bounce.
 
+#import reflect
+
 #if PHONG
 @group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read>;
 #endif

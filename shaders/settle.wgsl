@@ -1,5 +1,8 @@
 // The gathered bounce of a list of receivers goes to their pixels, with what it says of the prediction's error.
 
+#import pixel_state
+#import reflect
+
 struct SettleParameters {
     first_receiver: u32,
     receiver_count: u32,

@@ -2,6 +2,9 @@
 // is more than noise (after Lee, "Digital image enhancement and noise filtering by use of local statistics", 1980). How much noise
 // there is, the gathers say themselves.
 
+#import pixel_state
+#import one_surface
+
 struct SmoothParameters {
     // Pixels between those of the lattice.
     stride: u32,

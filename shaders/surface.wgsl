@@ -48,12 +48,6 @@ struct Raster {
     @location(0) @interpolate(flat) triangle: u32,
 }
 
-@vertex
-fn vertex_main(@builtin(vertex_index) corner: u32) -> Raster {
-    let offset = positions[indices[corner]].xyz - view.origin;
-    return Raster(view.clip_from_offset * vec4<f32>(offset, 1.0), corner / 3u);
-}
-
 // A point of a surface, seen from the view's origin.
 struct Hit {
     position: vec3<f32>,

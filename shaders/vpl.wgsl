@@ -1,5 +1,11 @@
 // Virtual point lights from the texels of an RSM that carry flux.
 
+#import lighting
+#if BOUNCE
+#import ray_ends
+#endif
+#import compact
+
 @group(0) @binding(2) var rsm_position: texture_2d_array<f32>;
 @group(0) @binding(3) var rsm_normal: texture_2d_array<f32>;
 @group(0) @binding(4) var rsm_kd_irradiance: texture_2d_array<f32>;

@@ -310,7 +310,7 @@ const _: () = {
 /// Every compiled module, sorted as in `shaders/permutations.txt`.
 pub static MODULES: &[Module] = &[
     Module {
-        name: "surface",
+        name: "vertex",
         entry: c"vertex_main",
         workgroup_size: [0, 0, 0],
         immediate_bytes: 0,
@@ -320,7 +320,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "indices", kind: BindingKind::StorageRead },
         ],
         constants: &[],
-        spirv: include_bytes!("surface.spv"),
+        spirv: include_bytes!("vertex.spv"),
     },
     Module {
         name: "gbuffer_lambert_flat",
@@ -726,6 +726,23 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("vpl_write_lambert_radiosity.spv"),
     },
     Module {
+        name: "vpl_write_lambert_bounce",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
+            Binding { binding: 2, name: "rsm_position", kind: BindingKind::SampledImage },
+            Binding { binding: 3, name: "rsm_normal", kind: BindingKind::SampledImage },
+            Binding { binding: 4, name: "rsm_kd_irradiance", kind: BindingKind::SampledImage },
+            Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
+            Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
+            Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
+        ],
+        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
+        spirv: include_bytes!("vpl_write_lambert_bounce.spv"),
+    },
+    Module {
         name: "vpl_write_phong_average",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
@@ -762,23 +779,6 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
         spirv: include_bytes!("vpl_write_phong_radiosity.spv"),
-    },
-    Module {
-        name: "vpl_write_lambert_bounce",
-        entry: c"compute_main",
-        workgroup_size: [64, 1, 1],
-        immediate_bytes: 8,
-        bindings: &[
-            Binding { binding: 0, name: "runs", kind: BindingKind::StorageWrite },
-            Binding { binding: 2, name: "rsm_position", kind: BindingKind::SampledImage },
-            Binding { binding: 3, name: "rsm_normal", kind: BindingKind::SampledImage },
-            Binding { binding: 4, name: "rsm_kd_irradiance", kind: BindingKind::SampledImage },
-            Binding { binding: 6, name: "emission", kind: BindingKind::StorageRead },
-            Binding { binding: 7, name: "light", kind: BindingKind::Uniform },
-            Binding { binding: 8, name: "vpls", kind: BindingKind::StorageImage },
-        ],
-        constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ],
-        spirv: include_bytes!("vpl_write_lambert_bounce.spv"),
     },
     Module {
         name: "vpl_write_phong_bounce",
