@@ -218,9 +218,20 @@ mod compile {
         }
     }
 
+    /// Resources get their bindings in the order of their declarations, so that the stages of a raster pass, which share what comes
+    /// first, agree.
     fn parse(source: &str, name: &str) -> Result<(Module, ModuleInfo), String> {
-        let module = naga::front::wgsl::parse_str(source)
+        let mut module = naga::front::wgsl::parse_str(source)
             .map_err(|error| error.emit_to_string_with_path(source, name))?;
+        let resources = module.global_variables.iter_mut().filter(|(_, variable)| {
+            matches!(
+                variable.space,
+                AddressSpace::Uniform | AddressSpace::Storage { .. } | AddressSpace::Handle
+            )
+        });
+        for (binding, (_, variable)) in (0..).zip(resources) {
+            variable.binding = Some(naga::ResourceBinding { group: 0, binding });
+        }
         let capabilities = Capabilities::all() & spv::supported_capabilities();
         let info = Validator::new(ValidationFlags::all(), capabilities)
             .validate(&module)

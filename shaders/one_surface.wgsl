@@ -2,7 +2,7 @@
 
 #import reflect
 
-@group(0) @binding(7) var normal_geometric: texture_storage_2d<rgba32float, read>;
+var normal_geometric: texture_storage_2d<rgba32float, read>;
 
 // Of the normals of two pixels.
 const MIN_COSINE: f32 = 0.9;

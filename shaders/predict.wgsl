@@ -21,12 +21,12 @@ struct PredictParameters {
 }
 
 #if PHONG
-@group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read_write>;
+var specular_bounce: texture_storage_2d<rgba32float, read_write>;
 #endif
 // Irradiance by the bounce, W/m²; the pixel's state.
-@group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
+var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
 // Pixels to gather as column + 65536 · row, or NO_PIXEL.
-@group(0) @binding(5) var<storage, read_write> candidates: array<u32>;
+var<storage, read_write> candidates: array<u32>;
 var<immediate> parameters: PredictParameters;
 
 // The coarsest lattice, without neighbours; centres of its squares, with neighbours along the diagonals; and then the middles of

@@ -4,7 +4,7 @@
 #import pixel_lists
 
 // Pixels as column + 65536 · row, matte ones first, then glossy ones.
-@group(0) @binding(4) var<storage, read_write> receivers: array<u32>;
+var<storage, read_write> receivers: array<u32>;
 
 fn pixel_of(item: u32) -> vec2<u32> {
     let width = textureDimensions(position_mesh).x;

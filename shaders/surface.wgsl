@@ -35,12 +35,12 @@ struct Draw {
     material_id: f32,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read> indices: array<u32>;
-@group(0) @binding(3) var<storage, read> normals: array<vec4<f32>>;
-@group(0) @binding(4) var<storage, read> texcoords: array<vec2<f32>>;
-@group(0) @binding(5) var kd_texture: texture_2d<f32>;
+var<uniform> view: View;
+var<storage, read> positions: array<vec4<f32>>;
+var<storage, read> indices: array<u32>;
+var<storage, read> normals: array<vec4<f32>>;
+var<storage, read> texcoords: array<vec2<f32>>;
+var kd_texture: texture_2d<f32>;
 var<immediate> draw: Draw;
 
 struct Raster {

@@ -12,8 +12,8 @@
 #import ray_ends
 #import light_plane
 
-@group(0) @binding(9) var ray_boxes: texture_storage_2d<rgba32float, read>;
-@group(0) @binding(10) var ray_triangles: texture_storage_2d<rgba32float, read>;
+var ray_boxes: texture_storage_2d<rgba32float, read>;
+var ray_triangles: texture_storage_2d<rgba32float, read>;
 
 // Rays of a lane.
 const RAYS: u32 = 8u;
