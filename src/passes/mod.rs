@@ -64,7 +64,7 @@ mod tests {
     fn asked() -> Vec<(&'static str, Vec<&'static str>)> {
         let brdfs = ["lambert", "phong"];
         let mut asked = vec![
-            ("surface", vec![]),
+            ("vertex", vec![]),
             ("shadow", vec![]),
             ("compact", vec!["scan"]),
             ("sensor", vec![""]),
