@@ -10,6 +10,7 @@ mod host_memory;
 mod instance;
 mod memory;
 mod pipeline;
+mod readback;
 mod recorder;
 pub(crate) mod shaders;
 
@@ -22,6 +23,7 @@ pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
 pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
 pub(crate) use pipeline::{ComputePipeline, Pipelines, RasterPipeline};
+pub(crate) use readback::Readback;
 pub(crate) use recorder::{PassTimes, Recorder, Resource, Target};
 
 pub use shaders::engine_hash;
