@@ -6,7 +6,7 @@ use super::{
     Context,
     gbuffer::GBuffer,
     hits::HitSurfaces,
-    rays::{RayTreeImages, TexelList},
+    rays::RayTreeImages,
     refine::{Refinement, Run},
     vpl::VplLists,
     vpl_draws::{ListedLight, VplDraws},
@@ -14,7 +14,7 @@ use super::{
 use crate::{
     Error, RayKernel, Result, lattice,
     vulkan::{
-        Buffer, BufferUse, Device, PassTimes, Recorder, Resource,
+        Buffer, BufferUse, Device, PassTimes, Recorder, Resource, TexelList,
         shaders::{self, BounceParameters, Module, bytes_of, values_in},
     },
 };

@@ -13,6 +13,7 @@ mod pipeline;
 mod readback;
 mod recorder;
 pub(crate) mod shaders;
+mod texel_list;
 
 pub use device::{Device, DeviceChoice, DeviceOptions};
 #[doc(hidden)]
@@ -27,6 +28,7 @@ pub(crate) use readback::Readback;
 pub(crate) use recorder::{PassTimes, Recorder, Resource, Target};
 
 pub use shaders::engine_hash;
+pub(crate) use texel_list::{ROW_TEXELS, TexelList};
 
 use crate::Error;
 
