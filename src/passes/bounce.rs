@@ -4,10 +4,11 @@ use std::time::{Duration, Instant};
 
 use super::{
     Context,
+    compact::Run,
     gbuffer::GBuffer,
     hits::HitSurfaces,
     rays::RayTreeImages,
-    refine::{Refinement, Run},
+    refine::Refinement,
     vpl::VplLists,
     vpl_draws::{ListedLight, VplDraws},
 };

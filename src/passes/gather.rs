@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use super::{
     Context,
+    compact::Run,
     gbuffer::GBuffer,
-    refine::Run,
     vpl::{VplLists, estimator_word},
 };
 use crate::{
