@@ -25,7 +25,7 @@ pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
 pub(crate) use pipeline::{ComputePipeline, Pipelines, RasterPipeline};
 pub(crate) use readback::Readback;
-pub(crate) use recorder::{PassTimes, Recorder, Resource, Target};
+pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, Target, groups_in_rows};
 
 pub use shaders::engine_hash;
 pub(crate) use texel_list::{ROW_TEXELS, TexelList};
