@@ -6,13 +6,10 @@ use crate::{
     ray_tree::max_triangle_texels,
     scene::{Scene, Shadow, Shared, Texture},
     vulkan::{
-        DeviceInfo,
+        DeviceInfo, ROW_TEXELS,
         shaders::{BindingKind, MODULES, Module},
     },
 };
-
-/// Texels of a row of an image that holds a list.
-const ROW_TEXELS: u64 = 1024;
 
 impl Plan {
     /// Refuses what the device cannot hold.

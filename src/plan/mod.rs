@@ -11,7 +11,7 @@ pub use kernels::{GatherKernel, RayKernel};
 use crate::{
     Result,
     emission::EmissionDomain,
-    scene::{BoundingSphere, IndirectLight, Light, Scene, Shadow, VplSum},
+    scene::{IndirectLight, Light, Scene, Shadow, VplSum},
     vulkan::DeviceInfo,
 };
 
@@ -166,7 +166,7 @@ impl Plan {
                     material.is_some_and(|m| m.kd_texture.is_some())
                 })
         });
-        let bounds = scene_sphere(scene);
+        let bounds = scene.bounding_sphere_or_unit();
         // The faces do not depend on the texels.
         let faces = |light: &Light| EmissionDomain::new(light, 1, &bounds).faces.len();
         let faces: Vec<usize> = scene.lights.iter().map(faces).collect();
@@ -292,17 +292,6 @@ fn coarsest_stride(resolution_px: [u32; 2], points: u32) -> u32 {
     let [width, height] = resolution_px;
     let stride = (width.min(height) / points).clamp(2, 16);
     1 << stride.ilog2()
-}
-
-/// The sphere around the scene. Where there is nothing, or only a point, it has 1 m, for a light must emit into something.
-pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
-    let sphere = scene.bounding_sphere();
-    let centre_m = sphere.map_or(glam::DVec3::ZERO, |sphere| sphere.centre_m);
-    let radius_m = sphere.map_or(0.0, |sphere| sphere.radius_m);
-    BoundingSphere {
-        centre_m,
-        radius_m: if radius_m > 0.0 { radius_m } else { 1.0 },
-    }
 }
 
 /// Texels along one edge of a face. Final gathering takes VPLs in Morton order, for which it is a power of two.
