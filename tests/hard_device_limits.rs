@@ -25,14 +25,14 @@ fn small_device(gpu: &Gpu) -> DeviceInfo {
 
 /// Asserts that the plan refuses the scene at once: what is over which limit, and what to do.
 #[track_caller]
-fn assert_over_limit(gpu: &Gpu, scene: &Scene, says: &[&str], mend: &str) {
+fn assert_over_limit(gpu: &Gpu, scene: &Scene, says: &[&str], hint: &str) {
     let device = small_device(gpu);
     let start = Instant::now();
     let error = Plan::new(scene, &device).expect_err("that is too much");
     assert!(start.elapsed().as_secs_f64() < 0.5, "work was started");
     assert!(matches!(error, Error::DeviceLimit { .. }), "{error:?}");
     let message = error.to_string();
-    for part in says.iter().chain(&["over the limit", &device.name, mend]) {
+    for part in says.iter().chain(&["over the limit", &device.name, hint]) {
         assert!(message.contains(part), "{part:?} is missing in: {message}");
     }
 }
@@ -149,14 +149,14 @@ fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
     let mut scene = with_triangles(16_377);
     let rows = "the triangles for rays (rows) is 65, over the limit of 64";
     scene.direct.shadow = Some(Shadow::Rays);
-    let mend = "set shadow = \"map\" in [direct], simplify the meshes";
-    assert_refused(&scene, &device, &[rows, mend]);
+    let hint = "set shadow = \"map\" in [direct], simplify the meshes";
+    assert_refused(&scene, &device, &[rows, hint]);
     scene.indirect = bounce_by_rays(8);
-    let mend = "set shadow = \"map\" in [direct] and visibility = \"none\" in [indirect], simplify";
-    assert_refused(&scene, &device, &[rows, mend]);
+    let hint = "set shadow = \"map\" in [direct] and visibility = \"none\" in [indirect], simplify";
+    assert_refused(&scene, &device, &[rows, hint]);
     scene.direct.shadow = Some(Shadow::Map);
-    let mend = "set visibility = \"none\" in [indirect], simplify the meshes";
-    assert_refused(&scene, &device, &[rows, mend]);
+    let hint = "set visibility = \"none\" in [indirect], simplify the meshes";
+    assert_refused(&scene, &device, &[rows, hint]);
 
     device.limits.max_image_px = 16_384;
     device.limits.max_allocation_bytes = 1 << 20;
@@ -197,12 +197,12 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     assert!(Plan::new(&scene, &device).is_ok());
     device.limits.max_image_px = 703;
     let says = "the textures that rays hit (rows, all together) is 704, over the limit of 703";
-    let mend = "set visibility = \"none\" in [indirect], scale the textures down";
-    assert_refused(&scene, &device, &[says, mend]);
+    let hint = "set visibility = \"none\" in [indirect], scale the textures down";
+    assert_refused(&scene, &device, &[says, hint]);
     device.limits.max_image_px = 704;
     device.limits.max_allocation_bytes = 704 * 1024 * 16 - 1;
     let says = "the textures that rays hit (bytes, all together) is 11534336, over";
-    assert_refused(&scene, &device, &[says, mend]);
+    assert_refused(&scene, &device, &[says, hint]);
 }
 
 /// With rays the lights' VPLs lie in one list.
@@ -218,14 +218,14 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     scene.lights = vec![scene.lights[0]; 10];
     assert!(Plan::new(&scene, &device).is_ok());
     scene.lights = vec![scene.lights[0]; 11];
-    let mend =
+    let hint =
         "set a smaller rsm_size, or visibility = \"none\" without target_error, in [indirect], use";
     let says = "the list of all lights' VPLs (rows) is 66, over the limit of 64";
-    assert_refused(&scene, &device, &[says, mend]);
+    assert_refused(&scene, &device, &[says, hint]);
     device.limits.max_image_px = 16_384;
     device.limits.max_allocation_bytes = 66 * 1024 * 3 * 16 - 1;
     let says = "the list of all lights' VPLs (bytes) is 3244032, over";
-    assert_refused(&scene, &device, &[says, mend]);
+    assert_refused(&scene, &device, &[says, hint]);
     scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32));
     assert!(Plan::new(&scene, &device).is_ok());
 }

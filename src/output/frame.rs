@@ -180,7 +180,7 @@ impl Frame {
             Err(Error::Output {
                 path: path.to_owned(),
                 problem,
-                mend: "write a frame as the renderer returns it".into(),
+                hint: "write a frame as the renderer returns it".into(),
             })
         };
         let [width, height] = self.resolution_px.map(|px| px as usize);
