@@ -57,7 +57,7 @@ impl MemoryNeed {
 
 impl Plan {
     /// The most bytes of device memory that a frame of the scene holds at a time: an upper bound, but for what the driver adds to
-    /// images, and close to what is held (`tests/hard_device_memory.rs`).
+    /// images, and close to what is held (`tests/hard/device_memory.rs`).
     pub fn device_memory_bytes(&self, scene: &Scene) -> u64 {
         self.memory_need(scene).total()
     }

@@ -1,0 +1,139 @@
+//! Plain sums with a target error against the same sums at every pixel: the error asked for, the error estimated, the true one, and
+//! the share of the pairs that it took.
+
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::rmse;
+use camlux::{
+    Scene,
+    output::{Frame, Layer},
+    scene::{Bands, Indirect, Light, VplSum},
+};
+use glam::DVec3;
+
+const SIZE_PX: [u32; 2] = [200, 200];
+const RSM_SIZE: u32 = 64;
+
+fn sum(scene: &Scene, estimator: VplSum, target_error: Option<f64>) -> Scene {
+    let mut scene = scene.clone();
+    scene.indirect = Some(Indirect {
+        target_error,
+        ..IndirectLight::vpl_sum(estimator, RSM_SIZE)
+    });
+    scene
+}
+
+fn indirect(frame: &Frame) -> &[f32] {
+    frame.values(Layer::Indirect).expect("it was asked for")
+}
+
+/// relRMSE of the indirect light against that of another frame.
+fn error(frame: &Frame, exact: &Frame) -> f64 {
+    let truth: Vec<Bands> = indirect(exact)
+        .chunks_exact(3)
+        .map(|bands| [0, 1, 2].map(|i| f64::from(bands[i])))
+        .collect();
+    rmse::relative_rmse(indirect(frame), &truth)
+}
+
+/// Renders, prints and checks: the true error at most 1.3 times the one asked for, and an estimate that is not far off.
+#[track_caller]
+fn check(gpu: &mut Gpu, name: &str, scene: &Scene, estimator: VplSum) {
+    let exact = gpu.render(&sum(scene, estimator, None));
+    assert_eq!(exact.stats.estimated_error, None);
+    for asked in [0.05, 0.01] {
+        let frame = gpu.render(&sum(scene, estimator, Some(asked)));
+        let true_error = error(&frame, &exact);
+        let estimated = frame.stats.estimated_error.expect("it is estimated");
+        let share = frame.stats.pixel_vpl_pairs as f64 / exact.stats.pixel_vpl_pairs as f64;
+        let what = format!("{name}, {}: asked {asked}", estimator.name());
+        println!("{what}, estimated {estimated:.4}, true {true_error:.4}, {share:.3} of the pairs");
+        assert_eq!(frame.stats.vpl_count, exact.stats.vpl_count, "{what}");
+        assert!(true_error <= 1.3 * asked, "{what}: {true_error}");
+        assert!(
+            estimated <= 1.5 * true_error + 0.003 && true_error <= 1.5 * estimated + 0.003,
+            "{what}: {estimated} for {true_error}"
+        );
+        // The spikes of near VPLs are not to be interpolated.
+        let is_exact = estimator == VplSum::InstantRadiosity;
+        let is_as_due = match is_exact {
+            true => share == 1.0 && true_error == 0.0,
+            false => share < 0.3,
+        };
+        assert!(is_as_due, "{what}: {share} of the pairs");
+    }
+}
+
+#[test]
+fn the_error_asked_for_is_met_in_the_demo_scenes() {
+    let mut gpu = Gpu::open();
+    for name in DEMO_SCENES {
+        let scene = demo_scene(name, SIZE_PX);
+        for estimator in VplSum::ALL {
+            check(&mut gpu, name, &scene, estimator);
+        }
+    }
+}
+
+/// The lists of both lie one behind the other, on matte and on glossy surfaces, and the second is shorter.
+#[test]
+fn lights_are_summed_together() {
+    let mut gpu = Gpu::open();
+    for name in ["cornell", "glossy"] {
+        let mut scene = demo_scene(name, SIZE_PX);
+        let more = Light::Directional {
+            direction: DVec3::new(-0.3, -0.8, -0.6),
+            irradiance_w_m2: [1.0, 2.0, 3.0],
+        };
+        scene.lights.push(more);
+        check(
+            &mut gpu,
+            &format!("{name}, two lights"),
+            &scene,
+            VplSum::RsmAverage,
+        );
+    }
+}
+
+/// What is gathered and how far it is off does not depend on the light's power: all is relative to the image's radiance.
+#[test]
+fn a_weak_light_is_treated_like_a_strong_one() {
+    let mut gpu = Gpu::open();
+    let mut scene = sum(
+        &demo_scene("cornell", SIZE_PX),
+        VplSum::RsmAverage,
+        Some(0.02),
+    );
+    let strong = gpu.render(&scene);
+    let factor = f64::exp2(-24.0);
+    let Light::Point { power_w, .. } = &mut scene.lights[0] else {
+        panic!("the scene has a point light");
+    };
+    *power_w = power_w.map(|power| factor * power);
+    let weak = gpu.render(&scene);
+    assert_eq!(weak.stats.pixel_vpl_pairs, strong.stats.pixel_vpl_pairs);
+    let scaled: Vec<f32> = indirect(&strong)
+        .iter()
+        .map(|value| value * factor as f32)
+        .collect();
+    assert!(indirect(&weak) == scaled);
+}
+
+/// Few pixels or few VPLs leave nothing to save: the image is that of the sum at every pixel, bit by bit.
+#[test]
+fn small_work_is_done_in_full() {
+    let mut gpu = Gpu::open();
+    for (size_px, rsm_size) in [([100, 100], RSM_SIZE), (SIZE_PX, 8)] {
+        let mut scene = demo_scene("textured", size_px);
+        let mut render = |target_error| {
+            scene.indirect = Some(Indirect {
+                target_error,
+                ..IndirectLight::vpl_sum(VplSum::InstantRadiosity, rsm_size)
+            });
+            gpu.render(&scene)
+        };
+        let (exact, asked) = (render(None), render(Some(0.05)));
+        assert!(indirect(&asked) == indirect(&exact));
+        assert_eq!(asked.stats.pixel_vpl_pairs, exact.stats.pixel_vpl_pairs);
+        assert_eq!(asked.stats.estimated_error, Some(0.0));
+    }
+}
