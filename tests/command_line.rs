@@ -48,7 +48,14 @@ fn wrong_usage_is_said_with_exit_code_2() {
             "rsm-average and instant-radiosity",
         ),
         (
-            &["render", "scene.toml", "-o", "a.exr", "--visibility", "x"],
+            &[
+                "render",
+                "scene.toml",
+                "-o",
+                "a.exr",
+                "--interpolation-error",
+                "x",
+            ],
             "none or rays",
         ),
         (

@@ -12,19 +12,14 @@ use camlux::{
     metrics::{Comparison, Pixels},
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Indirect, Light, SpotCone, Visibility, VplSum},
+    scene::{IndirectLight, Light, SpotCone},
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
 use rooms::{quad, scene_of};
 
 fn by_rays(mut scene: Scene, target_error: f64) -> Scene {
-    scene.indirect = Some(Indirect {
-        estimator: VplSum::InstantRadiosity,
-        rsm_size: None,
-        visibility: Visibility::Rays,
-        target_error: Some(target_error),
-    });
+    scene.indirect = Some(IndirectLight::final_gather(target_error));
     scene
 }
 

@@ -13,7 +13,7 @@ use camlux::{
     intermediates::{Intermediates, LightIntermediates, SurfacePoint},
     model::spot_falloff,
     output::{Frame, Layer},
-    scene::{Indirect, Lens, Light, SpotCone, VplSum},
+    scene::{IndirectLight, Lens, Light, SpotCone, VplSum},
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};

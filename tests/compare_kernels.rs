@@ -7,7 +7,7 @@ mod rmse;
 use camlux::{
     GatherKernel, RenderOptions,
     output::Layer,
-    scene::{Indirect, Light, SpotCone, VplSum},
+    scene::{IndirectLight, Light, SpotCone, VplSum},
     twin,
 };
 use glam::DVec3;

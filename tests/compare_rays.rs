@@ -8,7 +8,7 @@ mod shadows;
 use camlux::{
     LocalSpace, RayKernel, RenderOptions, Scene,
     ray_probe::{RayHit, RayPoint, RayProbe},
-    scene::{Indirect, Mesh, VplSum},
+    scene::{IndirectLight, Mesh, VplSum},
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};

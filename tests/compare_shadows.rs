@@ -10,7 +10,7 @@ mod truth;
 use camlux::{
     Plan, ShadowPlan,
     output::Layer,
-    scene::{Bands, Indirect, VplSum},
+    scene::{Bands, IndirectLight, VplSum},
 };
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
 use ray_caster::{RayCaster, pixel::PixelRay};

@@ -7,7 +7,7 @@ mod truth;
 
 use camlux::{
     output::Layer,
-    scene::{Bands, Indirect, VplSum},
+    scene::{Bands, IndirectLight, VplSum},
 };
 use gpu::{Gpu, demo_scene};
 use truth::Truth;

@@ -6,7 +6,7 @@ mod rmse;
 use camlux::{
     RenderOptions, Scene,
     output::Layer,
-    scene::{Camera, Direct, Indirect, Lens, Light, Material, Mesh, VplSum},
+    scene::{Camera, Direct, IndirectLight, Lens, Light, Material, Mesh, VplSum},
     twin,
 };
 use glam::DVec3;

@@ -10,7 +10,7 @@ use std::time::Duration;
 use camlux::{
     GatherKernel, RenderOptions, Scene,
     output::{Frame, Layer},
-    scene::{Bands, Indirect, Light, VplSum},
+    scene::{Bands, IndirectLight, Light, VplSum},
 };
 use gpu::{Gpu, demo_scene};
 

@@ -88,7 +88,14 @@ impl Plan {
                 Some(_) => (
                     self.lights.len() as u64,
                     "the list of all lights' VPLs",
-                    "set a smaller rsm_size, or estimator = \"instant-radiosity\", in [indirect], use fewer lights, or choose another device",
+                    match indirect.bounce() {
+                        None => {
+                            "set a smaller rsm_size or no interpolation_error in [indirect], use fewer lights, or choose another device"
+                        }
+                        Some(_) => {
+                            "set a smaller rsm_size or estimator = \"instant-radiosity\" in [indirect], use fewer lights, or choose another device"
+                        }
+                    },
                 ),
             };
             let rows = lists * texels.div_ceil(ROW_TEXELS);

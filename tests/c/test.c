@@ -95,7 +95,7 @@ static camlux_scene *make_box(int with_indirect)
     OK(camlux_scene_set_camera(scene, &camera));
     lamp.power_w[0] = lamp.power_w[1] = lamp.power_w[2] = 40;
     OK(camlux_scene_add_light(scene, &lamp, NULL));
-    indirect.visibility = CAMLUX_VISIBILITY_NONE;
+    indirect.estimator = CAMLUX_ESTIMATOR_INSTANT_RADIOSITY;
     indirect.rsm_size = 8;
     OK(camlux_scene_set_indirect(scene, with_indirect ? &indirect : NULL));
     for (i = 0; i < 3; i++) {
