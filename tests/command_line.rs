@@ -56,7 +56,7 @@ fn wrong_usage_is_said_with_exit_code_2() {
                 "--interpolation-error",
                 "x",
             ],
-            "none or rays",
+            "'x'",
         ),
         (
             &["render", "scene.toml", "-o", "a.exr", "--target-error", "x"],

@@ -10,7 +10,6 @@ use std::{
 
 use serde_json::Value;
 
-/// The series of plain sums of instant-radiosity.
 const SIZE: [&str; 3] = ["--size", "24", "20"];
 
 fn program(folder: &Path, arguments: &[&str]) -> Output {

@@ -42,6 +42,7 @@ fn error(frame: &Frame, exact: &Frame) -> f64 {
 fn check(gpu: &mut Gpu, name: &str, scene: &Scene) {
     let exact = gpu.render(&average(scene, None));
     assert_eq!(exact.stats.estimated_interpolation_error, None);
+    assert_eq!(exact.stats.estimated_error, None);
     for requested in [0.05, 0.01] {
         let frame = gpu.render(&average(scene, Some(requested)));
         let true_error = error(&frame, &exact);

@@ -28,7 +28,7 @@ const PASSES: [&str; 7] = [
 
 pub fn report(device: &Device) -> Result<(), Failure> {
     println!(
-        "sums     rsm-average, 6 x {RSM_SIZE}² texels, with a target error against every pixel; fastest of {TURNS} turns each"
+        "sums     rsm-average, 6 x {RSM_SIZE}² texels, with an interpolation error against every pixel; fastest of {TURNS} turns each"
     );
     println!(
         "{:<10} {:>9} {:>6} {:>8} {:>7} {:>18} {:>6} {:>18} {:>6}  bar",

@@ -155,10 +155,14 @@ pub fn layers(frame: *mut camlux_frame) -> Vec<(i32, Vec<u32>)> {
     (0..count).map(layer).collect()
 }
 
-pub fn passes(frame: *mut camlux_frame) -> Vec<String> {
+pub fn stats(frame: *mut camlux_frame) -> camlux_frame_stats {
     let mut stats = init!(camlux_frame_stats {});
     // SAFETY: it points to a struct of that size.
     ok(unsafe { camlux_frame_get_stats(frame, &mut stats) });
+    stats
+}
+
+pub fn passes(frame: *mut camlux_frame) -> Vec<String> {
     let pass = |index| {
         let mut pass = init!(camlux_pass_time {});
         // SAFETY: it points to a struct of that size; the name lives as long as the frame.
@@ -170,7 +174,7 @@ pub fn passes(frame: *mut camlux_frame) -> Vec<String> {
                 .to_owned()
         }
     };
-    (0..stats.pass_count).map(pass).collect()
+    (0..stats(frame).pass_count).map(pass).collect()
 }
 
 /// The layers of a frame that was rendered without the interface, in the same form.
