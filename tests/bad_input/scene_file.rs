@@ -149,15 +149,6 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
                 "did you mean \"instant-radiosity\"?",
             ],
         ),
-        (
-            format!(
-                "{CAMERA}{LIGHT}[indirect]\nestimator = \"instant-radiosity\"\nvisibility = \"ray\"\n"
-            ),
-            [
-                "scene.toml:13: unknown visibility \"ray\" in [indirect]",
-                "did you mean \"rays\"?",
-            ],
-        ),
     ] {
         refuses_toml(&toml, &parts);
     }
@@ -213,14 +204,21 @@ fn missing_keys() {
             format!("{CAMERA}{LIGHT}[indirect]\nrsm_size = 64\n"),
             [
                 "scene.toml:11: [indirect] has no \"estimator\"",
-                "\"rsm-average\" or \"instant-radiosity\"",
+                "\"final-gather\" or \"rsm-average\" or \"instant-radiosity\"",
             ],
         ),
         (
             format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\n"),
             [
-                "scene.toml:11, indirect: there is no rsm_size",
+                "scene.toml:11: [indirect] has no \"rsm_size\"",
                 "add rsm_size = 64",
+            ],
+        ),
+        (
+            format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"instant-radiosity\"\n"),
+            [
+                "scene.toml:11: [indirect] has no \"rsm_size\"",
+                "add rsm_size = 64, texels along one face's edge; or set estimator = \"final-gather\"",
             ],
         ),
         (
@@ -326,7 +324,7 @@ fn wrong_types() {
         ),
         (
             format!(
-                "{CAMERA}{LIGHT}[indirect]\nestimator = \"instant-radiosity\"\ntarget_error = \"2 %\"\n"
+                "{CAMERA}{LIGHT}[indirect]\nestimator = \"final-gather\"\ntarget_error = \"2 %\"\n"
             ),
             [
                 "scene.toml:13: \"target_error\" in [indirect] is the string \"2 %\"",
@@ -396,24 +394,74 @@ fn values_out_of_range_are_reported_with_their_line() {
             ["scene.toml:11, indirect: rsm_size is 0", "such as 64"],
         ),
         (
-            format!(
-                "{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\nrsm_size = 8\nvisibility = \"rays\"\n"
-            ),
-            [
-                "scene.toml:11, indirect: visibility is \"rays\"",
-                "set visibility = \"none\", or estimator = \"instant-radiosity\"",
-            ],
-        ),
-        (
-            format!(
-                "{CAMERA}{LIGHT}[indirect]\nestimator = \"instant-radiosity\"\ntarget_error = 2\n"
-            ),
+            format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"final-gather\"\ntarget_error = 2\n"),
             [
                 "scene.toml:11, indirect: target_error is 2",
                 "from 0.002 to 0.5, such as 0.02",
             ],
         ),
+        (
+            format!(
+                "{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\nrsm_size = 8\ninterpolation_error = 0.6\n"
+            ),
+            [
+                "scene.toml:11, indirect: interpolation_error is 0.6",
+                "from 0.002 to 0.5, such as 0.02",
+            ],
+        ),
     ] {
         refuses_toml(&toml, &parts);
+    }
+}
+
+#[test]
+fn keys_of_another_estimator_and_removed_keys_name_what_replaces_them() {
+    for (estimator, key, says, hint) in [
+        (
+            "instant-radiosity",
+            "visibility = \"rays\"",
+            "\"visibility\" in [indirect] follows from the estimator",
+            "set estimator = \"final-gather\"",
+        ),
+        (
+            "instant-radiosity",
+            "visibility = \"none\"",
+            "\"visibility\" in [indirect] follows from the estimator",
+            "remove it: rsm-average and instant-radiosity have none",
+        ),
+        (
+            "rsm-average",
+            "visibility = \"none\"",
+            "\"visibility\" in [indirect] follows from the estimator",
+            "remove it: rsm-average and instant-radiosity have none",
+        ),
+        (
+            "rsm-average",
+            "target_error = 0.05",
+            "\"target_error\" in [indirect] counts against the true bounce, to which rsm-average does not converge",
+            "use interpolation_error",
+        ),
+        (
+            "instant-radiosity",
+            "target_error = 0.05",
+            "\"target_error\" in [indirect] counts against the true bounce, to which instant-radiosity does not converge",
+            "set estimator = \"final-gather\"",
+        ),
+        (
+            "instant-radiosity",
+            "interpolation_error = 0.05",
+            "\"interpolation_error\" in [indirect] belongs to rsm-average: instant-radiosity is summed at every pixel",
+            "remove it",
+        ),
+        (
+            "final-gather",
+            "interpolation_error = 0.05",
+            "\"interpolation_error\" in [indirect] counts against a sum over VPLs, which final-gather does not take",
+            "use target_error",
+        ),
+    ] {
+        let indirect = format!("[indirect]\nestimator = \"{estimator}\"\nrsm_size = 8\n{key}\n");
+        let says = format!("scene.toml:14: {says}");
+        refuses_toml(&format!("{CAMERA}{LIGHT}{indirect}"), &[&says, hint]);
     }
 }

@@ -1,8 +1,8 @@
 //! Every bad value of a scene from slices is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    Camera, Direct, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, SpotCone,
-    Texture, Visibility, VplSum,
+    Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor,
+    SpotCone, Texture, VplSum,
 };
 use glam::DVec3;
 
@@ -48,30 +48,36 @@ fn scene() -> Scene {
     }
 }
 
-fn by_rays(rsm_size: Option<u32>, target_error: Option<f64>) -> Indirect {
-    Indirect {
-        estimator: VplSum::InstantRadiosity,
-        rsm_size,
-        visibility: Visibility::Rays,
+fn final_gather(rsm_size: Option<u32>, target_error: f64) -> IndirectLight {
+    IndirectLight::FinalGather {
         target_error,
+        rsm_size,
+    }
+}
+
+fn interpolated_average(interpolation_error: f64) -> IndirectLight {
+    IndirectLight::RsmAverage {
+        rsm_size: 8,
+        interpolation_error: Some(interpolation_error),
     }
 }
 
 #[test]
-fn every_target_in_range_is_taken_and_rays_need_no_size() {
+fn every_error_in_range_is_taken_and_final_gathering_needs_no_size() {
     let mut scene = scene();
-    for target_error in [None, Some(0.002), Some(0.02), Some(0.5)] {
-        for rsm_size in [None, Some(8)] {
-            scene.indirect = Some(by_rays(rsm_size, target_error));
+    for error in [0.002, 0.02, 0.5] {
+        for indirect in [
+            final_gather(None, error),
+            final_gather(Some(8), error),
+            interpolated_average(error),
+        ] {
+            scene.indirect = Some(indirect);
             scene.validate().unwrap();
         }
-        for estimator in VplSum::ALL {
-            scene.indirect = Some(Indirect {
-                target_error,
-                ..IndirectLight::vpl_sum(estimator, 8)
-            });
-            scene.validate().unwrap();
-        }
+    }
+    for sum in VplSum::ALL {
+        scene.indirect = Some(IndirectLight::vpl_sum(sum, 8));
+        scene.validate().unwrap();
     }
 }
 
@@ -169,35 +175,35 @@ fn scenes_from_slices_are_validated() {
             "sensor: duty_cycle is NaN",
         ),
         (
-            Box::new(|s| s.indirect.as_mut().unwrap().rsm_size = Some(0)),
+            Box::new(|s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 0))),
             "indirect: rsm_size is 0",
         ),
         (
-            Box::new(|s| s.indirect.as_mut().unwrap().rsm_size = None),
-            "indirect: there is no rsm_size, which rsm-average without visibility needs",
-        ),
-        (
-            Box::new(|s| s.indirect.as_mut().unwrap().visibility = Visibility::Rays),
-            "indirect: visibility is \"rays\", but the equation of rsm-average has no visibility",
-        ),
-        (
-            Box::new(|s| s.indirect.as_mut().unwrap().target_error = Some(0.001)),
-            "indirect: target_error is 0.001; give a relRMSE from 0.002 to 0.5",
-        ),
-        (
-            Box::new(|s| s.indirect = Some(by_rays(Some(0), None))),
+            Box::new(|s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 0))),
             "indirect: rsm_size is 0",
         ),
         (
-            Box::new(|s| s.indirect = Some(by_rays(None, Some(0.0019)))),
+            Box::new(|s| s.indirect = Some(interpolated_average(0.001))),
+            "indirect: interpolation_error is 0.001; give a relRMSE from 0.002 to 0.5",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(interpolated_average(NAN))),
+            "indirect: interpolation_error is NaN",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(final_gather(Some(0), 0.02))),
+            "indirect: rsm_size is 0",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(final_gather(None, 0.0019))),
             "indirect: target_error is 0.0019; give a relRMSE from 0.002 to 0.5",
         ),
         (
-            Box::new(|s| s.indirect = Some(by_rays(None, Some(0.501)))),
+            Box::new(|s| s.indirect = Some(final_gather(None, 0.501))),
             "indirect: target_error is 0.501",
         ),
         (
-            Box::new(|s| s.indirect = Some(by_rays(None, Some(NAN)))),
+            Box::new(|s| s.indirect = Some(final_gather(None, NAN))),
             "indirect: target_error is NaN",
         ),
         (

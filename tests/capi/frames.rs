@@ -54,6 +54,41 @@ fn a_scene_from_arrays_is_that_of_the_file() {
     }
 }
 
+/// What a frame does not estimate is no number: no sum can be read as if it were 0 % off the true bounce.
+#[test]
+fn each_estimator_estimates_its_own_error() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let scene = load("cornell");
+    resize(scene, SIZE_PX[0], SIZE_PX[1]);
+    let mut estimated = |indirect: camlux_indirect| {
+        // SAFETY: it points to a struct of that size.
+        ok(unsafe { camlux_scene_set_indirect(scene, &indirect) });
+        let frame = render(renderer, scene);
+        let stats = stats(frame);
+        ok(camlux_frame_release(frame));
+        [stats.estimated_error, stats.estimated_interpolation_error].map(f64::is_nan)
+    };
+    let average = init!(camlux_indirect {
+        estimator: CAMLUX_ESTIMATOR_RSM_AVERAGE,
+        rsm_size: 8
+    });
+    let radiosity = init!(camlux_indirect {
+        estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+        rsm_size: 8
+    });
+    assert_eq!([average, radiosity].map(&mut estimated), [[true; 2]; 2]);
+    let interpolated = camlux_indirect {
+        interpolation_error: 0.1,
+        ..average
+    };
+    assert_eq!(estimated(interpolated), [true, false]);
+    let gathered = init!(camlux_indirect { target_error: 0.1 });
+    assert_eq!(estimated(gathered), [false, true]);
+    ok(camlux_scene_release(scene));
+    ok(camlux_renderer_release(renderer));
+}
+
 fn set_pose(scene: *mut camlux_scene, part: i32, index: u32, position_m: DVec3, turn: DQuat) {
     let pose = init!(camlux_pose {
         position_m: position_m.to_array(),

@@ -252,10 +252,13 @@ impl Sequence {
                     camlux_scene_set_sensor(scene, r.pointer(&mut sensor))
                 }
                 13 => {
+                    let some_error = r.real();
+                    let errors = [0.0, 0.0, 0.3, some_error];
                     let mut indirect = init!(camlux_indirect {
                         estimator: r.choice(),
-                        visibility: CAMLUX_VISIBILITY_NONE,
-                        rsm_size: r.pick(&[0, 4, 8])
+                        rsm_size: r.pick(&[0, 4, 8]),
+                        target_error: r.pick(&errors),
+                        interpolation_error: r.pick(&errors)
                     });
                     camlux_scene_set_indirect(scene, r.pointer(&mut indirect))
                 }

@@ -9,7 +9,7 @@ use std::{
 use camlux::{
     capi::*,
     output::{Layer, LayerData},
-    scene::{Lens, Light},
+    scene::{IndirectLight, Lens, Light},
 };
 
 pub fn last_error() -> String {
@@ -114,7 +114,7 @@ pub fn resize(scene: *mut camlux_scene, width_px: u32, height_px: u32) {
 
 pub fn plain_sum(scene: *mut camlux_scene, rsm_size: u32) {
     let indirect = init!(camlux_indirect {
-        visibility: CAMLUX_VISIBILITY_NONE,
+        estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
         rsm_size: rsm_size
     });
     // SAFETY: it points to a struct of that size.
@@ -153,10 +153,14 @@ pub fn layers(frame: *mut camlux_frame) -> Vec<(i32, Vec<u32>)> {
     (0..count).map(layer).collect()
 }
 
-pub fn passes(frame: *mut camlux_frame) -> Vec<String> {
+pub fn stats(frame: *mut camlux_frame) -> camlux_frame_stats {
     let mut stats = init!(camlux_frame_stats {});
     // SAFETY: it points to a struct of that size.
     ok(unsafe { camlux_frame_get_stats(frame, &mut stats) });
+    stats
+}
+
+pub fn passes(frame: *mut camlux_frame) -> Vec<String> {
     let pass = |index| {
         let mut pass = init!(camlux_pass_time {});
         // SAFETY: it points to a struct of that size; the name lives as long as the frame.
@@ -168,7 +172,7 @@ pub fn passes(frame: *mut camlux_frame) -> Vec<String> {
                 .to_owned()
         }
     };
-    (0..stats.pass_count).map(pass).collect()
+    (0..stats(frame).pass_count).map(pass).collect()
 }
 
 /// The layers of a frame that was rendered without the interface, in the same form.
@@ -244,16 +248,14 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
         }
         if let Some(indirect) = scene.indirect {
             let c_indirect = init!(camlux_indirect {
-                estimator: match indirect.estimator {
-                    camlux::scene::VplSum::InstantRadiosity => CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-                    camlux::scene::VplSum::RsmAverage => CAMLUX_ESTIMATOR_RSM_AVERAGE,
+                estimator: match indirect {
+                    IndirectLight::FinalGather { .. } => CAMLUX_ESTIMATOR_FINAL_GATHER,
+                    IndirectLight::RsmAverage { .. } => CAMLUX_ESTIMATOR_RSM_AVERAGE,
+                    IndirectLight::InstantRadiosity { .. } => CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
                 },
-                visibility: match indirect.visibility {
-                    camlux::scene::Visibility::None => CAMLUX_VISIBILITY_NONE,
-                    camlux::scene::Visibility::Rays => CAMLUX_VISIBILITY_RAYS,
-                },
-                rsm_size: indirect.rsm_size.unwrap_or(0),
-                target_error: indirect.target_error.unwrap_or(0.0),
+                rsm_size: indirect.rsm_size().unwrap_or(0),
+                target_error: indirect.target_error().unwrap_or(0.0),
+                interpolation_error: indirect.interpolation_error().unwrap_or(0.0),
             });
             ok(camlux_scene_set_indirect(built, &c_indirect));
         }

@@ -81,14 +81,14 @@ fn values_are_checked() {
         );
         let indirect = |indirect: camlux_indirect| camlux_scene_set_indirect(scene, &indirect);
         fails(
-            indirect(init!(camlux_indirect { estimator: 2 })),
+            indirect(init!(camlux_indirect { estimator: 3 })),
             ARGUMENT,
-            "estimator is 2",
+            "estimator is 3",
         );
         fails(
-            indirect(init!(camlux_indirect { visibility: -1 })),
+            indirect(init!(camlux_indirect { reserved: 1 })),
             ARGUMENT,
-            "visibility is -1",
+            "reserved",
         );
         fails(
             indirect(init!(camlux_indirect { target_error: nan })),
@@ -102,19 +102,41 @@ fn values_are_checked() {
         );
         fails(
             indirect(init!(camlux_indirect {
-                visibility: CAMLUX_VISIBILITY_NONE
+                interpolation_error: nan
             })),
-            SCENE,
-            "rsm_size",
+            ARGUMENT,
+            "interpolation_error",
         );
-        fails(
-            indirect(init!(camlux_indirect {
-                estimator: CAMLUX_ESTIMATOR_RSM_AVERAGE,
-                visibility: CAMLUX_VISIBILITY_RAYS
-            })),
-            SCENE,
-            "visibility",
-        );
+        for estimator in [
+            CAMLUX_ESTIMATOR_RSM_AVERAGE,
+            CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+        ] {
+            let without_size = init!(camlux_indirect {
+                estimator: estimator
+            });
+            fails(indirect(without_size), SCENE, "rsm_size");
+            let sum = init!(camlux_indirect {
+                estimator: estimator,
+                rsm_size: 8,
+                target_error: 0.05
+            });
+            fails(indirect(sum), SCENE, "target_error is 0.05");
+        }
+        for estimator in [
+            CAMLUX_ESTIMATOR_FINAL_GATHER,
+            CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+        ] {
+            let not_interpolated = init!(camlux_indirect {
+                estimator: estimator,
+                rsm_size: 8,
+                interpolation_error: 0.05
+            });
+            fails(
+                indirect(not_interpolated),
+                SCENE,
+                "interpolation_error is 0.05",
+            );
+        }
         fails(
             camlux_scene_set_direct(scene, &init!(camlux_direct { shadow: 3 })),
             ARGUMENT,

@@ -114,10 +114,13 @@ fn a_scene_becomes_image_preview_and_statistics() {
         serde_json::json!([24, 16])
     );
     assert_eq!(stats["settings"]["rsm_size"], 8);
-    assert_eq!(stats["settings"]["visibility"], "none");
-    assert_eq!(stats["settings"]["target_error"], serde_json::Value::Null);
     assert_eq!(stats["ray_count"], 0);
-    assert_eq!(stats["estimated_error"], serde_json::Value::Null);
+    for error in ["target_error", "interpolation_error"] {
+        assert_eq!(stats["settings"][error], serde_json::Value::Null, "{error}");
+    }
+    for error in ["estimated_error", "estimated_interpolation_error"] {
+        assert_eq!(stats[error], serde_json::Value::Null, "{error}");
+    }
     let hash = text_attribute(&image, "camlux.scene_hash");
     assert_eq!(stats["scene"]["hash"], serde_json::json!(hash));
     let vpl_count = stats["vpl_count"].as_u64().unwrap();
@@ -195,70 +198,90 @@ fn estimator_turns_indirect_light_on() {
     assert!(!channel_names(&image).contains(&"indirect.R".to_owned()));
     assert_eq!(text_attribute(&image, "camlux.estimator"), "none");
 
-    for (estimator, more, visibility, filled_in) in [
-        ("rsm-average", &[][..], "none", "rsm_size is 64"),
+    for (estimator, filled_in) in [
+        ("rsm-average", "no rsm_size for rsm-average: it is 64"),
         (
             "instant-radiosity",
-            &["--visibility", "none"],
-            "none",
-            "rsm_size is 64",
+            "no rsm_size for instant-radiosity: it is 64",
         ),
-        ("instant-radiosity", &[], "rays", "the target error is 0.02"),
+        ("final-gather", "requested 2.00 %"),
     ] {
-        let (stderr, image) = run(&[&["--estimator", estimator], more].concat());
+        let (stderr, image) = run(&["--estimator", estimator]);
         assert!(stderr.contains(filled_in), "{stderr}");
         assert!(channel_names(&image).contains(&"indirect.R".to_owned()));
         assert_eq!(text_attribute(&image, "camlux.estimator"), estimator);
-        assert_eq!(text_attribute(&image, "camlux.visibility"), visibility);
     }
 }
 
-/// What is asked for shows in the plan, in the header and in the statistics.
+/// What is requested shows in the plan, in the header and in the statistics.
 #[test]
 fn a_target_error_is_said_everywhere() {
     let folder = tempfile::tempdir().unwrap();
     let more = ["--target-error", "0.2", "--plan", "--stats", "a.json"];
     let stderr = assert_succeeds(&render(folder.path(), "cornell_spot", &more));
-    for part in ["visibility by rays, target error 0.2", "asked 20.00 %"] {
+    for part in ["visibility by rays, target error 0.2", "requested 20.00 %"] {
         assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
     }
     let image = read(&folder.path().join("a.exr"));
     let attributes = &image.layer_data[0].attributes.other;
-    let asked = attributes.get(&Text::from("camlux.target_error"));
-    assert_eq!(asked, Some(&AttributeValue::F64(0.2)));
+    let requested = attributes.get(&Text::from("camlux.target_error"));
+    assert_eq!(requested, Some(&AttributeValue::F64(0.2)));
     let json = fs::read_to_string(folder.path().join("a.json")).unwrap();
     let stats: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(stats["settings"]["visibility"], "rays");
     assert_eq!(stats["settings"]["target_error"], 0.2);
     assert!(stats["ray_count"].is_u64());
 }
 
-/// Of a sum the error is that against the same sum at every pixel.
+/// It says nothing of how far the sum is off the true bounce.
 #[test]
-fn a_target_error_of_a_sum_casts_no_rays() {
+fn an_interpolation_error_counts_against_the_sum() {
     let folder = tempfile::tempdir().unwrap();
-    let more = ["--target-error", "0.05", "--plan", "--stats", "a.json"];
+    let more = [
+        "--interpolation-error",
+        "0.05",
+        "--plan",
+        "--stats",
+        "a.json",
+    ];
     let stderr = assert_succeeds(&render(folder.path(), "cornell", &more));
     for part in [
-        "no visibility, target error 0.05 against the exact sum",
+        "rsm-average, no visibility, interpolation error 0.05",
         "tree of boxes: nothing casts rays",
-        "asked 5.00 % (relRMSE against the exact sum)",
+        "requested 5.00 % (relRMSE against the sum at every pixel)",
     ] {
         assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
     }
     let json = fs::read_to_string(folder.path().join("a.json")).unwrap();
     let stats: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(stats["settings"]["visibility"], "none");
-    assert_eq!(stats["settings"]["target_error"], 0.05);
-    assert!(stats["estimated_error"].as_f64().unwrap() <= 0.05);
+    assert_eq!(stats["settings"]["interpolation_error"], 0.05);
+    let estimated = stats["estimated_interpolation_error"].as_f64();
+    assert!(estimated.unwrap() <= 0.05);
+    assert_eq!(stats["estimated_error"], serde_json::Value::Null);
+    let attributes = read(&folder.path().join("a.exr")).layer_data.remove(0);
+    let has = |name: &str| attributes.attributes.other.contains_key(&Text::from(name));
+    assert!(has("camlux.interpolation_error") && has("camlux.estimated_interpolation_error"));
+    assert!(!has("camlux.target_error") && !has("camlux.estimated_error"));
 }
 
 #[test]
 fn what_does_not_go_together_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     for (name, more, says) in [
-        ("cornell", &["--visibility", "rays"][..], "rsm-average"),
-        ("cornell", &["--target-error", "0.6"], "from 0.002 to 0.5"),
+        (
+            "cornell",
+            &["--target-error", "0.02"][..],
+            "--target-error belongs to final-gather, but the estimator is rsm-average",
+        ),
+        (
+            "cornell_spot",
+            &["--interpolation-error", "0.02"],
+            "--interpolation-error belongs to rsm-average, but the estimator is final-gather",
+        ),
+        (
+            "cornell",
+            &["--interpolation-error", "0.6"],
+            "from 0.002 to 0.5",
+        ),
         (
             "cornell_spot",
             &["--target-error", "0.001"],
@@ -444,13 +467,13 @@ fn a_terminated_render_leaves_nothing() {
 #[test]
 fn threads_do_not_show() {
     let ways = [
-        ("cornell", "rsm-average", "none"),
-        ("cornell", "instant-radiosity", "none"),
-        ("glossy", "rsm-average", "none"),
-        ("glossy", "instant-radiosity", "none"),
-        ("glossy", "instant-radiosity", "rays"),
+        ("cornell", "rsm-average"),
+        ("cornell", "instant-radiosity"),
+        ("glossy", "rsm-average"),
+        ("glossy", "instant-radiosity"),
+        ("glossy", "final-gather"),
     ];
-    for (name, estimator, visibility) in ways {
+    for (name, estimator) in ways {
         let folder = tempfile::tempdir().unwrap();
         // Of a CPU with fewer, too: more threads than cores are taken apart by the scheduler at other places each time.
         let images = ["1", "2", "4"].map(|threads| {
@@ -458,7 +481,7 @@ fn threads_do_not_show() {
             let arguments = ["render", scene.to_str().unwrap(), "-o", "a.exr"];
             let output = program(folder.path(), &arguments)
                 .args(["--size", "96", "96", "--rsm-size", "24"])
-                .args(["--estimator", estimator, "--visibility", visibility])
+                .args(["--estimator", estimator])
                 .env("LP_NUM_THREADS", threads)
                 .output()
                 .unwrap();
@@ -468,7 +491,7 @@ fn threads_do_not_show() {
         let of_one_thread = &images[0];
         assert!(
             images.iter().all(|image| image == of_one_thread),
-            "{name}, {estimator}, {visibility}"
+            "{name}, {estimator}"
         );
     }
 }

@@ -10,8 +10,6 @@ use std::{
 
 use serde_json::Value;
 
-/// The series of plain sums of instant-radiosity.
-const WITHOUT_VISIBILITY: &str = "instant-radiosity, no visibility";
 const SIZE: [&str; 3] = ["--size", "24", "20"];
 
 fn program(folder: &Path, arguments: &[&str]) -> Output {
@@ -109,7 +107,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert!(edge_pixels > 0 && edge_pixels < 30, "{edge_pixels}");
     assert!((share - edge_pixels as f64 / 480.0).abs() < 0.02, "{share}");
     assert!(page.contains(&format!("{edge_pixels} pixels (")));
-    for name in ["rsm-average", WITHOUT_VISIBILITY] {
+    for name in ["rsm-average", "instant-radiosity"] {
         let entries = series(&scene, name);
         assert_eq!(entries.len(), 4, "sizes 8 to 64");
         for (entry, size) in entries.into_iter().zip([8, 16, 32, 64]) {
@@ -119,43 +117,42 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
             assert!(number(&engine["kernel_error"]) <= 9e-7);
             let passes = engine["gpu_passes"].as_array().unwrap();
             assert!(passes.iter().any(|pass| pass["name"] == "gather"));
-            assert_eq!(engine["visibility"], "none");
+            assert_eq!(engine["estimator"], name);
             assert_eq!(engine["rsm_size"], size);
             assert_eq!(engine["ray_count"], 0);
-            for of_rays in ["asked_error", "estimated_error"] {
-                assert_eq!(engine[of_rays], Value::Null, "{of_rays}");
+            for error in ["target_error", "estimated_error"] {
+                assert_eq!(engine[error], Value::Null, "{error}");
             }
         }
     }
-    let entries = series(&scene, "instant-radiosity");
+    let entries = series(&scene, "final-gather");
     assert_eq!(entries.len(), 2, "10 and 5 %");
-    for (entry, asked) in entries.into_iter().zip([0.1, 0.05]) {
+    for (entry, requested) in entries.into_iter().zip([0.1, 0.05]) {
         assert_is_measured(entry);
         let engine = &entry["engine"];
-        assert_eq!(engine["estimator"], "instant-radiosity");
-        assert_eq!(engine["visibility"], "rays");
-        assert_eq!(engine["asked_error"], asked);
+        assert_eq!(engine["estimator"], "final-gather");
+        assert_eq!(engine["target_error"], requested);
         assert!(engine["ray_count"].as_u64().unwrap() > 0);
         let estimated = engine["estimated_error"].as_f64().unwrap();
-        assert!(estimated > 0.0 && estimated <= asked, "{estimated}");
+        assert!(estimated > 0.0 && estimated <= requested, "{estimated}");
         // The engine's choice is no setting, and there is no sum to have a twin.
         assert_eq!(engine["rsm_size"], Value::Null);
         assert_eq!(engine["kernel_error"], Value::Null);
     }
     for part in [
-        "instant-radiosity asked 10 %",
+        "final-gather requested 10 %",
         "the engine&#39;s estimate",
         "measured",
     ] {
         assert!(page.contains(part), "{part:?} is missing in the page");
     }
-    // The documented distances of the two estimators, which hold at 200 x 200 (`compare::truth`), are not far off here.
+    // The documented distances of the two sums, which hold at 200 x 200 (`compare::truth`), are not far off here.
     let error_at_64 = |estimator| {
         let entry = series(&scene, estimator)[3];
         entry["indirect"]["relative_rmse"].as_f64().unwrap()
     };
     assert!((error_at_64("rsm-average") - 0.84).abs() < 0.1);
-    assert!((error_at_64(WITHOUT_VISIBILITY) - 0.31).abs() < 0.15);
+    assert!((error_at_64("instant-radiosity") - 0.31).abs() < 0.15);
     assert!(series(&scene, "camlux reference").len() >= 2);
     let entries = scene["entries"].as_array().unwrap();
     assert!(entries.iter().any(|entry| entry["is_on_front"] == true));
@@ -177,7 +174,6 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
             &["render", scene_file().to_str().unwrap(), "-o", "a.exr"],
             &SIZE[..],
             &["--estimator", "instant-radiosity", "--rsm-size", "16"],
-            &["--visibility", "none"],
         ]
         .concat(),
     );
@@ -197,7 +193,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert_eq!(copy[0]["seconds"]["median"], 0.5);
     assert_eq!(
         copy[0]["indirect"],
-        series(&scene, WITHOUT_VISIBILITY)[1]["indirect"]
+        series(&scene, "instant-radiosity")[1]["indirect"]
     );
     assert_eq!(scene["peers"]["unsupported"][0]["peer"], "refusal");
     assert!(page.contains("a &lt;stand-in&gt;") && page.contains("fair &amp; square"));

@@ -48,8 +48,15 @@ fn wrong_usage_is_said_with_exit_code_2() {
             "rsm-average and instant-radiosity",
         ),
         (
-            &["render", "scene.toml", "-o", "a.exr", "--visibility", "x"],
-            "none or rays",
+            &[
+                "render",
+                "scene.toml",
+                "-o",
+                "a.exr",
+                "--interpolation-error",
+                "x",
+            ],
+            "'x'",
         ),
         (
             &["render", "scene.toml", "-o", "a.exr", "--target-error", "x"],

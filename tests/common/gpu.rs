@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use camlux::{
-    Device, DeviceOptions, RenderOptions, Renderer, Scene, output::Frame, scene::Indirect,
+    Device, DeviceOptions, RenderOptions, Renderer, Scene,
+    output::Frame,
+    scene::{IndirectLight, VplSum},
 };
 
 /// A renderer whose validation layer must have stayed silent by the time it is dropped.
@@ -62,10 +64,15 @@ pub fn demo_scene(name: &str, resolution_px: [u32; 2]) -> Scene {
     scene
 }
 
-/// The scene with the plain sum of its estimator, whatever the file says of visibility.
+/// The scene with a plain sum: its own, or that of instant radiosity where its light is gathered.
 pub fn plain_sum(mut scene: Scene, rsm_size: u32) -> Scene {
-    let indirect = scene.indirect.expect("the scene has indirect light");
-    scene.indirect = Some(IndirectLight::vpl_sum(indirect.estimator, rsm_size));
+    let sum = match scene.indirect.expect("the scene has indirect light") {
+        IndirectLight::RsmAverage { .. } => VplSum::RsmAverage,
+        IndirectLight::InstantRadiosity { .. } | IndirectLight::FinalGather { .. } => {
+            VplSum::InstantRadiosity
+        }
+    };
+    scene.indirect = Some(IndirectLight::vpl_sum(sum, rsm_size));
     scene
 }
 

@@ -1,4 +1,4 @@
-//! `instant-radiosity` by rays against the path-sampled reference: the error asked for, the error estimated, and the true one.
+//! `final-gather` against the path-sampled reference: the error requested, the error estimated, and the true one.
 #![cfg(feature = "reference")]
 
 use std::ops::ControlFlow;
@@ -10,17 +10,12 @@ use camlux::{
     metrics::{Comparison, Pixels},
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Indirect, Light, SpotCone, Visibility, VplSum},
+    scene::{IndirectLight, Light, SpotCone},
 };
 use glam::DVec3;
 
 fn by_rays(mut scene: Scene, target_error: f64) -> Scene {
-    scene.indirect = Some(Indirect {
-        estimator: VplSum::InstantRadiosity,
-        rsm_size: None,
-        visibility: Visibility::Rays,
-        target_error: Some(target_error),
-    });
+    scene.indirect = Some(IndirectLight::final_gather(target_error));
     scene
 }
 

@@ -12,7 +12,7 @@ use camlux::{
     intermediates::{Intermediates, LightIntermediates, SurfacePoint},
     model::spot_falloff,
     output::{Frame, Layer},
-    scene::{Indirect, Lens, Light, SpotCone, VplSum},
+    scene::{IndirectLight, Lens, Light, SpotCone, VplSum},
 };
 use glam::DVec3;
 

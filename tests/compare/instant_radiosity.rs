@@ -8,7 +8,7 @@ use camlux::{
     metrics::{Comparison, Pixels},
     output::Layer,
     reference::{Goal, Reference},
-    scene::{Indirect, Light, SpotCone, VplSum},
+    scene::{IndirectLight, Light, SpotCone, VplSum},
 };
 use glam::DVec3;
 

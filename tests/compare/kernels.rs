@@ -6,7 +6,7 @@ use crate::common::rmse::relative_rmse;
 use camlux::{
     GatherKernel, RenderOptions,
     output::Layer,
-    scene::{Indirect, Light, SpotCone, VplSum},
+    scene::{IndirectLight, Light, SpotCone, VplSum},
     twin,
 };
 use glam::DVec3;

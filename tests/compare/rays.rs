@@ -7,7 +7,7 @@ use crate::common::shadows;
 use camlux::{
     LocalSpace, RayKernel, RenderOptions, Scene,
     ray_probe::{RayHit, RayPoint, RayProbe},
-    scene::{Indirect, Mesh, VplSum},
+    scene::{IndirectLight, Mesh, VplSum},
 };
 use glam::DVec3;
 

@@ -10,7 +10,7 @@ use crate::common::truth::Truth;
 use camlux::{
     Plan, ShadowPlan,
     output::Layer,
-    scene::{Bands, Indirect, VplSum},
+    scene::{Bands, IndirectLight, VplSum},
 };
 
 #[test]

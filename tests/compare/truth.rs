@@ -6,7 +6,7 @@ use crate::common::rmse;
 use crate::common::truth::Truth;
 use camlux::{
     output::Layer,
-    scene::{Bands, Indirect, VplSum},
+    scene::{Bands, IndirectLight, VplSum},
 };
 
 /// Distance of the Cornell box's indirect light from the path-traced one, whose own standard error is 1.5 %.

@@ -10,7 +10,7 @@ use camlux::{
     Device, Error, Fault, Progress, RayKernel, RenderOptions, Renderer, Scene,
     output::Frame,
     ray_probe::RayProbe,
-    scene::{Indirect, Shadow, Visibility, VplSum},
+    scene::{IndirectLight, Shadow},
 };
 
 /// Functions that make a pipeline.
@@ -24,11 +24,9 @@ const PIPELINE_FUNCTIONS: [&str; 5] = [
 
 fn bounce(name: &str, size_px: [u32; 2]) -> Scene {
     let mut scene = demo_scene(name, size_px);
-    scene.indirect = Some(Indirect {
-        estimator: VplSum::InstantRadiosity,
+    scene.indirect = Some(IndirectLight::FinalGather {
+        target_error: 0.5,
         rsm_size: Some(8),
-        visibility: Visibility::Rays,
-        target_error: Some(0.5),
     });
     scene
 }
@@ -36,11 +34,9 @@ fn bounce(name: &str, size_px: [u32; 2]) -> Scene {
 /// Large enough for the sum to be gathered at few pixels.
 fn sum_at_few_pixels() -> Scene {
     let mut scene = demo_scene("glossy", [192, 176]);
-    scene.indirect = Some(Indirect {
-        estimator: VplSum::RsmAverage,
-        rsm_size: Some(32),
-        visibility: Visibility::None,
-        target_error: Some(0.2),
+    scene.indirect = Some(IndirectLight::RsmAverage {
+        rsm_size: 32,
+        interpolation_error: Some(0.2),
     });
     scene
 }

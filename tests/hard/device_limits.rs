@@ -6,7 +6,7 @@ use crate::common::gpu::{Gpu, demo_scene, plain_sum};
 use camlux::{
     DeviceInfo, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
     output::{Frame, Layer},
-    scene::{Indirect, Light, Mesh, Shadow, Texture, Visibility, VplSum},
+    scene::{IndirectLight, Light, Mesh, Shadow, Texture, VplSum},
 };
 
 /// The device, but with lavapipe's limits: a real GPU's may be so large that nothing here is over them.
@@ -107,12 +107,10 @@ fn with_triangles(count: usize) -> Scene {
     scene
 }
 
-fn bounce_by_rays(rsm_size: u32) -> Option<Indirect> {
-    Some(Indirect {
-        estimator: VplSum::InstantRadiosity,
+fn bounce_by_rays(rsm_size: u32) -> Option<IndirectLight> {
+    Some(IndirectLight::FinalGather {
+        target_error: 0.02,
         rsm_size: Some(rsm_size),
-        visibility: Visibility::Rays,
-        target_error: None,
     })
 }
 
@@ -129,7 +127,7 @@ fn assert_refused(scene: &Scene, device: &DeviceInfo, parts: &[&str]) {
     if message.contains("shadow = \"map\"") {
         without.direct.shadow = Some(Shadow::Map);
     }
-    if message.contains("visibility = \"none\"") {
+    if message.contains("estimator = \"instant-radiosity\"") {
         without.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8));
     }
     assert!(Plan::new(&without, device).is_ok());
@@ -150,10 +148,10 @@ fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
     let hint = "set shadow = \"map\" in [direct], simplify the meshes";
     assert_refused(&scene, &device, &[rows, hint]);
     scene.indirect = bounce_by_rays(8);
-    let hint = "set shadow = \"map\" in [direct] and visibility = \"none\" in [indirect], simplify";
+    let hint = "set shadow = \"map\" in [direct] and estimator = \"instant-radiosity\" in [indirect], simplify";
     assert_refused(&scene, &device, &[rows, hint]);
     scene.direct.shadow = Some(Shadow::Map);
-    let hint = "set visibility = \"none\" in [indirect], simplify the meshes";
+    let hint = "set estimator = \"instant-radiosity\" in [indirect], simplify the meshes";
     assert_refused(&scene, &device, &[rows, hint]);
 
     device.limits.max_image_px = 16_384;
@@ -174,7 +172,11 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     assert!(Plan::new(&scene, &device).is_ok());
     device.limits.max_storage_images = 9;
     let says = "a kernel of the bounce reads (storage images) is 10, over the limit of 9";
-    assert_refused(&scene, &device, &[says, "set visibility = \"none\""]);
+    assert_refused(
+        &scene,
+        &device,
+        &[says, "set estimator = \"instant-radiosity\""],
+    );
     // Nobody asks what a shadow ray hits.
     scene.direct.shadow = Some(Shadow::Rays);
     scene.indirect = None;
@@ -195,7 +197,7 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     assert!(Plan::new(&scene, &device).is_ok());
     device.limits.max_image_px = 703;
     let says = "the textures that rays hit (rows, all together) is 704, over the limit of 703";
-    let hint = "set visibility = \"none\" in [indirect], scale the textures down";
+    let hint = "set estimator = \"instant-radiosity\" in [indirect], scale the textures down";
     assert_refused(&scene, &device, &[says, hint]);
     device.limits.max_image_px = 704;
     device.limits.max_allocation_bytes = 704 * 1024 * 16 - 1;
@@ -203,7 +205,7 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     assert_refused(&scene, &device, &[says, hint]);
 }
 
-/// With rays the lights' VPLs lie in one list.
+/// The lights' VPLs lie in one list.
 #[test]
 fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     let gpu = Gpu::open();
@@ -216,8 +218,7 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     scene.lights = vec![scene.lights[0]; 10];
     assert!(Plan::new(&scene, &device).is_ok());
     scene.lights = vec![scene.lights[0]; 11];
-    let hint =
-        "set a smaller rsm_size, or visibility = \"none\" without target_error, in [indirect], use";
+    let hint = "set a smaller rsm_size, use fewer lights";
     let says = "the list of all lights' VPLs (rows) is 66, over the limit of 64";
     assert_refused(&scene, &device, &[says, hint]);
     device.limits.max_image_px = 16_384;
@@ -225,6 +226,8 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     let says = "the list of all lights' VPLs (bytes) is 3244032, over";
     assert_refused(&scene, &device, &[says, hint]);
     scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32));
+    assert_refused(&scene, &device, &[says, hint]);
+    device.limits.max_allocation_bytes += 1;
     assert!(Plan::new(&scene, &device).is_ok());
 }
 

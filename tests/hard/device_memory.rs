@@ -6,7 +6,7 @@ use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
 use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
     output::Layer,
-    scene::{Indirect, Mesh, Shadow, Visibility, VplSum},
+    scene::{IndirectLight, Mesh, Shadow, VplSum},
 };
 
 /// By how much the figure may be over what was held: there are fewer boxes for rays where triangles stand alone, and the list of all
@@ -21,17 +21,14 @@ fn with(scene: &Scene, change: impl Fn(&mut Scene)) -> Scene {
     scene
 }
 
-fn indirect(visibility: Visibility, target_error: Option<f64>) -> Option<Indirect> {
-    Some(Indirect {
-        estimator: match visibility {
-            Visibility::None => VplSum::RsmAverage,
-            Visibility::Rays => VplSum::InstantRadiosity,
-        },
-        rsm_size: Some(64),
-        visibility,
-        target_error,
-    })
-}
+const FINAL_GATHER: Option<IndirectLight> = Some(IndirectLight::FinalGather {
+    target_error: 0.3,
+    rsm_size: Some(64),
+});
+const INTERPOLATED_AVERAGE: Option<IndirectLight> = Some(IndirectLight::RsmAverage {
+    rsm_size: 64,
+    interpolation_error: Some(0.05),
+});
 
 /// Scenes that between them make every buffer and every image that there is.
 fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
@@ -50,14 +47,14 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
         add(
             "sum with an error",
             with(&demo, |scene| {
-                scene.indirect = indirect(Visibility::None, Some(0.05));
+                scene.indirect = INTERPOLATED_AVERAGE;
             }),
         );
         add(
             "two lights by rays",
             with(&demo, |scene| {
                 scene.lights.push(scene.lights[0]);
-                scene.indirect = indirect(Visibility::Rays, Some(0.3));
+                scene.indirect = FINAL_GATHER;
             }),
         );
     }
@@ -172,13 +169,13 @@ fn each_list_and_image_is_checked() {
     assert_checked(what, &many(3, 1000), 12_000, storage);
 
     let rays = with(&scene, |scene| {
-        scene.indirect = indirect(Visibility::Rays, Some(0.3));
+        scene.indirect = FINAL_GATHER;
     });
     // Each twice, in three texels; 1024 a row.
     let materials = with(&rays, |scene| {
-        scene.indirect = Some(Indirect {
+        scene.indirect = Some(IndirectLight::FinalGather {
+            target_error: 0.3,
             rsm_size: Some(8),
-            ..scene.indirect.expect("it was just put there")
         });
         scene.materials.resize(1400, scene.materials[0].clone());
     });

@@ -5,7 +5,7 @@ use crate::common::rmse;
 use camlux::{
     RenderOptions, Scene,
     output::Layer,
-    scene::{Camera, Direct, Indirect, Lens, Light, Material, Mesh, VplSum},
+    scene::{Camera, Direct, IndirectLight, Lens, Light, Material, Mesh, VplSum},
     twin,
 };
 use glam::DVec3;

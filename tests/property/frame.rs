@@ -9,7 +9,7 @@ use crate::common::gpu::{Gpu, demo_scene};
 use camlux::{
     GatherKernel, RenderOptions, Scene,
     output::{Frame, Layer},
-    scene::{Bands, Indirect, Light, VplSum},
+    scene::{Bands, IndirectLight, Light, VplSum},
 };
 
 /// Sums in another order: measured 0 almost everywhere on lavapipe, 4.3e-7 for half lights on glossy surfaces. The bar that

@@ -5,23 +5,21 @@ use camlux::{
     Renderer, Scene,
     glam::DVec3,
     output::{Frame, Layer},
-    scene::{Indirect, Light, Shadow, VplSum},
+    scene::{IndirectLight, Light, Shadow, VplSum},
 };
 
 fn by_rays(mut scene: Scene) -> Scene {
-    scene.indirect = Some(Indirect {
-        estimator: VplSum::InstantRadiosity,
+    scene.indirect = Some(IndirectLight::FinalGather {
+        target_error: 0.2,
         rsm_size: Some(16),
-        visibility: camlux::scene::Visibility::Rays,
-        target_error: Some(0.2),
     });
     scene
 }
 
 fn refined(mut scene: Scene) -> Scene {
-    scene.indirect = Some(Indirect {
-        target_error: Some(0.05),
-        ..IndirectLight::vpl_sum(VplSum::RsmAverage, 16)
+    scene.indirect = Some(IndirectLight::RsmAverage {
+        rsm_size: 16,
+        interpolation_error: Some(0.05),
     });
     scene
 }

@@ -7,7 +7,7 @@ use camlux::output::{
     ExrCompression, ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile,
     PassTime, PngView, write_exr, write_exr_hashed, write_png,
 };
-use camlux::scene::{Camera, Indirect, Lens, Light, Sensor, Visibility, VplSum};
+use camlux::scene::{Camera, IndirectLight, Lens, Light, Sensor, VplSum};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
 use glam::DVec3;
 
@@ -274,12 +274,16 @@ fn header_tells_how_the_frame_was_made() {
     for (name, text) in expected {
         assert_eq!(attribute_text(&image, name), text, "{name}");
     }
-    assert_eq!(attribute_text(&image, "camlux.visibility"), "none");
     assert_eq!(
         attribute(&image, "camlux.rsm_size"),
         Some(AttributeValue::I32(48))
     );
-    for absent in ["camlux.target_error", "camlux.estimated_error"] {
+    for absent in [
+        "camlux.target_error",
+        "camlux.estimated_error",
+        "camlux.interpolation_error",
+        "camlux.estimated_interpolation_error",
+    ] {
         assert_eq!(attribute(&image, absent), None, "{absent}");
     }
     assert_eq!(
@@ -290,26 +294,48 @@ fn header_tells_how_the_frame_was_made() {
 }
 
 #[test]
-fn the_header_has_the_error_that_was_asked_for_and_the_one_that_was_estimated() {
+fn the_header_has_the_requested_error_and_the_estimated_one() {
     let folder = tempfile::tempdir().unwrap();
-    for (target_error, in_force) in [(None, 0.02), (Some(0.1), 0.1)] {
-        let mut frame = frame();
-        frame.stats.estimated_error = Some(0.015);
-        frame.description.indirect = Some(Indirect {
-            estimator: VplSum::InstantRadiosity,
-            rsm_size: None,
-            visibility: Visibility::Rays,
-            target_error,
-        });
+    let mut frame = frame();
+    let mut errors = |indirect, stats| {
+        (frame.description.indirect, frame.stats) = (Some(indirect), stats);
         let path = folder.path().join("a.exr");
         let image = write(&frame, &ExrOptions::default(), &path);
-        assert_eq!(attribute_text(&image, "camlux.visibility"), "rays");
-        assert_eq!(attribute(&image, "camlux.rsm_size"), None);
-        for (name, value) in [("target_error", in_force), ("estimated_error", 0.015)] {
-            let name = format!("camlux.{name}");
-            assert_eq!(attribute(&image, &name), Some(AttributeValue::F64(value)));
-        }
-    }
+        let is_sum = attribute(&image, "camlux.rsm_size").is_some();
+        assert_eq!(is_sum, indirect.rsm_size().is_some());
+        [
+            "camlux.target_error",
+            "camlux.estimated_error",
+            "camlux.interpolation_error",
+            "camlux.estimated_interpolation_error",
+        ]
+        .map(|name| {
+            attribute(&image, name).map(|value| match value {
+                AttributeValue::F64(error) => error,
+                _ => panic!("{name} is {value:?}"),
+            })
+        })
+    };
+    let estimated = FrameStats {
+        estimated_error: Some(0.015),
+        ..FrameStats::default()
+    };
+    assert_eq!(
+        errors(IndirectLight::final_gather(0.1), estimated),
+        [Some(0.1), Some(0.015), None, None]
+    );
+    let estimated = FrameStats {
+        estimated_interpolation_error: Some(0.015),
+        ..FrameStats::default()
+    };
+    let interpolated = IndirectLight::RsmAverage {
+        rsm_size: 48,
+        interpolation_error: Some(0.1),
+    };
+    assert_eq!(
+        errors(interpolated, estimated),
+        [None, None, Some(0.1), Some(0.015)]
+    );
 }
 
 #[test]

@@ -8,7 +8,7 @@ use camlux::{
     Scene,
     doctor::scenes::turned,
     output::{Frame, Layer},
-    scene::{Indirect, VplSum},
+    scene::{IndirectLight, VplSum},
 };
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 

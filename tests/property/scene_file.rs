@@ -2,8 +2,7 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder};
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, Indirect, Intrinsics, Lens, Light, Scene, Shadow, SpotCone, Visibility,
-    VplSum,
+    DEFAULT_TARGET_ERROR, IndirectLight, Intrinsics, Lens, Light, Scene, Shadow, SpotCone, VplSum,
 };
 use glam::DVec3;
 
@@ -46,9 +45,8 @@ shininess = 20
 path = \"mesh.obj\"
 material = \"brass\"
 [indirect]
-estimator = \"instant-radiosity\"
+estimator = \"final-gather\"
 rsm_size = 64
-visibility = \"rays\"
 target_error = 0.05
 ",
     );
@@ -84,11 +82,9 @@ target_error = 0.05
     assert_eq!(scene.meshes[0].triangle_materials, [1]);
     assert_eq!(
         scene.indirect,
-        Some(Indirect {
-            estimator: VplSum::InstantRadiosity,
+        Some(IndirectLight::FinalGather {
+            target_error: 0.05,
             rsm_size: Some(64),
-            visibility: Visibility::Rays,
-            target_error: Some(0.05),
         })
     );
 }
@@ -104,23 +100,18 @@ fn how_shadows_are_found_is_left_to_the_engine_unless_the_file_says() {
 }
 
 #[test]
-fn instant_radiosity_casts_rays_unless_the_file_says_otherwise() {
+fn every_estimator_is_read_with_its_keys() {
     let indirect = |keys: &str| {
         let scene = load(&format!("{CAMERA}{LIGHT}[indirect]\n{keys}\n"));
         scene.indirect.unwrap()
     };
-    let rays = indirect("estimator = \"instant-radiosity\"");
-    let expected = Indirect {
-        estimator: VplSum::InstantRadiosity,
-        rsm_size: None,
-        visibility: Visibility::Rays,
-        target_error: None,
-    };
-    assert_eq!(rays, expected);
-    assert_eq!(rays.asked_error(), Some(DEFAULT_TARGET_ERROR));
     for (keys, expected) in [
         (
-            "estimator = \"instant-radiosity\"\nrsm_size = 8\nvisibility = \"none\"",
+            "estimator = \"final-gather\"",
+            IndirectLight::final_gather(DEFAULT_TARGET_ERROR),
+        ),
+        (
+            "estimator = \"instant-radiosity\"\nrsm_size = 8",
             IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8),
         ),
         (
@@ -128,12 +119,14 @@ fn instant_radiosity_casts_rays_unless_the_file_says_otherwise() {
             IndirectLight::vpl_sum(VplSum::RsmAverage, 8),
         ),
         (
-            "estimator = \"rsm-average\"\nrsm_size = 8\nvisibility = \"none\"",
-            IndirectLight::vpl_sum(VplSum::RsmAverage, 8),
+            "estimator = \"rsm-average\"\nrsm_size = 8\ninterpolation_error = 0.05",
+            IndirectLight::RsmAverage {
+                rsm_size: 8,
+                interpolation_error: Some(0.05),
+            },
         ),
     ] {
         assert_eq!(indirect(keys), expected);
-        assert_eq!(expected.asked_error(), None);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, Indirect, Lens, Light, Scene, Shadow, SpotCone, Visibility, VplSum,
+    DEFAULT_TARGET_ERROR, IndirectLight, Lens, Light, Scene, Shadow, SpotCone, VplSum,
 };
 use glam::DVec3;
 
@@ -40,7 +40,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 39] = [
+    let edits: [fn(&mut Scene); 40] = [
         |s| s.camera.resolution_px = [6, 8],
         |s| s.camera.position_m.x += 1e-15,
         |s| s.camera.look_at_m.y += 1e-9,
@@ -54,12 +54,13 @@ fn hash_changes_with_everything_but_names() {
         |s| s.direct.shadow = Some(Shadow::Map),
         |s| s.direct.shadow = Some(Shadow::Rays),
         |s| s.indirect = None,
-        |s| s.indirect.as_mut().unwrap().rsm_size = Some(65),
-        |s| s.indirect.as_mut().unwrap().rsm_size = None,
-        |s| s.indirect.as_mut().unwrap().visibility = Visibility::Rays,
-        |s| s.indirect = Some(by_rays(None)),
-        |s| s.indirect = Some(by_rays(Some(0.021))),
-        |s| s.indirect.as_mut().unwrap().estimator = VplSum::InstantRadiosity,
+        |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 65)),
+        |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 64)),
+        |s| s.indirect = Some(interpolated_average(0.02)),
+        |s| s.indirect = Some(interpolated_average(0.021)),
+        |s| s.indirect = Some(final_gather(0.02, None)),
+        |s| s.indirect = Some(final_gather(0.021, None)),
+        |s| s.indirect = Some(final_gather(0.02, Some(64))),
         |s| s.lights.push(s.lights[0]),
         |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]),
         |s| s.lights[0] = point([0.0, 1.98, 0.1], [50.0; 3]),
@@ -94,33 +95,31 @@ fn hash_changes_with_everything_but_names() {
     }
 }
 
-/// The target error in force counts, whether it is written or not.
+/// The target error counts, whether it is written or not.
 #[test]
 fn hash_is_of_the_target_error_in_force() {
     let folder = SceneFolder::new();
-    let mut scene = folder.load(&format!("{CAMERA}{LIGHT}{MESH}")).unwrap();
-    let mut hash = |target_error| {
-        scene.indirect = Some(by_rays(target_error));
-        scene.hash()
+    let hash = |target_error: &str| {
+        let indirect = format!("[indirect]\nestimator = \"final-gather\"\n{target_error}\n");
+        let scene = folder.load(&format!("{CAMERA}{LIGHT}{indirect}{MESH}"));
+        scene.unwrap().hash()
     };
-    assert_eq!(hash(None), hash(Some(DEFAULT_TARGET_ERROR)));
-    let sum = IndirectLight::vpl_sum(VplSum::RsmAverage, 8);
-    let [every_pixel, few_pixels] = [None, Some(DEFAULT_TARGET_ERROR)].map(|target_error| {
-        scene.indirect = Some(Indirect {
-            target_error,
-            ..sum
-        });
-        scene.hash()
-    });
-    assert_ne!(every_pixel, few_pixels);
+    let written = format!("target_error = {DEFAULT_TARGET_ERROR}");
+    assert_eq!(hash(""), hash(&written));
+    assert_ne!(hash(""), hash("target_error = 0.021"));
 }
 
-fn by_rays(target_error: Option<f64>) -> Indirect {
-    Indirect {
-        estimator: VplSum::InstantRadiosity,
-        rsm_size: None,
-        visibility: Visibility::Rays,
+fn interpolated_average(error: f64) -> IndirectLight {
+    IndirectLight::RsmAverage {
+        rsm_size: 64,
+        interpolation_error: Some(error),
+    }
+}
+
+fn final_gather(target_error: f64, rsm_size: Option<u32>) -> IndirectLight {
+    IndirectLight::FinalGather {
         target_error,
+        rsm_size,
     }
 }
 
