@@ -15,12 +15,12 @@ use crate::{
         Context, appraise,
         compact::Run,
         gbuffer::GBuffer,
-        predict::{self, BounceImages, Judgement, Step},
+        predict::{self, BounceImages, Judgement},
         refine::{self, Refinement},
         resolve, settle,
         smooth::Smoothing,
     },
-    plan::RefinementPlan,
+    plan::{RefinementPlan, Step},
     vulkan::{Buffer, BufferUse, Device, Image, Recorder},
 };
 

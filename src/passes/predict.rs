@@ -3,7 +3,7 @@
 use super::{Context, gbuffer::GBuffer};
 use crate::{
     Result,
-    plan::Plan,
+    plan::{Plan, Step},
     vulkan::{
         Buffer, Device, Image, ImageShape, Recorder, Resource, groups_in_rows,
         shaders::PredictParameters,
@@ -71,48 +71,6 @@ pub(crate) struct Judgement {
     pub tolerance: Option<f64>,
     /// Variance of a gather over the spread of its draws; 0: gathers have no noise.
     pub variance_of_spread: f64,
-}
-
-/// Pixels that are visited together, between those before them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Step {
-    /// The coarsest lattice: every `stride`-th pixel.
-    Base { stride: u32 },
-    /// The centres of the squares of the lattice so far, `reach` pixels from their corners along either axis.
-    Centres { reach: u32 },
-    /// The middles of the edges that are still free.
-    Edges { reach: u32 },
-}
-
-impl Step {
-    /// From the coarsest stride, a power of two, to every pixel.
-    pub fn all(coarsest_stride: u32) -> Vec<Step> {
-        let mut steps = vec![Step::Base {
-            stride: coarsest_stride,
-        }];
-        let mut reach = coarsest_stride / 2;
-        while reach > 0 {
-            steps.extend([Step::Centres { reach }, Step::Edges { reach }]);
-            reach /= 2;
-        }
-        steps
-    }
-
-    /// From its pixels to those known before, along an axis.
-    pub fn reach_px(self) -> u32 {
-        match self {
-            Step::Base { stride: reach } | Step::Centres { reach } | Step::Edges { reach } => reach,
-        }
-    }
-
-    /// Columns and rows of its pixels; some may lie beyond the image.
-    pub fn extent(self, [width, height]: [u32; 2]) -> [u32; 2] {
-        match self {
-            Step::Base { stride } => [width.div_ceil(stride), height.div_ceil(stride)],
-            Step::Centres { reach } => [width, height].map(|size| size.div_ceil(2 * reach)),
-            Step::Edges { reach } => [width.div_ceil(2 * reach), height.div_ceil(reach)],
-        }
-    }
 }
 
 /// Interpolates the pixels of a step where that is good enough; the others become candidates that were not gathered before.

@@ -3,7 +3,6 @@
 use super::{IndirectMethod, IndirectPlan, PIXEL_BYTES, Plan};
 use crate::{
     Error, Result,
-    passes::predict::Step,
     ray_tree::{max_box_texels, max_triangle_texels},
     scene::Scene,
     vulkan::{DeviceInfo, DeviceKind, ROW_TEXELS},
