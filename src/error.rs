@@ -10,36 +10,36 @@ pub type Result<T> = std::result::Result<T, Error>;
 #[non_exhaustive]
 pub enum Error {
     /// A scene, or a file that a scene names, is not usable.
-    #[error("{at}: {problem}; {mend}")]
+    #[error("{at}: {problem}; {hint}")]
     Scene {
         /// File and line, or the part of the scene: `scene.toml:12`, `mesh 2 ("floor")`.
         at: String,
         /// What is wrong, with the offending value.
         problem: String,
         /// What the user can do about it.
-        mend: String,
+        hint: String,
     },
 
     /// The scene asks for more than the device has. Raised before any work starts.
-    #[error("{what} is {asked}, over the limit of {limit} of {device}; {mend}")]
+    #[error("{what} is {requested}, over the limit of {limit} of {device}; {hint}")]
     DeviceLimit {
         what: String,
-        asked: u64,
+        requested: u64,
         limit: u64,
         device: String,
-        mend: String,
+        hint: String,
     },
 
     /// No Vulkan driver, or no device that camlux can use.
-    #[error("no usable Vulkan device: {problem}; {mend}")]
-    NoDevice { problem: String, mend: String },
+    #[error("no usable Vulkan device: {problem}; {hint}")]
+    NoDevice { problem: String, hint: String },
 
     /// A Vulkan call failed.
-    #[error("Vulkan: {call} failed with {result}; {mend}")]
+    #[error("Vulkan: {call} failed with {result}; {hint}")]
     Vulkan {
         call: &'static str,
         result: ash::vk::Result,
-        mend: &'static str,
+        hint: &'static str,
     },
 
     /// The driver gave the device up. What was made from it is of no more use, and every later call says this at once.
@@ -49,7 +49,7 @@ pub enum Error {
     DeviceLost {
         /// The last pass that is known to have begun; "none" before the first one.
         pass: &'static str,
-        /// The Vulkan function that told.
+        /// The Vulkan function that reported it.
         call: &'static str,
     },
 
@@ -64,20 +64,20 @@ pub enum Error {
     },
 
     /// An image to be compared is not usable.
-    #[error("{at}: {problem}; {mend}")]
+    #[error("{at}: {problem}; {hint}")]
     Input {
         /// The file, or what the values are.
         at: String,
         problem: String,
-        mend: String,
+        hint: String,
     },
 
     /// An output file could not be written. Nothing is left under its final name.
-    #[error("{}: cannot write: {problem}; {mend}", path.display())]
+    #[error("{}: cannot write: {problem}; {hint}", path.display())]
     Output {
         path: PathBuf,
         problem: String,
-        mend: String,
+        hint: String,
     },
 
     /// The engine contradicts itself.
@@ -93,24 +93,24 @@ impl Error {
     pub(crate) fn scene(
         at: impl Into<String>,
         problem: impl Into<String>,
-        mend: impl Into<String>,
+        hint: impl Into<String>,
     ) -> Self {
         Error::Scene {
             at: one_line(at.into()),
             problem: shortened(one_line(problem.into())),
-            mend: shortened(one_line(mend.into())),
+            hint: shortened(one_line(hint.into())),
         }
     }
 
     pub(crate) fn input(
         at: impl Into<String>,
         problem: impl Into<String>,
-        mend: impl Into<String>,
+        hint: impl Into<String>,
     ) -> Self {
         Error::Input {
             at: one_line(at.into()),
             problem: shortened(one_line(problem.into())),
-            mend: shortened(one_line(mend.into())),
+            hint: shortened(one_line(hint.into())),
         }
     }
 

@@ -118,8 +118,8 @@ impl<'t> Keys<'t> {
             .collect()
     }
 
-    pub fn error(&self, problem: impl Into<String>, mend: impl Into<String>) -> Error {
-        Error::scene(&self.at, problem, mend)
+    pub fn error(&self, problem: impl Into<String>, hint: impl Into<String>) -> Error {
+        Error::scene(&self.at, problem, hint)
     }
 
     /// The message for a word that names none of the choices.
@@ -263,9 +263,9 @@ impl<'t> Value<'t> {
     }
 
     /// The message for a value that is of the right type and still cannot be.
-    pub fn error(&self, problem: impl std::fmt::Display, mend: impl Into<String>) -> Error {
+    pub fn error(&self, problem: impl std::fmt::Display, hint: impl Into<String>) -> Error {
         let problem = format!("\"{}\" in {} {problem}", self.key, self.parent);
-        Error::scene(&self.at, problem, mend)
+        Error::scene(&self.at, problem, hint)
     }
 
     fn array<T, const N: usize>(&self, read: impl Fn(&DeValue) -> Option<T>) -> Option<[T; N]> {

@@ -7,7 +7,7 @@ use std::{ops::ControlFlow, time::Instant};
 use camlux::{
     DeviceInfo, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
     output::{Frame, Layer},
-    scene::{Estimator, Indirect, Light, Mesh, Shadow, Texture, Visibility},
+    scene::{Indirect, Light, Mesh, Shadow, Texture, Visibility, VplSum},
 };
 use gpu::{Gpu, demo_scene, plain_sum};
 
@@ -25,21 +25,21 @@ fn small_device(gpu: &Gpu) -> DeviceInfo {
 
 /// Asserts that the plan refuses the scene at once: what is over which limit, and what to do.
 #[track_caller]
-fn assert_over_limit(gpu: &Gpu, scene: &Scene, says: &[&str], mend: &str) {
+fn assert_over_limit(gpu: &Gpu, scene: &Scene, says: &[&str], hint: &str) {
     let device = small_device(gpu);
     let start = Instant::now();
     let error = Plan::new(scene, &device).expect_err("that is too much");
     assert!(start.elapsed().as_secs_f64() < 0.5, "work was started");
     assert!(matches!(error, Error::DeviceLimit { .. }), "{error:?}");
     let message = error.to_string();
-    for part in says.iter().chain(&["over the limit", &device.name, mend]) {
+    for part in says.iter().chain(&["over the limit", &device.name, hint]) {
         assert!(message.contains(part), "{part:?} is missing in: {message}");
     }
 }
 
 fn with_rsm_size(rsm_size: u32) -> Scene {
     let mut scene = demo_scene("cornell", [8, 8]);
-    scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, rsm_size));
+    scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, rsm_size));
     scene
 }
 
@@ -111,7 +111,7 @@ fn with_triangles(count: usize) -> Scene {
 
 fn bounce_by_rays(rsm_size: u32) -> Option<Indirect> {
     Some(Indirect {
-        estimator: Estimator::InstantRadiosity,
+        estimator: VplSum::InstantRadiosity,
         rsm_size: Some(rsm_size),
         visibility: Visibility::Rays,
         target_error: None,
@@ -132,7 +132,7 @@ fn assert_refused(scene: &Scene, device: &DeviceInfo, parts: &[&str]) {
         without.direct.shadow = Some(Shadow::Map);
     }
     if message.contains("visibility = \"none\"") {
-        without.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 8));
+        without.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8));
     }
     assert!(Plan::new(&without, device).is_ok());
 }
@@ -149,14 +149,14 @@ fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
     let mut scene = with_triangles(16_377);
     let rows = "the triangles for rays (rows) is 65, over the limit of 64";
     scene.direct.shadow = Some(Shadow::Rays);
-    let mend = "set shadow = \"map\" in [direct], simplify the meshes";
-    assert_refused(&scene, &device, &[rows, mend]);
+    let hint = "set shadow = \"map\" in [direct], simplify the meshes";
+    assert_refused(&scene, &device, &[rows, hint]);
     scene.indirect = bounce_by_rays(8);
-    let mend = "set shadow = \"map\" in [direct] and visibility = \"none\" in [indirect], simplify";
-    assert_refused(&scene, &device, &[rows, mend]);
+    let hint = "set shadow = \"map\" in [direct] and visibility = \"none\" in [indirect], simplify";
+    assert_refused(&scene, &device, &[rows, hint]);
     scene.direct.shadow = Some(Shadow::Map);
-    let mend = "set visibility = \"none\" in [indirect], simplify the meshes";
-    assert_refused(&scene, &device, &[rows, mend]);
+    let hint = "set visibility = \"none\" in [indirect], simplify the meshes";
+    assert_refused(&scene, &device, &[rows, hint]);
 
     device.limits.max_image_px = 16_384;
     device.limits.max_allocation_bytes = 1 << 20;
@@ -197,12 +197,12 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     assert!(Plan::new(&scene, &device).is_ok());
     device.limits.max_image_px = 703;
     let says = "the textures that rays hit (rows, all together) is 704, over the limit of 703";
-    let mend = "set visibility = \"none\" in [indirect], scale the textures down";
-    assert_refused(&scene, &device, &[says, mend]);
+    let hint = "set visibility = \"none\" in [indirect], scale the textures down";
+    assert_refused(&scene, &device, &[says, hint]);
     device.limits.max_image_px = 704;
     device.limits.max_allocation_bytes = 704 * 1024 * 16 - 1;
     let says = "the textures that rays hit (bytes, all together) is 11534336, over";
-    assert_refused(&scene, &device, &[says, mend]);
+    assert_refused(&scene, &device, &[says, hint]);
 }
 
 /// With rays the lights' VPLs lie in one list.
@@ -218,15 +218,15 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     scene.lights = vec![scene.lights[0]; 10];
     assert!(Plan::new(&scene, &device).is_ok());
     scene.lights = vec![scene.lights[0]; 11];
-    let mend =
+    let hint =
         "set a smaller rsm_size, or visibility = \"none\" without target_error, in [indirect], use";
     let says = "the list of all lights' VPLs (rows) is 66, over the limit of 64";
-    assert_refused(&scene, &device, &[says, mend]);
+    assert_refused(&scene, &device, &[says, hint]);
     device.limits.max_image_px = 16_384;
     device.limits.max_allocation_bytes = 66 * 1024 * 3 * 16 - 1;
     let says = "the list of all lights' VPLs (bytes) is 3244032, over";
-    assert_refused(&scene, &device, &[says, mend]);
-    scene.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 32));
+    assert_refused(&scene, &device, &[says, hint]);
+    scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32));
     assert!(Plan::new(&scene, &device).is_ok());
 }
 
@@ -319,10 +319,10 @@ fn assert_black(what: &str, frame: &Frame) {
 #[test]
 fn scenes_without_light_in_view_render_black() {
     let mut gpu = Gpu::open();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         for name in ["cornell", "cornell_spot", "textured"] {
             let mut scene = demo_scene(name, [16, 16]);
-            scene.indirect = Some(Indirect::plain_sum(estimator, 8));
+            scene.indirect = Some(IndirectLight::vpl_sum(estimator, 8));
             let mut render = |what: &str, change: &dyn Fn(&mut Scene)| {
                 let mut scene = scene.clone();
                 change(&mut scene);

@@ -7,7 +7,7 @@ use std::time::Instant;
 use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
     output::Layer,
-    scene::{Estimator, Indirect, Mesh, Shadow, Visibility},
+    scene::{Indirect, Mesh, Shadow, Visibility, VplSum},
 };
 use gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
 
@@ -26,8 +26,8 @@ fn with(scene: &Scene, change: impl Fn(&mut Scene)) -> Scene {
 fn indirect(visibility: Visibility, target_error: Option<f64>) -> Option<Indirect> {
     Some(Indirect {
         estimator: match visibility {
-            Visibility::None => Estimator::RsmAverage,
-            Visibility::Rays => Estimator::InstantRadiosity,
+            Visibility::None => VplSum::RsmAverage,
+            Visibility::Rays => VplSum::InstantRadiosity,
         },
         rsm_size: Some(64),
         visibility,
@@ -104,7 +104,9 @@ fn least_allocation_bytes(scene: &Scene, device: &DeviceInfo) -> u64 {
     loop {
         match Plan::new(scene, &device) {
             Ok(_) => return device.limits.max_allocation_bytes,
-            Err(Error::DeviceLimit { asked, .. }) => device.limits.max_allocation_bytes = asked,
+            Err(Error::DeviceLimit { requested, .. }) => {
+                device.limits.max_allocation_bytes = requested
+            }
             Err(other) => panic!("{other}"),
         }
     }
@@ -249,7 +251,7 @@ fn sixteen_thousand_pixels_squared_are_refused_with_what_they_need() {
 #[test]
 fn the_message_names_what_takes_the_most() {
     let gpu = Gpu::open();
-    let mend = |scene: &Scene| {
+    let hint = |scene: &Scene| {
         let mut device = gpu.device.info().clone();
         device.limits.memory_bytes = 1 << 20;
         Plan::new(scene, &device)
@@ -257,14 +259,14 @@ fn the_message_names_what_takes_the_most() {
             .to_string()
     };
     let plain = with(&demo_scene("cornell", [256, 256]), |scene| {
-        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 8));
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
     });
-    assert!(mend(&plain).contains("render a smaller image"));
+    assert!(hint(&plain).contains("render a smaller image"));
     let fine = with(&plain, |scene| {
         scene.camera.resolution_px = [16, 16];
-        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 256));
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 256));
     });
-    assert!(mend(&fine).contains("set a smaller rsm_size"));
+    assert!(hint(&fine).contains("set a smaller rsm_size"));
     let many = with(&plain, |scene| {
         scene.camera.resolution_px = [16, 16];
         scene.direct.shadow = Some(Shadow::Rays);
@@ -273,5 +275,5 @@ fn the_message_names_what_takes_the_most() {
         let mesh = Mesh::from_slices("many", &corners, &triangles, 0);
         scene.meshes.push(mesh.into());
     });
-    assert!(mend(&many).contains("simplify the meshes"));
+    assert!(hint(&many).contains("simplify the meshes"));
 }

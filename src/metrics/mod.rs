@@ -196,7 +196,7 @@ fn check<T>(pixels: &Pixels<T>) -> Result<()> {
         Err(Error::Input {
             at: "comparison".into(),
             problem,
-            mend: "compare images of one size with the same channels".into(),
+            hint: "compare images of one size with the same channels".into(),
         })
     };
     if let Some(edges) = pixels

@@ -165,25 +165,25 @@ fn creation_error(path: &Path, error: &io::Error) -> Error {
     };
     match error.kind() {
         io::ErrorKind::NotFound => {
-            let mend = format!("create {folder}, or name another one");
-            output_error(path, "its folder does not exist", mend)
+            let hint = format!("create {folder}, or name another one");
+            output_error(path, "its folder does not exist", hint)
         }
         io::ErrorKind::NotADirectory => {
-            let mend = format!("{folder} is a file: name a folder");
-            output_error(path, "its folder is not a folder", mend)
+            let hint = format!("{folder} is a file: name a folder");
+            output_error(path, "its folder is not a folder", hint)
         }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            let mend = format!("allow writing to {folder}, or name another one");
-            output_error(path, "its folder cannot be written", mend)
+            let hint = format!("allow writing to {folder}, or name another one");
+            output_error(path, "its folder cannot be written", hint)
         }
         _ => output_error(path, error.to_string(), "name another file"),
     }
 }
 
-fn output_error(path: &Path, problem: impl Into<String>, mend: impl Into<String>) -> Error {
+fn output_error(path: &Path, problem: impl Into<String>, hint: impl Into<String>) -> Error {
     Error::Output {
         path: path.to_owned(),
         problem: problem.into(),
-        mend: mend.into(),
+        hint: hint.into(),
     }
 }

@@ -216,7 +216,7 @@ impl<'frame> FrameChannels<'frame> {
             return Err(Error::Output {
                 path: output.path().to_owned(),
                 problem: format!("the frame has no layer {}", missing.name()),
-                mend: "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]"
+                hint: "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]"
                     .into(),
             });
         }
@@ -247,7 +247,7 @@ impl<'frame> FrameChannels<'frame> {
             return Err(Error::Output {
                 path: output.path().to_owned(),
                 problem: "no layer is picked".into(),
-                mend: "name at least one".into(),
+                hint: "name at least one".into(),
             });
         }
         // The format wants them in the order of their bytes.

@@ -59,11 +59,11 @@ fn panic_text(panic: &(dyn Any + Send)) -> String {
 
 fn open(path: &Path) -> Result<(File, u64), Refusal> {
     let (file, file_bytes) = input_file::open(path).map_err(|error| {
-        let mend = "check the name and the permissions";
+        let hint = "check the name and the permissions";
         match error.kind() {
-            ErrorKind::NotFound => ("there is no such file".into(), mend),
+            ErrorKind::NotFound => ("there is no such file".into(), hint),
             ErrorKind::InvalidInput => (error.to_string(), "name an OpenEXR file"),
-            _ => (format!("cannot read: {error}"), mend),
+            _ => (format!("cannot read: {error}"), hint),
         }
     })?;
     if file_bytes == 0 {

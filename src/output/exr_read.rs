@@ -38,7 +38,7 @@ impl LayeredImage {
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
         exr_decode::decode_file(path)
-            .map_err(|(problem, mend)| Error::input(path.display().to_string(), problem, mend))
+            .map_err(|(problem, hint)| Error::input(path.display().to_string(), problem, hint))
     }
 
     /// Width, height.

@@ -52,10 +52,10 @@ pub struct PngPreview {
 /// one from before.
 pub fn write_png(mut output: OutputFile, frame: &Frame, view: PngView) -> Result<PngPreview> {
     frame.check_for_output(output.path())?;
-    let refuse = |problem: String, mend: &str| Error::Output {
+    let refuse = |problem: String, hint: &str| Error::Output {
         path: output.path().to_owned(),
         problem,
-        mend: mend.into(),
+        hint: hint.into(),
     };
     let values = |layer: Layer| {
         frame.values(layer).ok_or_else(|| {

@@ -9,12 +9,12 @@ use super::{
     Context,
     compact::Run,
     gbuffer::GBuffer,
-    vpl::{VplLists, estimator_word},
+    vpl::{VplLists, sum_word},
 };
 use crate::{
     Result,
     plan::GatherKernel,
-    scene::Estimator,
+    scene::VplSum,
     vulkan::{
         Buffer, Image, MAX_GROUPS, PassTimes, Recorder, Resource,
         shaders::{GatherParameters, ListLengths},
@@ -30,7 +30,7 @@ const FIRST_SUBMISSION_PAIRS: f64 = (1u64 << 26) as f64;
 /// What the pass works with.
 pub(crate) struct Gather<'g> {
     pub context: &'g Context<'g>,
-    pub estimator: Estimator,
+    pub sum: VplSum,
     pub kernel: GatherKernel,
     pub gbuffer: &'g GBuffer,
     pub vpls: &'g VplLists,
@@ -158,7 +158,7 @@ impl<'g> Gather<'g> {
             "gather",
             &[
                 self.kernel.name(),
-                estimator_word(self.estimator),
+                sum_word(self.sum),
                 if work.run.is_glossy {
                     "phong"
                 } else {

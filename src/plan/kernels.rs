@@ -112,6 +112,6 @@ fn does_not_fit(what: &str, kernel: &str, device: &DeviceInfo) -> Error {
             "the {what} kernel {kernel} does not fit the {lanes} lanes of a subgroup of {}",
             device.name
         ),
-        mend: "leave the choice to the renderer, or choose another device".into(),
+        hint: "leave the choice to the renderer, or choose another device".into(),
     }
 }

@@ -15,8 +15,8 @@ impl Plan {
     /// Refuses what the device cannot hold.
     pub(super) fn check_limits(&self, scene: &Scene, device: &DeviceInfo) -> Result<()> {
         let limits = &device.limits;
-        let check = |what: &str, asked: u64, limit: u64, mend: &str| {
-            check_limit(device, what, asked, limit, mend)
+        let check = |what: &str, requested: u64, limit: u64, hint: &str| {
+            check_limit(device, what, requested, limit, hint)
         };
         let smaller_image = "render a smaller image, or choose another device";
         let smaller_rsm = "set a smaller rsm_size, or choose another device";
@@ -80,23 +80,23 @@ impl Plan {
                 smaller_rsm,
             )?;
             // Where few pixels are gathered, the lists of all lights are one.
-            let (lists, what, mend) = match indirect.refinement() {
+            let (lists, what, hint) = match indirect.refinement() {
                 None => (1, "the list of VPLs", smaller_rsm),
                 Some(_) => (
                     self.lights.len() as u64,
                     "the list of all lights' VPLs",
-                    "set a smaller rsm_size, or visibility = \"none\" without target_error, in [indirect], use fewer lights, or choose another device",
+                    "set a smaller rsm_size, or estimator = \"instant-radiosity\", in [indirect], use fewer lights, or choose another device",
                 ),
             };
             let rows = lists * texels.div_ceil(ROW_TEXELS);
-            check(&format!("{what} (rows)"), rows, max_image_px, mend)?;
+            check(&format!("{what} (rows)"), rows, max_image_px, hint)?;
             // Members of a record are layers of an image.
             let members = if self.is_specular { 5 } else { 3 };
             check(
                 &format!("{what} (bytes)"),
                 rows * ROW_TEXELS * members * PIXEL_BYTES,
                 limits.max_allocation_bytes,
-                mend,
+                hint,
             )?;
             check(
                 "the table of the RSM's texels (bytes)",
@@ -162,7 +162,7 @@ impl Plan {
                 "the materials that rays hit (rows)",
                 rows,
                 max_image_px,
-                "set visibility = \"none\" in [indirect], use fewer materials, or choose another device",
+                "set estimator = \"instant-radiosity\" in [indirect], use fewer materials, or choose another device",
             )?;
         }
         self.check_ray_limits(triangles, textures, is_shadow_asked, device)
@@ -185,14 +185,14 @@ impl Plan {
             (is_shadow_asked, "shadow = \"map\" in [direct]"),
             (
                 self.bounce().is_some(),
-                "visibility = \"none\" in [indirect]",
+                "estimator = \"instant-radiosity\" in [indirect]",
             ),
         ];
         let without_rays: Vec<&str> = without_rays
             .iter()
             .filter_map(|&(is_asked, without)| is_asked.then_some(without))
             .collect();
-        let mend = format!(
+        let hint = format!(
             "set {}, simplify the meshes, or choose another device",
             without_rays.join(" and ")
         );
@@ -203,14 +203,14 @@ impl Plan {
             "the triangles for rays (rows)",
             rows,
             limits.max_image_px.into(),
-            &mend,
+            &hint,
         )?;
         check_limit(
             device,
             "the triangles for rays (bytes)",
             rows * ROW_TEXELS * PIXEL_BYTES,
             largest_list(device),
-            &mend,
+            &hint,
         )?;
         if self.bounce().is_none() {
             return Ok(());
@@ -224,10 +224,10 @@ impl Plan {
             "the lists that a kernel of the bounce reads (storage images)",
             storage_images_of_bounce(),
             limits.max_storage_images.into(),
-            "set visibility = \"none\" in [indirect], or choose another device",
+            "set estimator = \"instant-radiosity\" in [indirect], or choose another device",
         )?;
         let rows = texels.div_ceil(ROW_TEXELS);
-        let smaller = "set visibility = \"none\" in [indirect], scale the textures down, or choose another device";
+        let smaller = "set estimator = \"instant-radiosity\" in [indirect], scale the textures down, or choose another device";
         check_limit(
             device,
             "the textures that rays hit (rows, all together)",
@@ -263,15 +263,21 @@ fn storage_images_of_bounce() -> u64 {
     kernels.map(images).max().unwrap_or_default() as u64
 }
 
-fn check_limit(device: &DeviceInfo, what: &str, asked: u64, limit: u64, mend: &str) -> Result<()> {
-    if asked <= limit {
+fn check_limit(
+    device: &DeviceInfo,
+    what: &str,
+    requested: u64,
+    limit: u64,
+    hint: &str,
+) -> Result<()> {
+    if requested <= limit {
         return Ok(());
     }
     Err(Error::DeviceLimit {
         what: what.into(),
-        asked,
+        requested,
         limit,
         device: device.name.clone(),
-        mend: mend.into(),
+        hint: hint.into(),
     })
 }

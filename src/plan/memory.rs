@@ -40,7 +40,7 @@ impl MemoryNeed {
         self.image + self.rsm + self.scene + SMALL_THINGS_BYTES
     }
 
-    fn mend(self) -> &'static str {
+    fn hint(self) -> &'static str {
         let most = self.image.max(self.rsm).max(self.scene);
         if most == self.image {
             "render a smaller image, or choose another device"
@@ -76,17 +76,17 @@ impl Plan {
             DeviceKind::Cpu | DeviceKind::Integrated => self.layer_bytes(),
             _ => 0,
         };
-        let asked = need.total() + layers;
+        let requested = need.total() + layers;
         let limit = device.limits.memory_bytes;
-        if asked <= limit {
+        if requested <= limit {
             return Ok(());
         }
         Err(Error::DeviceLimit {
             what: "the memory of the frame (bytes)".into(),
-            asked,
+            requested,
             limit,
             device: device.name.clone(),
-            mend: need.mend().into(),
+            hint: need.hint().into(),
         })
     }
 

@@ -106,7 +106,7 @@ impl Reference {
         let refuse = |problem: String| Error::Input {
             at: file.display().to_string(),
             problem,
-            mend: "name another file, or remove this one to begin anew".into(),
+            hint: "name another file, or remove this one to begin anew".into(),
         };
         let count = |name: &str| {
             let text = image.attribute(name)?;

@@ -130,7 +130,7 @@ impl Assets {
     fn add_from_library(&mut self, name: &Named, file: &Path, library: &Library) -> Result<u32> {
         let entry = library.get(&name.name).ok_or_else(|| {
             let known = library.names();
-            let mend = if known.is_empty() {
+            let hint = if known.is_empty() {
                 "name its MTL file with mtllib, or give the [[mesh]] a material = \"...\"".into()
             } else {
                 did_you_mean(&name.name, &known)
@@ -138,7 +138,7 @@ impl Assets {
             Error::scene(
                 place(file, name.line),
                 format!("material \"{}\" is in no MTL file", name.name),
-                mend,
+                hint,
             )
         })?;
         let material = self.material_from(entry)?;
@@ -147,9 +147,9 @@ impl Assets {
 
     fn material_from(&mut self, entry: &Entry) -> Result<Material> {
         let properties = &entry.properties;
-        let incomplete = |problem: &str, mend: &str| {
+        let incomplete = |problem: &str, hint: &str| {
             let problem = format!("material \"{}\" {problem}", properties.name);
-            Error::scene(&entry.at, problem, mend)
+            Error::scene(&entry.at, problem, hint)
         };
         let kd_texture = match &properties.diffuse_texture {
             Some(path) => Some(self.texture(&entry.folder.join(path), &entry.at)?),

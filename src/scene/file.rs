@@ -200,7 +200,7 @@ fn named_material(value: &Value, assets: &Assets) -> Result<u32> {
     let name = value.text()?;
     assets.material_named(name).ok_or_else(|| {
         let known: Vec<&str> = assets.material_names().collect();
-        let mend = if known.is_empty() {
+        let hint = if known.is_empty() {
             format!("add a [material.{name}] table")
         } else {
             did_you_mean(name, &known)
@@ -208,7 +208,7 @@ fn named_material(value: &Value, assets: &Assets) -> Result<u32> {
         Error::scene(
             &value.at,
             format!("there is no [material.{name}] in this file"),
-            mend,
+            hint,
         )
     })
 }

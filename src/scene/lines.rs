@@ -115,8 +115,8 @@ impl Line<'_> {
         Ok(numbers)
     }
 
-    pub fn error(&self, problem: impl AsRef<str>, mend: impl Into<String>) -> Error {
+    pub fn error(&self, problem: impl AsRef<str>, hint: impl Into<String>) -> Error {
         let problem = format!("\"{}\" {}", self.keyword(), problem.as_ref());
-        Error::scene(self.at(), problem, mend)
+        Error::scene(self.at(), problem, hint)
     }
 }

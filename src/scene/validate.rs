@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use super::validate_surface;
 use super::{Bands, Camera, Intrinsics, Lens, Light, Scene, Sensor};
-use super::{validate_indirect, validate_surface};
 use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
@@ -47,7 +47,7 @@ pub(super) enum Part {
 pub(super) struct Fault {
     pub part: Part,
     problem: String,
-    mend: String,
+    hint: String,
 }
 
 pub(super) type Check = std::result::Result<(), Fault>;
@@ -70,7 +70,7 @@ impl Fault {
 
     /// The error for a fault at this place.
     pub fn at(self, place: String) -> Error {
-        Error::scene(place, self.problem, self.mend)
+        Error::scene(place, self.problem, self.hint)
     }
 }
 
@@ -80,7 +80,7 @@ impl Part {
         self,
         fine: bool,
         problem: impl FnOnce() -> String,
-        mend: impl Into<String>,
+        hint: impl Into<String>,
     ) -> Check {
         if fine {
             return Ok(());
@@ -88,7 +88,7 @@ impl Part {
         Err(Fault {
             part: self,
             problem: problem(),
-            mend: mend.into(),
+            hint: hint.into(),
         })
     }
 
@@ -142,7 +142,7 @@ pub(super) fn check(scene: &Scene) -> Check {
         check_sensor(sensor)?;
     }
     if let Some(indirect) = &scene.indirect {
-        validate_indirect::check(indirect)?;
+        indirect.check()?;
     }
     Part::Scene.require(
         !scene.lights.is_empty(),

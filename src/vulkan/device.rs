@@ -87,7 +87,7 @@ impl Device {
         };
         let none = |problem: String| Error::NoDevice {
             problem,
-            mend: names(),
+            hint: names(),
         };
         let chosen = match choice {
             DeviceChoice::Best => list
@@ -100,7 +100,7 @@ impl Device {
                         .filter_map(|info| Some(format!("{} lacks {}", info.name, info.unusable.as_ref()?)))
                         .collect::<Vec<_>>()
                         .join(", "),
-                    mend: "update the driver, or install a CPU driver, on Debian: apt-get install mesa-vulkan-drivers".into(),
+                    hint: "update the driver, or install a CPU driver, on Debian: apt-get install mesa-vulkan-drivers".into(),
                 })?,
             DeviceChoice::Index(index) => list
                 .iter()
@@ -131,7 +131,7 @@ impl Device {
             .queue_family(physical)
             .ok_or_else(|| Error::NoDevice {
                 problem: format!("{} has no queue for graphics and compute", info.name),
-                mend: "choose another device".into(),
+                hint: "choose another device".into(),
             })?;
 
         let queues = [vk::DeviceQueueCreateInfo::default()
@@ -172,7 +172,7 @@ impl Device {
         if let Some(lack) = &info.unusable {
             return Err(Error::NoDevice {
                 problem: format!("{} lacks {lack}", info.name),
-                mend: "choose another device".into(),
+                hint: "choose another device".into(),
             });
         }
         let queue = SharedQueue::new(host.queue, host.queue_lock.clone());
@@ -355,7 +355,7 @@ mod tests {
     use crate::{
         RenderOptions, Renderer, Result, Scene,
         output::Frame,
-        scene::{Estimator, Indirect},
+        scene::{Indirect, VplSum},
     };
 
     fn open() -> Device {
@@ -370,7 +370,7 @@ mod tests {
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
         let mut scene = Scene::load(&scene).expect("a demo scene loads");
         scene.camera.resolution_px = [8, 8];
-        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 8));
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
         renderer.render(&scene, &mut RenderOptions::default())
     }
 

@@ -99,7 +99,7 @@ impl HostVulkan {
 fn lacking(problem: String) -> Error {
     Error::NoDevice {
         problem: format!("the host's device cannot be used: {problem}"),
-        mend: "see the list of what it must have in the documentation of HostVulkan and of camlux_vulkan_device".into(),
+        hint: "see the list of what it must have in the documentation of HostVulkan and of camlux_vulkan_device".into(),
     }
 }
 

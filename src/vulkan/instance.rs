@@ -93,7 +93,7 @@ impl Instance {
         // SAFETY: loading the Vulkan loader runs its initialisers, which is what it is there for.
         let entry = unsafe { ash::Entry::load() }.map_err(|error| Error::NoDevice {
             problem: format!("the Vulkan loader cannot be opened ({error})"),
-            mend: INSTALL_DRIVER.into(),
+            hint: INSTALL_DRIVER.into(),
         })?;
         let application = vk::ApplicationInfo::default()
             .engine_name(c"camlux")
@@ -130,11 +130,11 @@ impl Instance {
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice {
                 problem: "the Vulkan loader found no driver".into(),
-                mend: INSTALL_DRIVER.into(),
+                hint: INSTALL_DRIVER.into(),
             },
             vk::Result::ERROR_LAYER_NOT_PRESENT => Error::NoDevice {
                 problem: "the Khronos validation layer is not installed".into(),
-                mend: "turn validation off, or on Debian: apt-get install vulkan-validationlayers"
+                hint: "turn validation off, or on Debian: apt-get install vulkan-validationlayers"
                     .into(),
             },
             result => failed("vkCreateInstance")(result),
@@ -188,7 +188,7 @@ impl Instance {
         if found.is_empty() {
             return Err(Error::NoDevice {
                 problem: "the Vulkan loader found no device".into(),
-                mend: INSTALL_DRIVER.into(),
+                hint: INSTALL_DRIVER.into(),
             });
         }
         let describe = |(index, device): (usize, &vk::PhysicalDevice)| {

@@ -38,7 +38,7 @@ pub(crate) fn failed(call: &'static str) -> impl FnOnce(ash::vk::Result) -> Erro
     move |result| Error::Vulkan {
         call,
         result,
-        mend: match result {
+        hint: match result {
             Vk::ERROR_DEVICE_LOST => "the driver gave the device up while it was opened: try again",
             Vk::ERROR_OUT_OF_DEVICE_MEMORY | Vk::ERROR_OUT_OF_HOST_MEMORY => {
                 "render a smaller image or RSM, or choose another device"

@@ -49,13 +49,13 @@ pub fn check_layers(scene: &Scene, layers: &[Layer]) -> Result<(), Failure> {
     let Some(missing) = layers.iter().find(|layer| !layer.is_made_for(scene)) else {
         return Ok(());
     };
-    let mend = match missing {
+    let hint = match missing {
         Layer::Energy => "add [sensor] to the scene",
         _ => "add [indirect] to the scene, or --estimator",
     };
     let name = missing.name();
     Err(
-        format!("--layers: a frame of this scene has no layer {name}; {mend}, or leave it out")
+        format!("--layers: a frame of this scene has no layer {name}; {hint}, or leave it out")
             .into(),
     )
 }

@@ -186,7 +186,7 @@ fn load(args: &Args) -> Result<Scene, Failure> {
     if let Some(&[width_px, height_px]) = args.size.as_deref() {
         scene.camera = overrides::resize(scene.camera, [width_px, height_px]);
     }
-    let (indirect, note) = args.indirect.apply(scene.indirect);
+    let (indirect, note) = args.indirect.apply(scene.indirect)?;
     scene.indirect = indirect;
     for warning in scene.warnings() {
         tell(&format!("camlux: warning: {warning}"));

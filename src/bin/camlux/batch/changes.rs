@@ -180,9 +180,9 @@ impl Sweep {
                 Swept::Kd(material.text()?.to_owned(), values)
             }
             _ => {
-                let mend = "write light = 0 with power_factors, or material = \"white\" with kd";
+                let hint = "write light = 0 with power_factors, or material = \"white\" with kd";
                 return Err(keys
-                    .error("[[sweep]] has to name a light or a material", mend)
+                    .error("[[sweep]] has to name a light or a material", hint)
                     .into());
             }
         };
@@ -244,6 +244,6 @@ fn known_material(at: &str, name: &str, scene: &Scene) -> Result<(), Failure> {
     }
     names.sort_unstable();
     names.dedup();
-    let mend = camlux::keys::did_you_mean(name, &names);
-    Err(format!("{at}: no material \"{name}\" in a scene of this job; {mend}").into())
+    let hint = camlux::keys::did_you_mean(name, &names);
+    Err(format!("{at}: no material \"{name}\" in a scene of this job; {hint}").into())
 }

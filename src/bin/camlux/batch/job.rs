@@ -57,8 +57,8 @@ impl Job {
         if let Some(version) = keys.take("version")
             && version.count()? != VERSION
         {
-            let mend = format!("write version = {VERSION}, or use a newer camlux");
-            return Err(version.error("is not known", mend).into());
+            let hint = format!("write version = {VERSION}, or use a newer camlux");
+            return Err(version.error("is not known", hint).into());
         }
         let folder = file.parent().unwrap_or(Path::new(""));
         let mut job_keys = keys
@@ -227,8 +227,8 @@ fn exr_options(keys: &mut Keys) -> Result<ExrOptions, Failure> {
         match known.contains(&word) {
             true => Ok(word.to_owned()),
             false => {
-                let mend = format!("possible are: {}", known.join(", "));
-                Err(value.error(format!("names \"{word}\""), mend).into())
+                let hint = format!("possible are: {}", known.join(", "));
+                Err(value.error(format!("names \"{word}\""), hint).into())
             }
         }
     };

@@ -124,6 +124,6 @@ fn failed(path: &Path, error: &io::Error) -> Error {
     Error::Output {
         path: path.to_owned(),
         problem: error.to_string(),
-        mend: "check the free space and the permissions of its folder".into(),
+        hint: "check the free space and the permissions of its folder".into(),
     }
 }

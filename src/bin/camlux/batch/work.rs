@@ -204,6 +204,11 @@ impl Writer<'_> {
                 line.insert("ms".into(), json!(rounded_ms(time)));
                 let estimated_error = frame.stats.estimated_error;
                 line.insert("estimated_error".into(), json!(estimated_error));
+                let interpolation_error = frame.stats.estimated_interpolation_error;
+                if interpolation_error.is_some() {
+                    let key = "estimated_interpolation_error".into();
+                    line.insert(key, json!(interpolation_error));
+                }
                 self.done.written += 1;
                 self.done.bytes += written.bytes;
                 let gpu_ms: f64 = frame.stats.passes.iter().map(|p| p.milliseconds).sum();
