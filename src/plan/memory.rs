@@ -1,6 +1,6 @@
 //! What a frame holds of the device's memory, pass for pass as `src/frame` makes it.
 
-use super::{IndirectMethod, IndirectPlan, PIXEL_BYTES, Plan};
+use super::{IndirectMethod, IndirectPlan, PIXEL_BYTES, Plan, Step};
 use crate::{
     Error, Result,
     ray_tree::{max_box_texels, max_triangle_texels},
