@@ -9,8 +9,7 @@ use std::{
 use crate::{
     Device, DeviceFrame, GatherKernel, IndirectMethod, LocalSpace, Plan, RayKernel, Result, Scene,
     ShadowPlan,
-    frame::{self, Cost, DrawnFrame, Kept, Progress, ProgressReport, Spare},
-    intermediates::Intermediates,
+    frame::{self, Cost, DrawnFrame, Kept, Observer, Progress, ProgressReport, Spare},
     output::{Frame, FrameDescription, FrameStats},
     passes::Context,
     vulkan::{Pipelines, Timeline},
@@ -23,7 +22,7 @@ use crate::{
 /// [`Shared`](crate::scene::Shared) ones; it shows in the time that a frame takes, and in nothing else. A frame that fails
 /// leaves nothing.
 pub struct Renderer {
-    device: Device,
+    pub(crate) device: Device,
     pipelines: Pipelines,
     kept: Kept,
     /// What a frame was read into.
@@ -42,10 +41,6 @@ pub struct RenderOptions<'a> {
     pub gather_kernel: Option<GatherKernel>,
     /// The kernel of shadow rays; `None`: the fastest for the device.
     pub ray_kernel: Option<RayKernel>,
-    /// Plain sums take the VPLs of a light in an order that this number decides, to see what the order makes of a sum; `None`: in
-    /// the order of the RSM's texels. The draws of rays need the latter and keep it.
-    #[doc(hidden)]
-    pub vpl_order: Option<u64>,
 }
 
 impl Default for RenderOptions<'_> {
@@ -55,7 +50,6 @@ impl Default for RenderOptions<'_> {
             submission_target: Duration::from_millis(500),
             gather_kernel: None,
             ray_kernel: None,
-            vpl_order: None,
         }
     }
 }
@@ -97,7 +91,7 @@ impl Renderer {
     /// it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         let start = Instant::now();
-        let drawn = self.draw(scene, options, Purpose::Layers)?;
+        let drawn = self.draw(scene, options, false, None)?;
         let spare = std::mem::take(&mut self.spare);
         let read = drawn.read(&self.device, spare);
         let read = read.inspect_err(|_| self.forget());
@@ -121,32 +115,28 @@ impl Renderer {
             None => Arc::new(Timeline::new(&self.device)?),
         };
         self.timeline = Some(timeline.clone());
-        let drawn = self.draw(scene, options, Purpose::OnDevice)?;
+        let drawn = self.draw(scene, options, true, None)?;
         let ready_at = timeline.rise().inspect_err(|_| self.forget())?;
         Ok(DeviceFrame::new(&self.device, drawn, timeline, ready_at))
     }
 
-    /// Renders a frame and keeps what its passes hand to each other: for tests and for a look inside.
-    ///
-    /// # Errors
-    /// As [`Renderer::render`].
-    pub fn render_with_intermediates(
+    /// Draws a frame from nothing, and calls `observe` for each light once its VPLs are listed.
+    #[cfg(feature = "internals")]
+    pub(crate) fn draw_observed(
         &mut self,
         scene: &Scene,
         options: &mut RenderOptions,
-    ) -> Result<(Frame, Intermediates)> {
-        let mut intermediates = Intermediates::default();
-        let drawn = self.draw(scene, options, Purpose::Look(&mut intermediates))?;
-        intermediates.read_gbuffer(&self.device, &drawn.images.gbuffer, &drawn.space)?;
-        let frame = drawn.read(&self.device, Spare::default())?;
-        Ok((frame, intermediates))
+        observe: &mut Observer,
+    ) -> Result<DrawnFrame> {
+        self.draw(scene, options, false, Some(observe))
     }
 
     fn draw(
         &mut self,
         scene: &Scene,
         options: &mut RenderOptions,
-        purpose: Purpose,
+        stays_on_device: bool,
+        observe: Option<&mut Observer>,
     ) -> Result<DrawnFrame> {
         let start = Instant::now();
         self.device.check()?;
@@ -175,18 +165,18 @@ impl Renderer {
             scene,
             plan: &plan,
             space: &space,
-            vpl_order: options.vpl_order,
-            stays_on_device: matches!(purpose, Purpose::OnDevice),
+            stays_on_device,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
         let is_refined = plan.indirect.is_some_and(|i| i.refinement().is_some());
         let mut progress = ProgressReport::new(report, plan.lights.len(), is_refined);
         let mut cost = Cost::default();
-        // To be looked at, everything is to be made.
+        // To be observed, everything is to be made.
         let mut nothing = Kept::default();
-        let (kept, look) = match purpose {
-            Purpose::Look(intermediates) => (&mut nothing, Some(intermediates)),
-            Purpose::Layers | Purpose::OnDevice => (&mut self.kept, None),
+        let kept = if observe.is_some() {
+            &mut nothing
+        } else {
+            &mut self.kept
         };
         let images = frame::draw(
             &context,
@@ -194,7 +184,7 @@ impl Renderer {
             kept,
             &mut progress,
             &mut cost,
-            look,
+            observe,
         )?;
         Ok(DrawnFrame {
             images,
@@ -214,11 +204,4 @@ impl Renderer {
             description: FrameDescription::new(scene, scene.hash()),
         })
     }
-}
-
-/// What is wanted of a frame.
-enum Purpose<'p> {
-    Layers,
-    OnDevice,
-    Look(&'p mut Intermediates),
 }

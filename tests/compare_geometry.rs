@@ -10,7 +10,7 @@ mod rooms;
 use camlux::{
     RenderOptions, Scene,
     emission::EmissionDomain,
-    intermediates::{Intermediates, LightIntermediates, SurfacePoint},
+    internals::{Intermediates, LightIntermediates, SurfacePoint},
     model::spot_falloff,
     output::{Frame, Layer},
     scene::{Indirect, Lens, Light, SpotCone, VplSum},

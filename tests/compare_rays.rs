@@ -7,7 +7,7 @@ mod shadows;
 
 use camlux::{
     LocalSpace, RayKernel, RenderOptions, Scene,
-    ray_probe::{RayHit, RayPoint, RayProbe},
+    internals::ray_probe::{RayHit, RayPoint, RayProbe},
     scene::{Indirect, Mesh, VplSum},
 };
 use glam::DVec3;
@@ -62,7 +62,7 @@ fn points_of(gpu: &mut Gpu, scene: &Scene) -> (Vec<RayPoint>, Vec<RayPoint>) {
         .iter()
         .flatten()
         .map(|texel| &texel.point);
-    let point = |point: &camlux::intermediates::SurfacePoint| RayPoint {
+    let point = |point: &camlux::internals::SurfacePoint| RayPoint {
         position_m: point.position_m,
         geometric_normal: point.geometric_normal,
     };

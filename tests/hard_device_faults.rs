@@ -9,8 +9,8 @@ use std::{
 
 use camlux::{
     Device, Error, Fault, Progress, RayKernel, RenderOptions, Renderer, Scene,
+    internals::ray_probe::RayProbe,
     output::Frame,
-    ray_probe::RayProbe,
     scene::{Indirect, Shadow, Visibility, VplSum},
 };
 use gpu::{Gpu, demo_scene, plain_sum};

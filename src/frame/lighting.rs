@@ -1,6 +1,5 @@
 //! What the lights of a scene see and the VPLs they make: what frames share until a light or a surface changes.
 
-use super::shuffle;
 use crate::{
     Error, IndirectMethod, LightPlan, Result,
     passes::{
@@ -49,7 +48,6 @@ struct Room {
     max_faces: u32,
     light_count: usize,
     is_specular: bool,
-    vpl_order: Option<u64>,
 }
 
 /// Where VPLs are listed.
@@ -79,7 +77,6 @@ impl Room {
             max_faces: plan.max_faces(),
             light_count: plan.lights.len(),
             is_specular: plan.is_specular,
-            vpl_order: context.vpl_order,
         }
     }
 
@@ -179,7 +176,7 @@ impl Lighting {
     }
 
     /// After the submission that listed a light's VPLs.
-    pub fn take_vpls(&mut self, context: &Context, index: usize) -> Result<()> {
+    pub fn take_vpls(&mut self, index: usize) -> Result<()> {
         let (Some(vpls), Some(lit)) = (&self.vpls, &mut self.lights[index]) else {
             return Ok(());
         };
@@ -188,14 +185,10 @@ impl Lighting {
             lengths: vpls.lengths()?,
         };
         lit.listed = Some(listed);
-        match (self.made_for.indirect, self.made_for.vpl_order) {
-            (Some((.., Lists::OfAllForRays)), _) => {
-                lit.listed_light = Some(ListedLight::new(&lit.device, vpls)?);
-                Ok(())
-            }
-            (_, Some(seed)) => shuffle::shuffle(context.device, vpls, listed, seed),
-            (_, None) => Ok(()),
+        if let Some((.., Lists::OfAllForRays)) = self.made_for.indirect {
+            lit.listed_light = Some(ListedLight::new(&lit.device, vpls)?);
         }
+        Ok(())
     }
 
     /// Where the VPLs of a light lie; `None` without indirect light.

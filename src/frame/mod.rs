@@ -9,7 +9,6 @@ mod kept;
 mod lighting;
 mod progress;
 mod readback;
-mod shuffle;
 mod source;
 mod spare;
 mod stage;
@@ -18,7 +17,6 @@ use std::time::Duration;
 
 use crate::{
     Error, Result, ShadowPlan,
-    intermediates::{Intermediates, LightIntermediates},
     passes::{
         Context,
         direct::{self, Occluders},
@@ -35,7 +33,7 @@ pub use drawn::{DeviceFrame, DeviceImage};
 pub(crate) use images::FrameImages;
 use indirect::Indirect;
 pub(crate) use kept::Kept;
-use lighting::Lighting;
+pub(crate) use lighting::Lighting;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
 pub(crate) use spare::Spare;
@@ -43,6 +41,9 @@ use stage::Stage;
 
 /// Passes of one submission but the gather's: as many have timestamps.
 const TIMED_PASSES: u32 = 16;
+
+/// Is called for each light once its maps are drawn and its VPLs are listed, with its number.
+pub(crate) type Observer<'o> = dyn FnMut(&Context, &Lighting, usize) -> Result<()> + 'o;
 
 /// The frame: G-buffer; for each light its maps, direct light, VPLs and gather; the sensor.
 ///
@@ -54,7 +55,7 @@ pub(crate) fn draw(
     kept: &mut Kept,
     progress: &mut ProgressReport,
     cost: &mut Cost,
-    mut keep: Option<&mut Intermediates>,
+    mut observe: Option<&mut Observer>,
 ) -> Result<FrameImages> {
     let Context {
         device,
@@ -144,13 +145,11 @@ pub(crate) fn draw(
         }
         cost.submit(recorder)?;
 
-        if let Some(keep) = keep.as_deref_mut() {
-            let rsm = lighting.rsm.as_ref().zip(lighting.vpls.as_ref());
-            let kept = LightIntermediates::read(context, light, occluders.map(), rsm)?;
-            keep.lights.push(kept);
-        }
         if renewed.vpls {
-            lighting.take_vpls(context, index)?;
+            lighting.take_vpls(index)?;
+        }
+        if let Some(observe) = observe.as_deref_mut() {
+            observe(context, &lighting, index)?;
         }
         cost.add_vpls(lighting.vpls_of(index));
         if let Some(indirect) = &indirect {
