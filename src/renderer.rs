@@ -9,7 +9,7 @@ use std::{
 use crate::{
     Device, DeviceFrame, GatherKernel, IndirectMethod, LocalSpace, Plan, RayKernel, Result, Scene,
     ShadowPlan,
-    frame::{self, Cost, DrawnFrame, Kept, Observer, Progress, ProgressReport, Spare},
+    frame::{self, BufferPool, Cost, DrawnFrame, Kept, Observer, Progress, ProgressReport},
     output::{Frame, FrameDescription, FrameStats},
     passes::Context,
     vulkan::{Pipelines, Timeline},
@@ -25,8 +25,8 @@ pub struct Renderer {
     pub(crate) device: Device,
     pipelines: Pipelines,
     kept: Kept,
-    /// What a frame was read into.
-    spare: Spare,
+    /// Buffers for the layers of the next frame.
+    pool: BufferPool,
     /// Of the frames that stay on the device; none before the first.
     timeline: Option<Arc<Timeline>>,
 }
@@ -64,7 +64,7 @@ impl Renderer {
             device: device.clone(),
             pipelines: Pipelines::new(device),
             kept: Kept::default(),
-            spare: Spare::default(),
+            pool: BufferPool::default(),
             timeline: None,
         })
     }
@@ -72,13 +72,13 @@ impl Renderer {
     /// Gives back what the last frame has left on the device, and memory of frames; the next one makes it anew.
     pub fn forget(&mut self) {
         self.kept = Kept::default();
-        self.spare = Spare::default();
+        self.pool = BufferPool::default();
     }
 
-    /// Takes a frame that is no longer needed: the next one of its size is read into its memory, which saves time where many
-    /// are rendered. Of several frames the last one counts.
-    pub fn recycle(&mut self, frame: Frame) {
-        self.spare = Spare::of(frame);
+    /// Takes the buffers of a frame that is no longer needed: the next one of its size is read into them, which saves time where
+    /// many are rendered. Of several frames the last one counts.
+    pub fn return_buffers(&mut self, frame: Frame) {
+        self.pool = BufferPool::from_frame(frame);
     }
 
     /// Renders a frame.
@@ -92,8 +92,8 @@ impl Renderer {
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         let start = Instant::now();
         let drawn = self.draw(scene, options, false, None)?;
-        let spare = std::mem::take(&mut self.spare);
-        let read = drawn.read(&self.device, spare);
+        let pool = std::mem::take(&mut self.pool);
+        let read = drawn.read(&self.device, pool);
         let read = read.inspect_err(|_| self.forget());
         let mut frame = read?;
         frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;

@@ -1,6 +1,7 @@
 //! A frame, from the scene to the images of its layers: [`draw`] is the sequence of passes.
 
 mod adaptive;
+mod buffer_pool;
 mod cost;
 mod drawn;
 mod images;
@@ -10,7 +11,6 @@ mod lighting;
 mod progress;
 mod readback;
 mod source;
-mod spare;
 mod stage;
 
 use std::time::Duration;
@@ -27,6 +27,7 @@ use crate::{
     vulkan::Recorder,
 };
 
+pub(crate) use buffer_pool::BufferPool;
 pub(crate) use cost::Cost;
 pub(crate) use drawn::DrawnFrame;
 pub use drawn::{DeviceFrame, DeviceImage};
@@ -36,7 +37,6 @@ pub(crate) use kept::Kept;
 pub(crate) use lighting::Lighting;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
-pub(crate) use spare::Spare;
 use stage::Stage;
 
 /// Passes of one submission but the gather's: as many have timestamps.

@@ -8,7 +8,7 @@ mod shuffle;
 
 pub use intermediates::{Intermediates, LightIntermediates, RsmTexel, SurfacePoint};
 
-use crate::{RenderOptions, Renderer, Result, Scene, frame::Spare, output::Frame};
+use crate::{RenderOptions, Renderer, Result, Scene, frame::BufferPool, output::Frame};
 
 impl Renderer {
     /// Renders a frame and keeps what its passes hand to each other. Everything is made anew.
@@ -28,7 +28,7 @@ impl Renderer {
         })?;
         let device = &self.device;
         intermediates.read_gbuffer(device, &drawn.images.gbuffer, &drawn.space)?;
-        let frame = drawn.read(device, Spare::default())?;
+        let frame = drawn.read(device, BufferPool::default())?;
         Ok((frame, intermediates))
     }
 
@@ -52,6 +52,6 @@ impl Renderer {
             }
             _ => Ok(()),
         })?;
-        drawn.read(&self.device, Spare::default())
+        drawn.read(&self.device, BufferPool::default())
     }
 }
