@@ -338,7 +338,7 @@ fn frames_that_fail_are_recorded() {
         "frame 1 failed",
         "kd",
         "rendered 2 frames",
-        "1 frames failed",
+        "1 frame failed",
     ] {
         assert!(stderr.contains(says), "{says}: {stderr}");
     }
@@ -348,10 +348,10 @@ fn frames_that_fail_are_recorded() {
     assert!(lines[1].get("file").is_none());
     assert!(!jobs.path("set/frames/000001.exr").exists());
     let stderr = jobs.fail("set", &["--merge"]);
-    assert!(stderr.contains("1 frames are failed: 1"), "{stderr}");
+    assert!(stderr.contains("1 frame failed: 1"), "{stderr}");
 
     let stderr = jobs.fail("fast", &["--fail-fast"]);
-    assert!(stderr.contains("stopped with 1 frames to go"), "{stderr}");
+    assert!(stderr.contains("stopped with 1 frame to go"), "{stderr}");
     assert!(!jobs.path("fast/frames/000002.exr").exists());
 
     let before = jobs.read("set/frames/000002.exr");

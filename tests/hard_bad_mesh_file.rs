@@ -39,7 +39,7 @@ fn missing_files() {
     refuses_mtl(
         "newmtl white\nmap_Kd none.png\n",
         &[
-            "mesh.mtl:1: cannot read the texture none.png",
+            "mesh.mtl:2: cannot read the texture none.png",
             "PNG or JPEG",
         ],
     );
@@ -54,7 +54,7 @@ fn unreadable_texture() {
     assert_says(
         &folder.error(folder.load_obj(TRIANGLE)),
         &[
-            "mesh.mtl:1: cannot read the texture wood.png",
+            "mesh.mtl:2: cannot read the texture wood.png",
             "PNG or JPEG",
         ],
     );
@@ -62,7 +62,7 @@ fn unreadable_texture() {
     folder.write("wood.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
     assert_says(
         &folder.error(folder.load_obj(TRIANGLE)),
-        &["mesh.mtl:1: cannot read the texture wood.png"],
+        &["mesh.mtl:2: cannot read the texture wood.png"],
     );
 }
 

@@ -365,6 +365,30 @@ fn header_matrices_take_points_to_their_pixels() {
 }
 
 #[test]
+fn a_frame_warns_of_what_it_does_not_show() {
+    let mut frame = frame();
+    assert_eq!(frame.warnings(), Vec::<String>::new());
+    let black = vec![0.0; (3 * WIDTH * HEIGHT) as usize];
+    set(&mut frame, Layer::Indirect, black.clone());
+    let says = |frame: &Frame, part: &str| {
+        let warnings = frame.warnings();
+        assert!(
+            warnings.len() == 1 && warnings[0].contains(part),
+            "{warnings:?}"
+        );
+    };
+    says(&frame, "no indirect light reaches what is in view");
+    set(&mut frame, Layer::Radiance, black);
+    says(&frame, "the image is black");
+    for (layer, data) in &mut frame.layers {
+        if *layer == Layer::MeshId {
+            *data = LayerData::Id(vec![0; (WIDTH * HEIGHT) as usize]);
+        }
+    }
+    says(&frame, "nothing is in view");
+}
+
+#[test]
 fn failed_write_leaves_nothing_and_keeps_the_old_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");

@@ -1,7 +1,7 @@
 //! OpenEXR output: one file, one part, channel names with the layer as prefix.
 
 use std::collections::HashSet;
-use std::io::{Seek, SeekFrom};
+use std::io::Seek;
 
 use exr::block::BlockIndex;
 use exr::image::write::WritableImage;
@@ -159,9 +159,9 @@ pub fn write_exr_hashed(
 ) -> Result<WrittenExr> {
     fill(&mut output, frame, options)?;
     let mut hasher = blake3::Hasher::new();
-    output
-        .seek(SeekFrom::Start(0))
-        .and_then(|_| hasher.update_reader(&mut output).map(|_| ()))
+    let file = &mut output.temporary;
+    file.rewind()
+        .and_then(|()| hasher.update_reader(file).map(|_| ()))
         .map_err(|error| output.failed(&error))?;
     output.commit()?;
     Ok(WrittenExr {
@@ -184,9 +184,9 @@ fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<
     let part = ExrPart::new((size[0], size[1]), attributes, encoding, channels);
     Image::from_layer(part)
         .write()
-        .to_unbuffered(&mut *output)
+        .to_unbuffered(&mut output.temporary)
         .map_err(|error| output.failed(&error))?;
-    exr_header_order::sort(output).map_err(|error| output.failed(&error))
+    exr_header_order::sort(&mut output.temporary).map_err(|error| output.failed(&error))
 }
 
 /// The channels of a frame in the order of the file, read in place: a copy per channel would take as long as the writing.

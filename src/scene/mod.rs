@@ -23,6 +23,7 @@ mod texture;
 mod validate;
 mod validate_indirect;
 mod validate_surface;
+mod warnings;
 
 use std::ops::RangeInclusive;
 

@@ -9,7 +9,7 @@ use camlux::output::{OutputFile, write_exr_hashed};
 use super::frames::Frames;
 use super::pose;
 use super::work::Engine;
-use crate::{Failure, print, tell};
+use crate::{Failure, print, tell, warn};
 
 /// Frames that are tried beside the first, whose time holds what is made once.
 const TRIED_FRAMES: usize = 3;
@@ -72,7 +72,7 @@ fn estimate(
     let measured: Vec<(Duration, u64)> = tried.iter().filter_map(|&i| one(i).ok()).collect();
     let count = measured.len();
     if count == 0 {
-        tell("camlux: warning: none of the frames that were tried could be rendered");
+        warn("none of the frames that were tried could be rendered");
         return Ok(None);
     }
     Ok(Some(Estimate {

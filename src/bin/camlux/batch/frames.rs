@@ -11,7 +11,8 @@ use serde_json::{Map, Value, json};
 use super::draws::Draws;
 use super::job::Job;
 use super::pose::{self, Aim, Pose, rotation_of};
-use crate::{Failure, overrides, tell};
+use crate::Failure;
+use crate::options::{check_layers, resize, warn_of};
 
 /// A job with its scenes.
 pub struct Frames {
@@ -55,12 +56,10 @@ impl Frames {
         for (name, path) in &job.scenes {
             let mut scene = Scene::load(path)?;
             if let Some(size_px) = job.size_px {
-                scene.camera = overrides::resize(scene.camera, size_px);
+                scene.camera = resize(scene.camera, size_px);
             }
-            for warning in scene.warnings() {
-                tell(&format!("camlux: warning: {name}: {warning}"));
-            }
-            overrides::check_layers(&scene, job.exr.layers.as_deref().unwrap_or_default())?;
+            warn_of(&scene, name);
+            check_layers(&scene, job.exr.layers.as_deref().unwrap_or_default())?;
             job.lights
                 .iter()
                 .try_for_each(|light| light.check(&scene))?;
