@@ -39,10 +39,15 @@ fn main() {
 
 #[cfg(feature = "naga")]
 mod compile {
-    use std::{collections::BTreeMap, fmt::Write as _, fs, path::Path};
+    use std::{
+        collections::{BTreeMap, BTreeSet},
+        fmt::Write as _,
+        fs,
+        path::Path,
+    };
 
     use naga::{
-        AddressSpace, Module, ShaderStage, StorageAccess, TypeInner,
+        AddressSpace, Module, StorageAccess, TypeInner,
         back::spv,
         proc::{BoundsCheckPolicies, BoundsCheckPolicy},
         valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
@@ -51,8 +56,7 @@ mod compile {
     /// One line of the permutation file after its axes were multiplied out.
     struct Permutation {
         name: String,
-        entry: String,
-        sources: Vec<String>,
+        pass: String,
         defines: Vec<String>,
     }
 
@@ -61,15 +65,15 @@ mod compile {
         let text = read(&file)?;
         let mut modules = String::new();
         let mut structs = BTreeMap::new();
-        for permutation in parse_permutations(&text)? {
+        for permutation in parse_permutations(&text) {
             let name = &permutation.name;
-            let source = concatenate(shaders, &permutation)?;
-            let (module, info) = parse(&source, name)?;
-            let words = emit(&module, &info, &permutation.entry)
-                .map_err(|error| format!("{name}: {error}"))?;
+            let mut source = Source::of(&permutation, shaders);
+            source.import(&permutation.pass)?;
+            let (module, info) = parse(&source.text, name)?;
+            let words = emit(&module, &info).map_err(|error| format!("{name}: {error}"))?;
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             write(&out.join(format!("{name}.spv")), &bytes)?;
-            describe_module(&mut modules, &module, &info, &permutation)?;
+            describe_module(&mut modules, &module, &info, name)?;
             describe_structs(&mut structs, &module)?;
         }
         let mut text = String::from(
@@ -93,39 +97,35 @@ mod compile {
         fs::write(path, bytes).map_err(|error| format!("{}: {error}", path.display()))
     }
 
-    /// `pass entry a.wgsl+b.wgsl axis axis …`, an axis being `word|word`; `-` is the word that adds nothing.
-    fn parse_permutations(text: &str) -> Result<Vec<Permutation>, String> {
+    /// `pass axis axis …`, an axis being `word|word`; `-` is the word that defines nothing.
+    fn parse_permutations(text: &str) -> Vec<Permutation> {
         let mut all = Vec::new();
         for line in text.lines() {
             let line = line.split('#').next().unwrap_or_default();
             let mut fields = line.split_whitespace();
             let Some(pass) = fields.next() else { continue };
-            let (Some(entry), Some(sources)) = (fields.next(), fields.next()) else {
-                return Err(format!("permutations.txt: too few fields: {line}"));
-            };
             let mut combinations = vec![Vec::new()];
             for axis in fields {
                 combinations = combinations
                     .iter()
-                    .flat_map(|words: &Vec<&str>| {
+                    .flat_map(|chosen: &Vec<&str>| {
                         axis.split('|').map(move |word| {
-                            let mut words = words.clone();
-                            words.extend((word != "-").then_some(word));
-                            words
+                            let mut chosen = chosen.clone();
+                            chosen.extend((word != "-").then_some(word));
+                            chosen
                         })
                     })
                     .collect();
             }
-            for words in combinations {
+            for chosen in combinations {
                 all.push(Permutation {
-                    name: [&[pass], words.as_slice()].concat().join("_"),
-                    entry: entry.into(),
-                    sources: sources.split('+').map(String::from).collect(),
-                    defines: words.iter().map(|word| word.to_uppercase()).collect(),
+                    name: [&[pass], chosen.as_slice()].concat().join("_"),
+                    pass: pass.into(),
+                    defines: chosen.iter().map(|word| word.to_uppercase()).collect(),
                 });
             }
         }
-        Ok(all)
+        all
     }
 
     /// Copies the lines between `#repeat NAME N` and `#endrepeat` N times, NAME standing for 0 to N − 1: WGSL wants the
@@ -155,23 +155,42 @@ mod compile {
         Ok(text)
     }
 
-    /// The sources one after another, with the lines `#if WORD…` (any of them) / `#else` / `#endif` resolved.
-    fn concatenate(shaders: &Path, permutation: &Permutation) -> Result<String, String> {
-        let mut text = String::new();
-        for source in &permutation.sources {
+    /// WGSL as naga takes it.
+    struct Source<'p> {
+        folder: &'p Path,
+        defines: &'p [String],
+        imported: BTreeSet<String>,
+        text: String,
+    }
+
+    impl<'p> Source<'p> {
+        fn of(permutation: &'p Permutation, folder: &'p Path) -> Self {
+            Source {
+                folder,
+                defines: &permutation.defines,
+                imported: BTreeSet::new(),
+                text: String::new(),
+            }
+        }
+
+        /// Adds a file, once, after those that it imports, with the lines `#if WORD…` (any of them) / `#else` / `#endif` resolved.
+        fn import(&mut self, name: &str) -> Result<(), String> {
+            if !self.imported.insert(name.into()) {
+                return Ok(());
+            }
+            let text = unroll(&read(&self.folder.join(format!("{name}.wgsl")))?)
+                .map_err(|what| format!("{name}.wgsl: {what}"))?;
             let mut open: Vec<bool> = Vec::new();
-            for line in unroll(&read(&shaders.join(source))?)
-                .map_err(|what| format!("{source}: {what}"))?
-                .lines()
-            {
-                let fail = |what: &str| Err(format!("{source}: {what}: {line}"));
+            for line in text.lines() {
+                let fail = |what: &str| Err(format!("{name}.wgsl: {what}: {line}"));
+                let is_taken = open.iter().all(|&taken| taken);
                 let words: Vec<&str> = line.split_whitespace().collect();
                 match words.as_slice() {
                     ["#if", any @ ..] if !any.is_empty() => {
-                        let taken = any
-                            .iter()
-                            .any(|word| permutation.defines.iter().any(|define| define == word));
-                        open.push(taken);
+                        open.push(
+                            any.iter()
+                                .any(|word| self.defines.iter().any(|d| d == word)),
+                        );
                     }
                     ["#else"] => match open.last_mut() {
                         Some(taken) => *taken = !*taken,
@@ -179,24 +198,40 @@ mod compile {
                     },
                     ["#endif"] if open.pop().is_none() => return fail("no #if before"),
                     ["#endif"] => {}
+                    ["#import", file] => {
+                        if is_taken {
+                            self.import(file)?;
+                        }
+                    }
                     [word, ..] if word.starts_with('#') => return fail("unknown directive"),
-                    _ if open.iter().all(|&taken| taken) => {
-                        text += line;
-                        text.push('\n');
+                    _ if is_taken => {
+                        self.text += line;
+                        self.text.push('\n');
                     }
                     _ => {}
                 }
             }
             if !open.is_empty() {
-                return Err(format!("{source}: #if without #endif"));
+                return Err(format!("{name}.wgsl: #if without #endif"));
             }
+            Ok(())
         }
-        Ok(text)
     }
 
+    /// Resources get their bindings in the order of their declarations, so that the stages of a raster pass, which share what comes
+    /// first, agree.
     fn parse(source: &str, name: &str) -> Result<(Module, ModuleInfo), String> {
-        let module = naga::front::wgsl::parse_str(source)
+        let mut module = naga::front::wgsl::parse_str(source)
             .map_err(|error| error.emit_to_string_with_path(source, name))?;
+        let resources = module.global_variables.iter_mut().filter(|(_, variable)| {
+            matches!(
+                variable.space,
+                AddressSpace::Uniform | AddressSpace::Storage { .. } | AddressSpace::Handle
+            )
+        });
+        for (binding, (_, variable)) in (0..).zip(resources) {
+            variable.binding = Some(naga::ResourceBinding { group: 0, binding });
+        }
         let capabilities = Capabilities::all() & spv::supported_capabilities();
         let info = Validator::new(ValidationFlags::all(), capabilities)
             .validate(&module)
@@ -206,7 +241,10 @@ mod compile {
 
     /// Bounds checks, loop guards and zeroed workgroup memory cost 2 to 14 % here and guard nothing: every index is
     /// bounded by a count that the host knows.
-    fn emit(module: &Module, info: &ModuleInfo, entry: &str) -> Result<Vec<u32>, String> {
+    fn emit(module: &Module, info: &ModuleInfo) -> Result<Vec<u32>, String> {
+        let [entry] = module.entry_points.as_slice() else {
+            return Err("not one entry point".into());
+        };
         let unchecked = BoundsCheckPolicy::Unchecked;
         let options = spv::Options {
             lang_version: (1, 5),
@@ -224,33 +262,20 @@ mod compile {
             ..Default::default()
         };
         let pipeline = spv::PipelineOptions {
-            shader_stage: stage_of(module, entry)?,
-            entry_point: entry.into(),
+            shader_stage: entry.stage,
+            entry_point: entry.name.clone(),
         };
         spv::write_vec(module, info, &options, Some(&pipeline)).map_err(|error| error.to_string())
-    }
-
-    fn stage_of(module: &Module, entry: &str) -> Result<ShaderStage, String> {
-        let found = module.entry_points.iter().find(|e| e.name == entry);
-        found
-            .map(|e| e.stage)
-            .ok_or_else(|| format!("no entry point {entry}"))
     }
 
     fn describe_module(
         text: &mut String,
         module: &Module,
         info: &ModuleInfo,
-        permutation: &Permutation,
+        name: &str,
     ) -> Result<(), String> {
-        let Permutation { name, entry, .. } = permutation;
-        let index = module
-            .entry_points
-            .iter()
-            .position(|e| &e.name == entry)
-            .ok_or_else(|| format!("{name}: no entry point {entry}"))?;
-        let point = &module.entry_points[index];
-        let uses = info.get_entry_point(index);
+        let point = &module.entry_points[0];
+        let uses = info.get_entry_point(0);
         let mut bindings = BTreeMap::new();
         let mut immediate_bytes = 0;
         for (handle, variable) in module.global_variables.iter() {
@@ -298,6 +323,7 @@ mod compile {
             .collect();
         let workgroup = point.workgroup_size;
         let bindings: String = bindings.into_values().collect();
+        let entry = &point.name;
         let _ = write!(
             text,
             "    Module {{\n        name: \"{name}\",\n        entry: c\"{entry}\",\n        workgroup_size: {workgroup:?},\n        immediate_bytes: {immediate_bytes},\n        bindings: &[\n{bindings}        ],\n        \

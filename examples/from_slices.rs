@@ -5,7 +5,7 @@
 use camlux::{
     Device, DeviceOptions, RenderOptions, Renderer, Scene,
     output::Layer,
-    scene::{Camera, Direct, Estimator, Indirect, Lens, Light, Material, Mesh},
+    scene::{Camera, Direct, Indirect, Lens, Light, Material, Mesh, VplSum},
 };
 
 fn main() -> Result<(), camlux::Error> {
@@ -45,7 +45,7 @@ fn main() -> Result<(), camlux::Error> {
         ],
         textures: Vec::new(),
         direct: Direct::default(),
-        indirect: Some(Indirect::plain_sum(Estimator::InstantRadiosity, 32)),
+        indirect: Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32)),
     };
 
     let device = Device::open(&DeviceOptions::default())?;

@@ -1,18 +1,20 @@
 // How far the image is from two independent gathers t₁, t₂ of a pixel: (x − t₁)(x − t₂) is the square of its error but for noise
 // that has no mean.
 
+#import reflect
+
 struct AppraiseParameters {
     receiver_count: u32,
     // Where the results of the second gather begin.
     second_result: u32,
 }
 
-@group(0) @binding(3) var indirect_radiance: texture_storage_2d<rgba32float, read>;
-@group(0) @binding(5) var<storage, read> receivers: array<u32>;
+var indirect_radiance: texture_storage_2d<rgba32float, read>;
+var<storage, read> receivers: array<u32>;
 // Two a receiver: diffuse, specular; and the spread of their draws. Where gathers have no noise, the second may be the first.
-@group(0) @binding(6) var<storage, read> bounced: array<vec4<f32>>;
+var<storage, read> bounced: array<vec4<f32>>;
 // Σ over bands of (x − t₁)(x − t₂), t₁·t₂, (t₁ − t₂)²; the spreads of both.
-@group(0) @binding(7) var<storage, read_write> appraisals: array<vec4<f32>>;
+var<storage, read_write> appraisals: array<vec4<f32>>;
 var<immediate> parameters: AppraiseParameters;
 
 @compute @workgroup_size(64)

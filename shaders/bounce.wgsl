@@ -6,6 +6,11 @@
 // A subgroup takes a receiver. The draws are sets that fall evenly: directions are a rank-1 lattice, and VPLs are taken at equal
 // steps of their shares of the draws, along their list, which is in Morton order; each receiver shifts both by numbers of its own.
 
+#import lighting
+#import spot
+#import phong
+#import hits
+
 // Parts of 0 to 1 in which the range of a draw is known.
 const GUIDE_CELLS: u32 = 4096u;
 // Texels along the edge of a tile; compact.wgsl takes as many together.
@@ -32,28 +37,28 @@ struct BounceParameters {
     seed: u32,
 }
 
-@group(0) @binding(0) var position_mesh: texture_2d<f32>;
-@group(0) @binding(1) var normal_geometric: texture_2d<f32>;
+var position_mesh: texture_2d<f32>;
+var normal_geometric: texture_2d<f32>;
 #if GLOSSY
-@group(0) @binding(3) var ks_shininess: texture_2d<f32>;
+var ks_shininess: texture_2d<f32>;
 #endif
 // Lists in images, as that of triangles in trace.wgsl. LIGHT_TEXELS a light, as a Light lies in a buffer.
-@group(0) @binding(4) var lights: texture_storage_2d<rgba32float, read>;
-@group(0) @binding(5) var<storage, read> receivers: array<u32>;
-@group(0) @binding(6) var vpls: texture_2d_array<f32>;
+var lights: texture_storage_2d<rgba32float, read>;
+var<storage, read> receivers: array<u32>;
+var vpls: texture_2d_array<f32>;
 // The tiles of 8 x 8 texels that have VPLs, which lie next to each other: the first VPL, their number; and the draws that fall to
 // them: from which share of 0 to 1, and how much of it.
-@group(0) @binding(7) var vpl_ranges: texture_storage_2d<rgba32float, read>;
+var vpl_ranges: texture_storage_2d<rgba32float, read>;
 // For every GUIDE_CELLS-th part of 0 to 1 the range in which it begins.
-@group(0) @binding(15) var vpl_guide: texture_storage_2d<rgba32float, read>;
+var vpl_guide: texture_storage_2d<rgba32float, read>;
 // For every tile of every light the share of the draws that falls to each of its VPLs; 0: it has none.
-@group(0) @binding(16) var vpl_shares: texture_storage_2d<rgba32float, read>;
+var vpl_shares: texture_storage_2d<rgba32float, read>;
 // What each draw of a VPL has brought; only where the parameters say so.
-@group(0) @binding(17) var<storage, read_write> brought_by_vpls: array<f32>;
+var<storage, read_write> brought_by_vpls: array<f32>;
 // Rank-1 lattice on the unit square in Morton order.
-@group(0) @binding(8) var lattice: texture_storage_2d<rgba32float, read>;
+var lattice: texture_storage_2d<rgba32float, read>;
 // Two a receiver: the irradiance by the bounce, and its spread; the irradiance weighted by the Phong lobe, Σ L·lobe·cosθ, and its.
-@group(0) @binding(14) var<storage, read_write> bounced: array<vec4<f32>>;
+var<storage, read_write> bounced: array<vec4<f32>>;
 var<immediate> parameters: BounceParameters;
 
 // P

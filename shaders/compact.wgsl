@@ -20,8 +20,8 @@ struct Compaction {
 }
 
 // Items of each run, then the places of each run's first items.
-@group(0) @binding(0) var<storage, read_write> runs: array<ListLengths>;
-@group(0) @binding(1) var<storage, read_write> lengths: ListLengths;
+var<storage, read_write> runs: array<ListLengths>;
+var<storage, read_write> lengths: ListLengths;
 var<immediate> compaction: Compaction;
 
 #if COUNT

@@ -1,16 +1,25 @@
 // Direct radiance of one light: L_{P→C} = f_P(l, n_P, v) · L_{L→P} · cosθ_{P→L} · V(L, P), added to the direct image.
 
+#import lighting
+#import spot
+#import phong
+#if PACKET SINGLE
+#import trace
+#else
+#import light_map
+#endif
+
 struct DirectParameters {
     // C
     camera_position: vec3<f32>,
 }
 
-@group(0) @binding(0) var position_mesh: texture_2d<f32>;
-@group(0) @binding(1) var normal_geometric: texture_2d<f32>;
-@group(0) @binding(2) var kd_material: texture_2d<f32>;
-@group(0) @binding(3) var ks_shininess: texture_2d<f32>;
-@group(0) @binding(4) var<uniform> light: Light;
-@group(0) @binding(6) var direct_radiance: texture_storage_2d<rgba32float, read_write>;
+var position_mesh: texture_2d<f32>;
+var normal_geometric: texture_2d<f32>;
+var kd_material: texture_2d<f32>;
+var ks_shininess: texture_2d<f32>;
+var<uniform> light: Light;
+var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 var<immediate> parameters: DirectParameters;
 
 // Pixels that a workgroup takes.

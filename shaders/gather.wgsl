@@ -3,6 +3,9 @@
 //
 // The sum has three levels (tile, dispatch, image), so that its rounding does not grow with the number of VPLs.
 
+#import lighting
+#import phong
+
 // Receivers of an invocation, chosen by measurement: more hide the latency of the division, fewer spill registers.
 #if PHONG GLOSSY
 const RECEIVERS: u32 = 4u;
@@ -36,19 +39,19 @@ struct GatherParameters {
     is_first: u32,
 }
 
-@group(0) @binding(0) var position_mesh: texture_2d<f32>;
-@group(0) @binding(1) var normal_geometric: texture_2d<f32>;
-@group(0) @binding(2) var kd_material: texture_2d<f32>;
-@group(0) @binding(3) var ks_shininess: texture_2d<f32>;
+var position_mesh: texture_2d<f32>;
+var normal_geometric: texture_2d<f32>;
+var kd_material: texture_2d<f32>;
+var ks_shininess: texture_2d<f32>;
 #if LIST
 // Two a receiver: diffuse, specular, before f_P.
-@group(0) @binding(4) var<storage, read_write> bounced: array<vec4<f32>>;
+var<storage, read_write> bounced: array<vec4<f32>>;
 #else
-@group(0) @binding(4) var indirect_radiance: texture_storage_2d<rgba32float, read_write>;
+var indirect_radiance: texture_storage_2d<rgba32float, read_write>;
 #endif
-@group(0) @binding(5) var<storage, read> receivers: array<u32>;
+var<storage, read> receivers: array<u32>;
 // The layers are those of VPL_LAYERS or GLOSSY_VPL_LAYERS.
-@group(0) @binding(6) var vpls: texture_2d_array<f32>;
+var vpls: texture_2d_array<f32>;
 var<immediate> parameters: GatherParameters;
 
 // Pixel, P, n_P, the mirror direction of v, s, and the sums of the receivers.

@@ -1,5 +1,7 @@
 // What the camera sees at each pixel's centre.
 
+#import surface
+
 struct GBuffer {
     // P; mesh id (0: no surface).
     @location(0) position_mesh: vec4<f32>,

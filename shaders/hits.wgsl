@@ -1,13 +1,15 @@
 // What a ray finds on a triangle.
 
+#import trace
+
 // Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of the scene: the corners' normals
 // (0: flat), their texture coordinates, the material.
-@group(0) @binding(11) var triangle_shading: texture_storage_2d<rgba32float, read>;
+var triangle_shading: texture_storage_2d<rgba32float, read>;
 // Three a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band, and where the texture's
 // texels begin; their columns and rows, 0 for none.
-@group(0) @binding(12) var materials: texture_storage_2d<rgba32float, read>;
+var materials: texture_storage_2d<rgba32float, read>;
 #if TEXTURED
-@group(0) @binding(13) var texels: texture_storage_2d<rgba32float, read>;
+var texels: texture_storage_2d<rgba32float, read>;
 #endif
 
 struct Hit {

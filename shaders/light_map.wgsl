@@ -1,9 +1,11 @@
 // V(L, P) from a map of what the light sees.
 
+#import lighting
+
 // Position and triangle: of the RSM where it is fine enough, else of a map of the light's own.
-@group(0) @binding(5) var light_map: texture_2d_array<f32>;
-@group(0) @binding(7) var<storage, read> positions: array<vec4<f32>>;
-@group(0) @binding(8) var<storage, read> indices: array<u32>;
+var light_map: texture_2d_array<f32>;
+var<storage, read> positions: array<vec4<f32>>;
+var<storage, read> indices: array<u32>;
 
 // Local units by which rounding moves a position out of its plane.
 const ROUNDING: f32 = 2e-6;

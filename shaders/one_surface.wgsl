@@ -1,6 +1,8 @@
 // Which pixels show one surface, and planes over the image through their values.
 
-@group(0) @binding(7) var normal_geometric: texture_storage_2d<rgba32float, read>;
+#import reflect
+
+var normal_geometric: texture_storage_2d<rgba32float, read>;
 
 // Of the normals of two pixels.
 const MIN_COSINE: f32 = 0.9;

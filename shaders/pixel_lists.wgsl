@@ -1,7 +1,9 @@
 // Which of the lists of compact.wgsl a pixel belongs to: those that show a surface, those with a specular lobe apart.
 
-@group(0) @binding(2) var position_mesh: texture_2d<f32>;
-@group(0) @binding(3) var ks_shininess: texture_2d<f32>;
+#import compact
+
+var position_mesh: texture_2d<f32>;
+var ks_shininess: texture_2d<f32>;
 
 fn list_of_pixel(pixel: vec2<u32>) -> u32 {
     if (textureLoad(position_mesh, pixel, 0).w == 0.0) {

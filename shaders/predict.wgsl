@@ -2,6 +2,10 @@
 // fine, each between four that are known. Where these lie on one surface, and where such predictions have been right so far, the
 // pixel is interpolated; elsewhere it becomes a candidate for the gather.
 
+#import pixel_state
+#import reflect
+#import one_surface
+
 struct PredictParameters {
     // Pixels from a new point to its neighbours, along an axis.
     reach: u32,
@@ -17,12 +21,12 @@ struct PredictParameters {
 }
 
 #if PHONG
-@group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read_write>;
+var specular_bounce: texture_storage_2d<rgba32float, read_write>;
 #endif
 // Irradiance by the bounce, W/m²; the pixel's state.
-@group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
+var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
 // Pixels to gather as column + 65536 · row, or NO_PIXEL.
-@group(0) @binding(5) var<storage, read_write> candidates: array<u32>;
+var<storage, read_write> candidates: array<u32>;
 var<immediate> parameters: PredictParameters;
 
 // The coarsest lattice, without neighbours; centres of its squares, with neighbours along the diagonals; and then the middles of

@@ -1,5 +1,8 @@
 // Rays by the hundred from points of surfaces: what tests and benches see of trace.wgsl.
 
+#import lighting
+#import trace
+
 struct RayProbeParameters {
     // Rays of a point: a multiple of PACKET_RAYS.
     rays_per_point: u32,
@@ -7,11 +10,11 @@ struct RayProbeParameters {
 }
 
 // P and the unit normal of its triangle, a row of two texels per point.
-@group(0) @binding(0) var points: texture_2d<f32>;
+var points: texture_2d<f32>;
 // Any hit: Q and the unit normal of its triangle, packed. Closest hit: a direction.
-@group(0) @binding(1) var ends: texture_2d<f32>;
+var ends: texture_2d<f32>;
 // Any hit: a bit per ray of the lane. Closest hit: 1 / distance and the triangle, 1 + its place in the scene, of each ray.
-@group(0) @binding(2) var<storage, read_write> found: array<u32>;
+var<storage, read_write> found: array<u32>;
 var<immediate> parameters: RayProbeParameters;
 
 const PACKET_RAYS: u32 = 8u * RAYS;

@@ -1,8 +1,10 @@
 // The pixels that show a surface, those with a specular term apart from those without: the gather spends no pair on the
 // background and no lobe on a matte surface.
 
+#import pixel_lists
+
 // Pixels as column + 65536 · row, matte ones first, then glossy ones.
-@group(0) @binding(4) var<storage, read_write> receivers: array<u32>;
+var<storage, read_write> receivers: array<u32>;
 
 fn pixel_of(item: u32) -> vec2<u32> {
     let width = textureDimensions(position_mesh).x;

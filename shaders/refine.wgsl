@@ -1,9 +1,12 @@
 // The candidates that show a surface, those with a specular lobe apart.
 
+#import pixel_lists
+#import pixel_state
+
 // Pixels as column + 65536 · row, or NO_PIXEL.
-@group(0) @binding(4) var<storage, read> candidates: array<u32>;
+var<storage, read> candidates: array<u32>;
 // The same, matte ones first, then glossy ones.
-@group(0) @binding(5) var<storage, read_write> receivers: array<u32>;
+var<storage, read_write> receivers: array<u32>;
 
 fn list_of(item: u32) -> u32 {
     let packed = candidates[item];

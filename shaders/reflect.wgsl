@@ -2,10 +2,10 @@
 //
 // All images are storage images: lavapipe reads these in a third of the time that a texel of a sampled one takes it.
 
-@group(0) @binding(0) var position_mesh: texture_storage_2d<rgba32float, read>;
-@group(0) @binding(1) var kd_material: texture_storage_2d<rgba32float, read>;
+var position_mesh: texture_storage_2d<rgba32float, read>;
+var kd_material: texture_storage_2d<rgba32float, read>;
 #if PHONG
-@group(0) @binding(2) var ks_shininess: texture_storage_2d<rgba32float, read>;
+var ks_shininess: texture_storage_2d<rgba32float, read>;
 #endif
 
 const PI: f32 = 3.14159265358979;

@@ -1,10 +1,12 @@
 // Indirect radiance of every pixel from its bounce.
 
+#import reflect
+
 #if PHONG
-@group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read>;
+var specular_bounce: texture_storage_2d<rgba32float, read>;
 #endif
-@group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read>;
-@group(0) @binding(5) var indirect_radiance: texture_storage_2d<rgba32float, write>;
+var diffuse_bounce: texture_storage_2d<rgba32float, read>;
+var indirect_radiance: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -1,7 +1,10 @@
 // The reflective shadow map (Dachsbacher & Stamminger 2005): what the light sees in each texel of its emission domain.
 
+#import surface
+#import light_plane
+
 // Per texel: ΔΩ (sr; directional: ΔA_perp, local units²) of its part inside the emission domain, and the mean of s(θ) there.
-@group(0) @binding(6) var<storage, read> emission: array<vec2<f32>>;
+var<storage, read> emission: array<vec2<f32>>;
 
 struct Rsm {
     // Q; the triangle it lies on (negative: no surface), exact up to 2^24.

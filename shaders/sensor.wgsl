@@ -5,9 +5,9 @@ struct SensorParameters {
     joule_per_irradiance: f32,
 }
 
-@group(0) @binding(0) var direct_radiance: texture_2d<f32>;
-@group(0) @binding(1) var indirect_radiance: texture_2d<f32>;
-@group(0) @binding(2) var energy: texture_storage_2d<rgba32float, write>;
+var direct_radiance: texture_2d<f32>;
+var indirect_radiance: texture_2d<f32>;
+var energy: texture_storage_2d<rgba32float, write>;
 var<immediate> parameters: SensorParameters;
 
 @compute @workgroup_size(8, 8)

@@ -1,5 +1,8 @@
 // The gathered bounce of a list of receivers goes to their pixels, with what it says of the prediction's error.
 
+#import pixel_state
+#import reflect
+
 struct SettleParameters {
     first_receiver: u32,
     receiver_count: u32,
@@ -12,14 +15,14 @@ struct SettleParameters {
 }
 
 #if PHONG
-@group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read_write>;
+var specular_bounce: texture_storage_2d<rgba32float, read_write>;
 #endif
-@group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
-@group(0) @binding(5) var<storage, read> receivers: array<u32>;
+var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
+var<storage, read> receivers: array<u32>;
 // Two a receiver: diffuse, specular; and the spread of their draws.
-@group(0) @binding(6) var<storage, read> bounced: array<vec4<f32>>;
+var<storage, read> bounced: array<vec4<f32>>;
 #if NOISY
-@group(0) @binding(7) var bounce_spread: texture_storage_2d<rgba32float, write>;
+var bounce_spread: texture_storage_2d<rgba32float, write>;
 #endif
 var<immediate> parameters: SettleParameters;
 

@@ -2,6 +2,9 @@
 // is more than noise (after Lee, "Digital image enhancement and noise filtering by use of local statistics", 1980). How much noise
 // there is, the gathers say themselves.
 
+#import pixel_state
+#import one_surface
+
 struct SmoothParameters {
     // Pixels between those of the lattice.
     stride: u32,
@@ -12,13 +15,13 @@ struct SmoothParameters {
 }
 
 #if PHONG
-@group(0) @binding(3) var specular_bounce: texture_storage_2d<rgba32float, read_write>;
+var specular_bounce: texture_storage_2d<rgba32float, read_write>;
 #endif
-@group(0) @binding(4) var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
+var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
 // Spread of the draws: diffuse, specular.
-@group(0) @binding(5) var bounce_spread: texture_storage_2d<rgba32float, read>;
+var bounce_spread: texture_storage_2d<rgba32float, read>;
 // Two a pixel of the lattice: diffuse, specular.
-@group(0) @binding(6) var<storage, read_write> smoothed: array<vec4<f32>>;
+var<storage, read_write> smoothed: array<vec4<f32>>;
 var<immediate> parameters: SmoothParameters;
 
 // Pixels of the lattice to either side. (2 is worse for less noise: light bends more than a plane.)

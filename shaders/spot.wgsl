@@ -1,5 +1,7 @@
 // The cone of a spot light.
 
+#import lighting
+
 // s(θ): 1 inside θ_i, cos(½π·(θ−θ_i)/(θ_o−θ_i)) up to θ_o, 0 outside.
 fn spot_falloff(axis: vec3<f32>, outer_half_angle: f32, inverse_penumbra: f32, direction: vec3<f32>) -> f32 {
     let angle = angle_between(axis, direction);

@@ -35,23 +35,17 @@ struct Draw {
     material_id: f32,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> positions: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read> indices: array<u32>;
-@group(0) @binding(3) var<storage, read> normals: array<vec4<f32>>;
-@group(0) @binding(4) var<storage, read> texcoords: array<vec2<f32>>;
-@group(0) @binding(5) var kd_texture: texture_2d<f32>;
+var<uniform> view: View;
+var<storage, read> positions: array<vec4<f32>>;
+var<storage, read> indices: array<u32>;
+var<storage, read> normals: array<vec4<f32>>;
+var<storage, read> texcoords: array<vec2<f32>>;
+var kd_texture: texture_2d<f32>;
 var<immediate> draw: Draw;
 
 struct Raster {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) triangle: u32,
-}
-
-@vertex
-fn vertex_main(@builtin(vertex_index) corner: u32) -> Raster {
-    let offset = positions[indices[corner]].xyz - view.origin;
-    return Raster(view.clip_from_offset * vec4<f32>(offset, 1.0), corner / 3u);
 }
 
 // A point of a surface, seen from the view's origin.

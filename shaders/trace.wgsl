@@ -9,8 +9,11 @@
 // Everything is meant to be right but for rounding, of which u = 2^-24 is the unit: errors are bounded as in Pharr, Jakob,
 // Humphreys, "Physically Based Rendering", section "Managing rounding error".
 
-@group(0) @binding(9) var ray_boxes: texture_storage_2d<rgba32float, read>;
-@group(0) @binding(10) var ray_triangles: texture_storage_2d<rgba32float, read>;
+#import ray_ends
+#import light_plane
+
+var ray_boxes: texture_storage_2d<rgba32float, read>;
+var ray_triangles: texture_storage_2d<rgba32float, read>;
 
 // Rays of a lane.
 const RAYS: u32 = 8u;

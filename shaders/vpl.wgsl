@@ -1,13 +1,19 @@
 // Virtual point lights from the texels of an RSM that carry flux.
 
-@group(0) @binding(2) var rsm_position: texture_2d_array<f32>;
-@group(0) @binding(3) var rsm_normal: texture_2d_array<f32>;
-@group(0) @binding(4) var rsm_kd_irradiance: texture_2d_array<f32>;
-@group(0) @binding(5) var rsm_ks_shininess: texture_2d_array<f32>;
-@group(0) @binding(6) var<storage, read> emission: array<vec2<f32>>;
-@group(0) @binding(7) var<uniform> light: Light;
-@group(0) @binding(8) var vpls: texture_storage_2d_array<rgba32float, write>;
-@group(0) @binding(9) var glossy_vpls: texture_storage_2d_array<rgba32float, write>;
+#import lighting
+#if BOUNCE
+#import ray_ends
+#endif
+#import compact
+
+var rsm_position: texture_2d_array<f32>;
+var rsm_normal: texture_2d_array<f32>;
+var rsm_kd_irradiance: texture_2d_array<f32>;
+var rsm_ks_shininess: texture_2d_array<f32>;
+var<storage, read> emission: array<vec2<f32>>;
+var<uniform> light: Light;
+var vpls: texture_storage_2d_array<rgba32float, write>;
+var glossy_vpls: texture_storage_2d_array<rgba32float, write>;
 
 struct TexelPlace {
     column_row: vec2<u32>,

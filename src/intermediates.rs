@@ -6,10 +6,9 @@ use glam::{DVec2, DVec3};
 use crate::{
     Device, LocalSpace, Result,
     emission::EmissionDomain,
-    frame::Readback,
     passes::{Context, gbuffer::GBuffer, light::DeviceLight, rsm::Rsm, vpl::VplLists},
     scene::Bands,
-    vulkan::Image,
+    vulkan::{Image, Readback},
 };
 
 /// What was kept of a frame.

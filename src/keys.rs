@@ -6,7 +6,6 @@ use std::path::Path;
 use glam::DVec3;
 use toml::de::{DeTable, DeValue};
 
-use crate::scene::Bands;
 use crate::{Error, Result};
 
 /// The text of a file and its name.
@@ -193,7 +192,7 @@ impl<'t> Value<'t> {
     }
 
     /// One number for all bands, or one per band.
-    pub fn bands(&self) -> Result<Bands> {
+    pub fn bands(&self) -> Result<[f64; 3]> {
         finite_number(&self.value)
             .map(|value| [value; 3])
             .or_else(|| self.array(finite_number))

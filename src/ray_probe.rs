@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use crate::{
     Device, LocalSpace, RayKernel, Result, Scene,
-    passes::rays::{RayTreeImages, TexelList},
-    vulkan::{Buffer, BufferUse, Pipelines, Recorder, shaders::RayProbeParameters},
+    passes::rays::RayTreeImages,
+    vulkan::{Buffer, BufferUse, Pipelines, Recorder, TexelList, shaders::RayProbeParameters},
 };
 
 /// Points of a row of their image.

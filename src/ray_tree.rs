@@ -26,7 +26,7 @@ const GRID_STEPS: f32 = 32_000.0;
 /// 16 of 2.
 const BOX_SLACK: f32 = 6e-6;
 
-pub(crate) type Texel = [f32; 4];
+type Texel = [f32; 4];
 
 /// Texels of so many triangles at most. Boxes have fewer.
 pub(crate) fn max_triangle_texels(triangle_count: u64) -> u64 {

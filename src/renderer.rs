@@ -207,6 +207,7 @@ impl Renderer {
                 pixel_vpl_pairs: cost.pairs,
                 ray_count: cost.rays,
                 estimated_error: cost.estimated_error,
+                estimated_interpolation_error: cost.estimated_interpolation_error,
                 submissions: cost.submissions,
                 wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
             },

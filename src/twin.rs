@@ -9,7 +9,7 @@ use crate::{
     Scene,
     intermediates::{Intermediates, LightIntermediates, SurfacePoint},
     model::{self, Brdf, Receiver, Vpl},
-    scene::{Bands, Estimator, Light},
+    scene::{Bands, Light, VplSum},
 };
 
 /// f_P of a point of the G-buffer, or f_Q of one of an RSM.
@@ -60,7 +60,7 @@ pub fn vpls(light: &Light, kept: &LightIntermediates) -> Vec<Vpl> {
 }
 
 /// Indirect radiance from all lights in W/sr/m², for every pixel row by row from the top; 0 for the background.
-pub fn indirect(scene: &Scene, estimator: Estimator, kept: &Intermediates) -> Vec<Bands> {
+pub fn indirect(scene: &Scene, estimator: VplSum, kept: &Intermediates) -> Vec<Bands> {
     let every_pixel: Vec<usize> = (0..kept.gbuffer.len()).collect();
     indirect_at(scene, estimator, kept, &every_pixel)
 }
@@ -70,7 +70,7 @@ pub fn indirect(scene: &Scene, estimator: Estimator, kept: &Intermediates) -> Ve
 /// core, so that an image against a fine RSM would take minutes. All cores work.
 pub fn indirect_at(
     scene: &Scene,
-    estimator: Estimator,
+    estimator: VplSum,
     kept: &Intermediates,
     pixels: &[usize],
 ) -> Vec<Bands> {

@@ -7,7 +7,7 @@ mod rmse;
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{Bands, Estimator, Indirect, Light},
+    scene::{Bands, Indirect, Light, VplSum},
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
@@ -15,11 +15,11 @@ use gpu::{DEMO_SCENES, Gpu, demo_scene};
 const SIZE_PX: [u32; 2] = [200, 200];
 const RSM_SIZE: u32 = 64;
 
-fn sum(scene: &Scene, estimator: Estimator, target_error: Option<f64>) -> Scene {
+fn sum(scene: &Scene, estimator: VplSum, target_error: Option<f64>) -> Scene {
     let mut scene = scene.clone();
     scene.indirect = Some(Indirect {
         target_error,
-        ..Indirect::plain_sum(estimator, RSM_SIZE)
+        ..IndirectLight::vpl_sum(estimator, RSM_SIZE)
     });
     scene
 }
@@ -39,7 +39,7 @@ fn error(frame: &Frame, exact: &Frame) -> f64 {
 
 /// Renders, prints and checks: the true error at most 1.3 times the one asked for, and an estimate that is not far off.
 #[track_caller]
-fn check(gpu: &mut Gpu, name: &str, scene: &Scene, estimator: Estimator) {
+fn check(gpu: &mut Gpu, name: &str, scene: &Scene, estimator: VplSum) {
     let exact = gpu.render(&sum(scene, estimator, None));
     assert_eq!(exact.stats.estimated_error, None);
     for asked in [0.05, 0.01] {
@@ -56,7 +56,7 @@ fn check(gpu: &mut Gpu, name: &str, scene: &Scene, estimator: Estimator) {
             "{what}: {estimated} for {true_error}"
         );
         // The spikes of near VPLs are not to be interpolated.
-        let is_exact = estimator == Estimator::InstantRadiosity;
+        let is_exact = estimator == VplSum::InstantRadiosity;
         let is_as_due = match is_exact {
             true => share == 1.0 && true_error == 0.0,
             false => share < 0.3,
@@ -70,7 +70,7 @@ fn the_error_asked_for_is_met_in_the_demo_scenes() {
     let mut gpu = Gpu::open();
     for name in DEMO_SCENES {
         let scene = demo_scene(name, SIZE_PX);
-        for estimator in Estimator::ALL {
+        for estimator in VplSum::ALL {
             check(&mut gpu, name, &scene, estimator);
         }
     }
@@ -91,7 +91,7 @@ fn lights_are_summed_together() {
             &mut gpu,
             &format!("{name}, two lights"),
             &scene,
-            Estimator::RsmAverage,
+            VplSum::RsmAverage,
         );
     }
 }
@@ -102,7 +102,7 @@ fn a_weak_light_is_treated_like_a_strong_one() {
     let mut gpu = Gpu::open();
     let mut scene = sum(
         &demo_scene("cornell", SIZE_PX),
-        Estimator::RsmAverage,
+        VplSum::RsmAverage,
         Some(0.02),
     );
     let strong = gpu.render(&scene);
@@ -129,7 +129,7 @@ fn small_work_is_done_in_full() {
         let mut render = |target_error| {
             scene.indirect = Some(Indirect {
                 target_error,
-                ..Indirect::plain_sum(Estimator::InstantRadiosity, rsm_size)
+                ..IndirectLight::vpl_sum(VplSum::InstantRadiosity, rsm_size)
             });
             gpu.render(&scene)
         };

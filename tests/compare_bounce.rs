@@ -12,7 +12,7 @@ use camlux::{
     metrics::{Comparison, Pixels},
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Estimator, Indirect, Light, SpotCone, Visibility},
+    scene::{Indirect, Light, SpotCone, Visibility, VplSum},
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
@@ -20,7 +20,7 @@ use rooms::{quad, scene_of};
 
 fn by_rays(mut scene: Scene, target_error: f64) -> Scene {
     scene.indirect = Some(Indirect {
-        estimator: Estimator::InstantRadiosity,
+        estimator: VplSum::InstantRadiosity,
         rsm_size: None,
         visibility: Visibility::Rays,
         target_error: Some(target_error),

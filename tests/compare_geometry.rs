@@ -13,7 +13,7 @@ use camlux::{
     intermediates::{Intermediates, LightIntermediates, SurfacePoint},
     model::spot_falloff,
     output::{Frame, Layer},
-    scene::{Estimator, Indirect, Lens, Light, SpotCone},
+    scene::{Indirect, Lens, Light, SpotCone, VplSum},
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
@@ -203,8 +203,8 @@ fn whole_texel_measure(domain: &EmissionDomain, ray: &PixelRay) -> f64 {
 }
 
 fn with_rsm(mut scene: Scene, rsm_size: u32) -> Scene {
-    let estimator = Estimator::RsmAverage;
-    scene.indirect = Some(Indirect::plain_sum(estimator, rsm_size));
+    let estimator = VplSum::RsmAverage;
+    scene.indirect = Some(IndirectLight::vpl_sum(estimator, rsm_size));
     scene
 }
 

@@ -10,7 +10,7 @@ use camlux::{
     metrics::{Comparison, Pixels},
     output::Layer,
     reference::{Goal, Reference},
-    scene::{Estimator, Indirect, Light, SpotCone},
+    scene::{Indirect, Light, SpotCone, VplSum},
 };
 use glam::DVec3;
 use gpu::Gpu;
@@ -69,7 +69,7 @@ fn error_falls_with_the_square_of_the_resolution() {
     let mut gpu = Gpu::open();
     let sizes = [4, 8, 16, 32];
     let errors = sizes.map(|rsm_size| {
-        scene.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, rsm_size));
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, rsm_size));
         let frame = gpu.render(&scene);
         let image = frame.values(Layer::Indirect).expect("it was asked for");
         let comparison = Comparison::of(&Pixels {

@@ -8,7 +8,7 @@ mod shadows;
 use camlux::{
     LocalSpace, RayKernel, RenderOptions, Scene,
     ray_probe::{RayHit, RayPoint, RayProbe},
-    scene::{Estimator, Indirect, Mesh},
+    scene::{Indirect, Mesh, VplSum},
 };
 use glam::DVec3;
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
@@ -51,7 +51,7 @@ impl Random {
 fn points_of(gpu: &mut Gpu, scene: &Scene) -> (Vec<RayPoint>, Vec<RayPoint>) {
     let mut scene = scene.clone();
     scene.lights.truncate(1);
-    scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 32));
+    scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 32));
     let (_, kept) = gpu
         .renderer
         .render_with_intermediates(&scene, &mut RenderOptions::default())

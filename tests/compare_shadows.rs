@@ -10,7 +10,7 @@ mod truth;
 use camlux::{
     Plan, ShadowPlan,
     output::Layer,
-    scene::{Bands, Estimator, Indirect},
+    scene::{Bands, Indirect, VplSum},
 };
 use gpu::{DEMO_SCENES, Gpu, demo_scene};
 use ray_caster::{RayCaster, pixel::PixelRay};
@@ -88,7 +88,7 @@ fn shadows_from_the_rsm_are_the_same() {
         let mut scene = demo_scene(name, [64, 64]);
         scene.indirect = None;
         let own = gpu.render(&scene);
-        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 256));
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 256));
         let shared = gpu.render(&scene);
         let plan = Plan::new(&scene, gpu.device.info()).expect("the scene is valid");
         assert!(

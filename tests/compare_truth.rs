@@ -7,7 +7,7 @@ mod truth;
 
 use camlux::{
     output::Layer,
-    scene::{Bands, Estimator, Indirect},
+    scene::{Bands, Indirect, VplSum},
 };
 use gpu::{Gpu, demo_scene};
 use truth::Truth;
@@ -20,10 +20,10 @@ struct ModelError {
     relative_rmse: f64,
 }
 
-fn measure(estimator: Estimator) -> ModelError {
+fn measure(estimator: VplSum) -> ModelError {
     let truth: Vec<Bands> = Truth::read().indirect;
     let mut scene = demo_scene("cornell", [200, 200]);
-    scene.indirect = Some(Indirect::plain_sum(estimator, 64));
+    scene.indirect = Some(IndirectLight::vpl_sum(estimator, 64));
     let frame = Gpu::open().render(&scene);
     let indirect = frame.values(Layer::Indirect).expect("it was asked for");
     let sum: f64 = indirect.iter().map(|&x| f64::from(x)).sum();
@@ -43,7 +43,7 @@ fn measure(estimator: Estimator) -> ModelError {
 /// The mean over the RSM has no distance falloff: it is dimmer than the truth by a factor that depends on the scene's size.
 #[test]
 fn rsm_average_is_a_fifth_of_the_truth() {
-    let error = measure(Estimator::RsmAverage);
+    let error = measure(VplSum::RsmAverage);
     assert!((error.mean_ratio - 0.21).abs() < 0.01);
     assert!((error.relative_rmse - 0.84).abs() < 0.02);
 }
@@ -51,7 +51,7 @@ fn rsm_average_is_a_fifth_of_the_truth() {
 /// Without visibility, light goes through the two blocks; 1/d² puts bright spots into the corners.
 #[test]
 fn instant_radiosity_without_visibility_is_a_fifth_too_bright() {
-    let error = measure(Estimator::InstantRadiosity);
+    let error = measure(VplSum::InstantRadiosity);
     assert!((error.mean_ratio - 1.22).abs() < 0.02);
     assert!((error.relative_rmse - 0.31).abs() < 0.03);
 }

@@ -1,8 +1,8 @@
 //! Every bad value of a scene from slices is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor,
-    SpotCone, Texture, Visibility,
+    Camera, Direct, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, SpotCone,
+    Texture, Visibility, VplSum,
 };
 use glam::DVec3;
 
@@ -44,13 +44,13 @@ fn scene() -> Scene {
             .into(),
         ],
         direct: Direct::default(),
-        indirect: Some(Indirect::plain_sum(Estimator::RsmAverage, 8)),
+        indirect: Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8)),
     }
 }
 
 fn by_rays(rsm_size: Option<u32>, target_error: Option<f64>) -> Indirect {
     Indirect {
-        estimator: Estimator::InstantRadiosity,
+        estimator: VplSum::InstantRadiosity,
         rsm_size,
         visibility: Visibility::Rays,
         target_error,
@@ -65,10 +65,10 @@ fn every_target_in_range_is_taken_and_rays_need_no_size() {
             scene.indirect = Some(by_rays(rsm_size, target_error));
             scene.validate().unwrap();
         }
-        for estimator in Estimator::ALL {
+        for estimator in VplSum::ALL {
             scene.indirect = Some(Indirect {
                 target_error,
-                ..Indirect::plain_sum(estimator, 8)
+                ..IndirectLight::vpl_sum(estimator, 8)
             });
             scene.validate().unwrap();
         }

@@ -11,7 +11,7 @@ use camlux::{
     Device, Error, Fault, Progress, RayKernel, RenderOptions, Renderer, Scene,
     output::Frame,
     ray_probe::RayProbe,
-    scene::{Estimator, Indirect, Shadow, Visibility},
+    scene::{Indirect, Shadow, Visibility, VplSum},
 };
 use gpu::{Gpu, demo_scene, plain_sum};
 
@@ -27,7 +27,7 @@ const PIPELINE_FUNCTIONS: [&str; 5] = [
 fn bounce(name: &str, size_px: [u32; 2]) -> Scene {
     let mut scene = demo_scene(name, size_px);
     scene.indirect = Some(Indirect {
-        estimator: Estimator::InstantRadiosity,
+        estimator: VplSum::InstantRadiosity,
         rsm_size: Some(8),
         visibility: Visibility::Rays,
         target_error: Some(0.5),
@@ -39,7 +39,7 @@ fn bounce(name: &str, size_px: [u32; 2]) -> Scene {
 fn sum_at_few_pixels() -> Scene {
     let mut scene = demo_scene("glossy", [192, 176]);
     scene.indirect = Some(Indirect {
-        estimator: Estimator::RsmAverage,
+        estimator: VplSum::RsmAverage,
         rsm_size: Some(32),
         visibility: Visibility::None,
         target_error: Some(0.2),

@@ -7,7 +7,7 @@ use std::{ops::ControlFlow, time::Instant};
 use camlux::{
     DeviceInfo, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
     output::{Frame, Layer},
-    scene::{Estimator, Indirect, Light, Mesh, Shadow, Texture, Visibility},
+    scene::{Indirect, Light, Mesh, Shadow, Texture, Visibility, VplSum},
 };
 use gpu::{Gpu, demo_scene, plain_sum};
 
@@ -39,7 +39,7 @@ fn assert_over_limit(gpu: &Gpu, scene: &Scene, says: &[&str], hint: &str) {
 
 fn with_rsm_size(rsm_size: u32) -> Scene {
     let mut scene = demo_scene("cornell", [8, 8]);
-    scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, rsm_size));
+    scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, rsm_size));
     scene
 }
 
@@ -111,7 +111,7 @@ fn with_triangles(count: usize) -> Scene {
 
 fn bounce_by_rays(rsm_size: u32) -> Option<Indirect> {
     Some(Indirect {
-        estimator: Estimator::InstantRadiosity,
+        estimator: VplSum::InstantRadiosity,
         rsm_size: Some(rsm_size),
         visibility: Visibility::Rays,
         target_error: None,
@@ -132,7 +132,7 @@ fn assert_refused(scene: &Scene, device: &DeviceInfo, parts: &[&str]) {
         without.direct.shadow = Some(Shadow::Map);
     }
     if message.contains("visibility = \"none\"") {
-        without.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 8));
+        without.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8));
     }
     assert!(Plan::new(&without, device).is_ok());
 }
@@ -226,7 +226,7 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     device.limits.max_allocation_bytes = 66 * 1024 * 3 * 16 - 1;
     let says = "the list of all lights' VPLs (bytes) is 3244032, over";
     assert_refused(&scene, &device, &[says, hint]);
-    scene.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 32));
+    scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32));
     assert!(Plan::new(&scene, &device).is_ok());
 }
 
@@ -319,10 +319,10 @@ fn assert_black(what: &str, frame: &Frame) {
 #[test]
 fn scenes_without_light_in_view_render_black() {
     let mut gpu = Gpu::open();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         for name in ["cornell", "cornell_spot", "textured"] {
             let mut scene = demo_scene(name, [16, 16]);
-            scene.indirect = Some(Indirect::plain_sum(estimator, 8));
+            scene.indirect = Some(IndirectLight::vpl_sum(estimator, 8));
             let mut render = |what: &str, change: &dyn Fn(&mut Scene)| {
                 let mut scene = scene.clone();
                 change(&mut scene);

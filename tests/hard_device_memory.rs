@@ -7,7 +7,7 @@ use std::time::Instant;
 use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
     output::Layer,
-    scene::{Estimator, Indirect, Mesh, Shadow, Visibility},
+    scene::{Indirect, Mesh, Shadow, Visibility, VplSum},
 };
 use gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
 
@@ -26,8 +26,8 @@ fn with(scene: &Scene, change: impl Fn(&mut Scene)) -> Scene {
 fn indirect(visibility: Visibility, target_error: Option<f64>) -> Option<Indirect> {
     Some(Indirect {
         estimator: match visibility {
-            Visibility::None => Estimator::RsmAverage,
-            Visibility::Rays => Estimator::InstantRadiosity,
+            Visibility::None => VplSum::RsmAverage,
+            Visibility::Rays => VplSum::InstantRadiosity,
         },
         rsm_size: Some(64),
         visibility,
@@ -259,12 +259,12 @@ fn the_message_names_what_takes_the_most() {
             .to_string()
     };
     let plain = with(&demo_scene("cornell", [256, 256]), |scene| {
-        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 8));
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
     });
     assert!(hint(&plain).contains("render a smaller image"));
     let fine = with(&plain, |scene| {
         scene.camera.resolution_px = [16, 16];
-        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 256));
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 256));
     });
     assert!(hint(&fine).contains("set a smaller rsm_size"));
     let many = with(&plain, |scene| {

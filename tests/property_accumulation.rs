@@ -6,14 +6,14 @@ mod rmse;
 use camlux::{
     RenderOptions, Scene,
     output::Layer,
-    scene::{Camera, Direct, Estimator, Indirect, Lens, Light, Material, Mesh},
+    scene::{Camera, Direct, Indirect, Lens, Light, Material, Mesh, VplSum},
     twin,
 };
 use glam::DVec3;
 use gpu::Gpu;
 
 /// A closed room of 2 m, so that every texel becomes a VPL, with the camera in a corner.
-fn closed_room(estimator: Estimator, rsm_size: u32) -> Scene {
+fn closed_room(estimator: VplSum, rsm_size: u32) -> Scene {
     let corner = |i: usize| std::array::from_fn(|axis| if i >> axis & 1 == 0 { -1.0 } else { 1.0 });
     let corners: Vec<[f64; 3]> = (0..8).map(corner).collect();
     let triangles: Vec<[u32; 3]> = [
@@ -44,7 +44,7 @@ fn closed_room(estimator: Estimator, rsm_size: u32) -> Scene {
         materials: vec![Material::lambert("grey", [0.5, 0.6, 0.7])],
         textures: Vec::new(),
         direct: Direct::default(),
-        indirect: Some(Indirect::plain_sum(estimator, rsm_size)),
+        indirect: Some(IndirectLight::vpl_sum(estimator, rsm_size)),
     }
 }
 
@@ -54,7 +54,7 @@ const BOUND: f64 = 6e-7;
 #[test]
 fn error_does_not_grow_with_the_number_of_vpls() {
     let mut gpu = Gpu::open();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         for rsm_size in [13, 64, 512] {
             let scene = closed_room(estimator, rsm_size);
             let (frame, kept) = gpu

@@ -10,7 +10,7 @@ use std::time::Duration;
 use camlux::{
     GatherKernel, RenderOptions, Scene,
     output::{Frame, Layer},
-    scene::{Bands, Estimator, Indirect, Light},
+    scene::{Bands, Indirect, Light, VplSum},
 };
 use gpu::{Gpu, demo_scene};
 
@@ -31,9 +31,9 @@ fn apart_values(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).map(difference).fold(0.0, f64::max) / mean
 }
 
-fn scene(name: &str, estimator: Estimator) -> Scene {
+fn scene(name: &str, estimator: VplSum) -> Scene {
     let mut scene = demo_scene(name, [32, 32]);
-    scene.indirect = Some(Indirect::plain_sum(estimator, 16));
+    scene.indirect = Some(IndirectLight::vpl_sum(estimator, 16));
     scene
 }
 
@@ -65,7 +65,7 @@ fn every_gather_kernel_gives_the_same() {
         .into_iter()
         .filter(|kernel| kernel.runs_on(&device))
         .collect();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         for name in ["cornell", "glossy"] {
             let scene = scene(name, estimator);
             let mut render = |kernel| {
@@ -89,12 +89,12 @@ fn every_gather_kernel_gives_the_same() {
 #[test]
 fn submissions_do_not_show() {
     let mut gpu = Gpu::open();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         for name in ["cornell", "glossy"] {
             let mut scene = scene(name, estimator);
             // More pairs than the first submission takes, whose size is fixed, and VPLs for several dispatches.
             scene.camera.resolution_px = [160, 160];
-            scene.indirect = Some(Indirect::plain_sum(estimator, 64));
+            scene.indirect = Some(IndirectLight::vpl_sum(estimator, 64));
             let mut render = |submission_target| {
                 let mut options = RenderOptions {
                     submission_target,
@@ -120,7 +120,7 @@ fn submissions_do_not_show() {
 #[test]
 fn a_light_is_two_of_half_its_power() {
     let mut gpu = Gpu::open();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         for name in ["cornell", "cornell_spot", "glossy"] {
             let one = scene(name, estimator);
             let mut two = one.clone();
@@ -135,7 +135,7 @@ fn a_light_is_two_of_half_its_power() {
 #[test]
 fn lights_add_up() {
     let mut gpu = Gpu::open();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         // A directional and a point light in the file, and a spot: one kind after another uses the same maps.
         let mut all = scene("textured", estimator);
         all.lights.push(demo_scene("knot", [1, 1]).lights[0]);
@@ -159,7 +159,7 @@ fn lights_add_up() {
 #[test]
 fn meshes_have_no_order() {
     let mut gpu = Gpu::open();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         let scene = scene("glossy", estimator);
         let mut turned = scene.clone();
         turned.meshes.reverse();
@@ -181,7 +181,7 @@ fn meshes_have_no_order() {
 #[test]
 fn twice_the_power_is_twice_the_light_to_the_bit() {
     let mut gpu = Gpu::open();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         for name in ["cornell", "cornell_spot", "textured"] {
             let once = scene(name, estimator);
             let mut twice = once.clone();
@@ -207,7 +207,7 @@ fn twice_the_power_is_twice_the_light_to_the_bit() {
 #[test]
 fn bands_are_independent() {
     let mut gpu = Gpu::open();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         let mut white = scene("cornell", estimator);
         let mut green = white.clone();
         for (scene, power_w) in [(&mut white, [40.0; 3]), (&mut green, [0.0, 40.0, 0.0])] {

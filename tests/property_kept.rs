@@ -6,13 +6,13 @@ use camlux::{
     Renderer, Scene,
     glam::DVec3,
     output::{Frame, Layer},
-    scene::{Estimator, Indirect, Light, Shadow},
+    scene::{Indirect, Light, Shadow, VplSum},
 };
 use gpu::{Gpu, demo_scene, plain_sum};
 
 fn by_rays(mut scene: Scene) -> Scene {
     scene.indirect = Some(Indirect {
-        estimator: Estimator::InstantRadiosity,
+        estimator: VplSum::InstantRadiosity,
         rsm_size: Some(16),
         visibility: camlux::scene::Visibility::Rays,
         target_error: Some(0.2),
@@ -23,7 +23,7 @@ fn by_rays(mut scene: Scene) -> Scene {
 fn refined(mut scene: Scene) -> Scene {
     scene.indirect = Some(Indirect {
         target_error: Some(0.05),
-        ..Indirect::plain_sum(Estimator::RsmAverage, 16)
+        ..IndirectLight::vpl_sum(VplSum::RsmAverage, 16)
     });
     scene
 }
@@ -94,7 +94,7 @@ fn changes() -> Vec<(&'static str, Change)> {
         }),
         ("no indirect light", |scene| scene.indirect = None),
         ("indirect light again", |scene| {
-            scene.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 8));
+            scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8));
         }),
         ("no sensor", |scene| scene.sensor = None),
         ("camera and light", |scene| {

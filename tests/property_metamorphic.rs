@@ -11,7 +11,7 @@ use camlux::{
     doctor::scenes::{moved, turned, with_sum},
     glam::DVec3,
     output::Layer,
-    scene::{Bands, Estimator},
+    scene::{Bands, VplSum},
 };
 use gpu::Gpu;
 use metamorphic::{
@@ -140,7 +140,7 @@ fn a_scene_turned_anyhow_looks_the_same_but_for_texels() {
         (room(), turn(), turn()),
         |gpu, (scene, turn, other_turn)| {
             let scene = turned(&scene, other_turn);
-            for estimator in Estimator::ALL {
+            for estimator in VplSum::ALL {
                 let sum = |rsm_size| with_sum(&scene, estimator, rsm_size);
                 let [coarse, fine] = [sum(RSM_SIZE / 2), sum(RSM_SIZE)];
                 let [turned_coarse, turned_fine] =

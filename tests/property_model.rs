@@ -7,7 +7,7 @@ use camlux::model::{
     Brdf, Receiver, Vpl, direct_radiance, indirect_radiance, irradiance_facing, radiant_intensity,
     vpl_contribution,
 };
-use camlux::scene::{BoundingSphere, Estimator, Light, SpotCone};
+use camlux::scene::{BoundingSphere, Light, SpotCone, VplSum};
 use glam::DVec3;
 
 const UNIT_SPHERE: BoundingSphere = BoundingSphere {
@@ -113,12 +113,10 @@ fn direct_radiance_in_the_unit_sphere_is_one_half() {
 fn instant_radiosity_in_the_unit_sphere_is_one_quarter_for_any_number_of_vpls() {
     for size in [1, 2, 3, 8, 33, 128] {
         let vpls = sphere_vpls(size);
-        let radiance = indirect_radiance(
-            Estimator::InstantRadiosity,
-            &vpls,
-            &sphere_receiver(),
-            |_| true,
-        );
+        let radiance =
+            indirect_radiance(VplSum::InstantRadiosity, &vpls, &sphere_receiver(), |_| {
+                true
+            });
         for band in radiance {
             // cosθ_P·cosθ_Q/d² is 1/4 for every pair of points, so only rounding is left: measured 1.1e-16.
             assert!((band - 0.25).abs() < 3e-16, "size {size}: {band}");
@@ -130,7 +128,7 @@ fn instant_radiosity_in_the_unit_sphere_is_one_quarter_for_any_number_of_vpls() 
 fn rsm_average_in_the_unit_sphere_converges_to_one_over_six_pi() {
     let relative_error = |size| {
         let radiance = indirect_radiance(
-            Estimator::RsmAverage,
+            VplSum::RsmAverage,
             &sphere_vpls(size),
             &sphere_receiver(),
             |_| true,
@@ -338,8 +336,8 @@ fn a_vpl_adds_what_the_formulas_say() {
     let average = 0.01 * reflectances * 7.0 * 0.6 * 0.6;
     let instant = reflectances * 0.3 * 0.6 * 0.8 / 4.0;
     for (estimator, expected) in [
-        (Estimator::RsmAverage, average),
-        (Estimator::InstantRadiosity, instant),
+        (VplSum::RsmAverage, average),
+        (VplSum::InstantRadiosity, instant),
     ] {
         for band in vpl_contribution(estimator, &vpl, &receiver) {
             assert!(
@@ -368,7 +366,7 @@ fn a_vpl_adds_nothing_below_a_horizon_or_at_its_own_place() {
         normal: -receiver.normal,
         ..receiver
     };
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         assert!(vpl_contribution(estimator, &vpl, &receiver)[0] > 0.0);
         assert_eq!(vpl_contribution(estimator, &below_q, &receiver), [0.0; 3]);
         assert_eq!(vpl_contribution(estimator, &at_p, &receiver), [0.0; 3]);
@@ -380,9 +378,9 @@ fn a_vpl_adds_nothing_below_a_horizon_or_at_its_own_place() {
 fn only_instant_radiosity_asks_for_visibility() {
     let (vpls, receiver) = (sphere_vpls(4), sphere_receiver());
     let sum = |estimator, seen| indirect_radiance(estimator, &vpls, &receiver, |_| seen)[0];
-    assert_eq!(sum(Estimator::InstantRadiosity, false), 0.0);
+    assert_eq!(sum(VplSum::InstantRadiosity, false), 0.0);
     assert_eq!(
-        sum(Estimator::RsmAverage, false),
-        sum(Estimator::RsmAverage, true)
+        sum(VplSum::RsmAverage, false),
+        sum(VplSum::RsmAverage, true)
     );
 }

@@ -7,7 +7,7 @@ use camlux::output::{
     ExrCompression, ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData, OutputFile,
     PassTime, PngView, write_exr, write_exr_hashed, write_png,
 };
-use camlux::scene::{Camera, Estimator, Indirect, Lens, Light, Sensor, Visibility};
+use camlux::scene::{Camera, Indirect, Lens, Light, Sensor, Visibility, VplSum};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
 use glam::DVec3;
 
@@ -57,7 +57,7 @@ fn frame() -> Frame {
         },
         description: FrameDescription {
             reference: None,
-            indirect: Some(Indirect::plain_sum(Estimator::InstantRadiosity, 48)),
+            indirect: Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 48)),
             lights: vec![Light::Point {
                 position_m: DVec3::new(0.0, 1.98, 0.1),
                 power_w: [50.0, 40.0, 1e-7],
@@ -296,7 +296,7 @@ fn the_header_has_the_error_that_was_asked_for_and_the_one_that_was_estimated() 
         let mut frame = frame();
         frame.stats.estimated_error = Some(0.015);
         frame.description.indirect = Some(Indirect {
-            estimator: Estimator::InstantRadiosity,
+            estimator: VplSum::InstantRadiosity,
             rsm_size: None,
             visibility: Visibility::Rays,
             target_error,

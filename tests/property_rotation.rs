@@ -9,7 +9,7 @@ use camlux::{
     Scene,
     doctor::scenes::turned,
     output::{Frame, Layer},
-    scene::{Estimator, Indirect},
+    scene::{Indirect, VplSum},
 };
 use glam::{DMat3, DQuat, DVec3, EulerRot};
 use gpu::{Gpu, demo_scene};
@@ -33,9 +33,9 @@ fn cube_rotations() -> Vec<DMat3> {
     turns
 }
 
-fn scene(name: &str, estimator: Estimator, rsm_size: u32) -> Scene {
+fn scene(name: &str, estimator: VplSum, rsm_size: u32) -> Scene {
     let mut scene = demo_scene(name, [32, 32]);
-    scene.indirect = Some(Indirect::plain_sum(estimator, rsm_size));
+    scene.indirect = Some(IndirectLight::vpl_sum(estimator, rsm_size));
     scene
 }
 
@@ -69,7 +69,7 @@ fn quarter_turns_change_nothing() {
     let mut gpu = Gpu::open();
     let turns = cube_rotations();
     assert_eq!(turns.len(), 24);
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         for name in ["cornell", "glossy"] {
             let upright = scene(name, estimator, 16);
             let frame = gpu.render(&upright);
@@ -90,7 +90,7 @@ fn quarter_turns_change_nothing() {
 /// askew are compared, for in the upright one whole rows of texels end on the walls' edges.
 #[test]
 fn other_turns_converge() {
-    use Estimator::{InstantRadiosity, RsmAverage};
+    use VplSum::{InstantRadiosity, RsmAverage};
     const RSM_SIZES: [u32; 3] = [16, 64, 256];
     // Twice the measured mean difference, as the comments say it. `instant-radiosity` has 1/d² spikes where a texel lies
     // near a pixel, which stay apart longest.

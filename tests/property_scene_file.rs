@@ -3,8 +3,8 @@
 mod scene_folder;
 
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, Estimator, Indirect, Intrinsics, Lens, Light, Scene, Shadow, SpotCone,
-    Visibility,
+    DEFAULT_TARGET_ERROR, Indirect, Intrinsics, Lens, Light, Scene, Shadow, SpotCone, Visibility,
+    VplSum,
 };
 use glam::DVec3;
 use scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
@@ -87,7 +87,7 @@ target_error = 0.05
     assert_eq!(
         scene.indirect,
         Some(Indirect {
-            estimator: Estimator::InstantRadiosity,
+            estimator: VplSum::InstantRadiosity,
             rsm_size: Some(64),
             visibility: Visibility::Rays,
             target_error: Some(0.05),
@@ -113,7 +113,7 @@ fn instant_radiosity_casts_rays_unless_the_file_says_otherwise() {
     };
     let rays = indirect("estimator = \"instant-radiosity\"");
     let expected = Indirect {
-        estimator: Estimator::InstantRadiosity,
+        estimator: VplSum::InstantRadiosity,
         rsm_size: None,
         visibility: Visibility::Rays,
         target_error: None,
@@ -123,15 +123,15 @@ fn instant_radiosity_casts_rays_unless_the_file_says_otherwise() {
     for (keys, expected) in [
         (
             "estimator = \"instant-radiosity\"\nrsm_size = 8\nvisibility = \"none\"",
-            Indirect::plain_sum(Estimator::InstantRadiosity, 8),
+            IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8),
         ),
         (
             "estimator = \"rsm-average\"\nrsm_size = 8",
-            Indirect::plain_sum(Estimator::RsmAverage, 8),
+            IndirectLight::vpl_sum(VplSum::RsmAverage, 8),
         ),
         (
             "estimator = \"rsm-average\"\nrsm_size = 8\nvisibility = \"none\"",
-            Indirect::plain_sum(Estimator::RsmAverage, 8),
+            IndirectLight::vpl_sum(VplSum::RsmAverage, 8),
         ),
     ] {
         assert_eq!(indirect(keys), expected);

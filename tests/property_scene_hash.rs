@@ -3,7 +3,7 @@
 mod scene_folder;
 
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, Estimator, Indirect, Lens, Light, Scene, Shadow, SpotCone, Visibility,
+    DEFAULT_TARGET_ERROR, Indirect, Lens, Light, Scene, Shadow, SpotCone, Visibility, VplSum,
 };
 use glam::DVec3;
 use scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
@@ -61,7 +61,7 @@ fn hash_changes_with_everything_but_names() {
         |s| s.indirect.as_mut().unwrap().visibility = Visibility::Rays,
         |s| s.indirect = Some(by_rays(None)),
         |s| s.indirect = Some(by_rays(Some(0.021))),
-        |s| s.indirect.as_mut().unwrap().estimator = Estimator::InstantRadiosity,
+        |s| s.indirect.as_mut().unwrap().estimator = VplSum::InstantRadiosity,
         |s| s.lights.push(s.lights[0]),
         |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]),
         |s| s.lights[0] = point([0.0, 1.98, 0.1], [50.0; 3]),
@@ -106,7 +106,7 @@ fn hash_is_of_the_target_error_in_force() {
         scene.hash()
     };
     assert_eq!(hash(None), hash(Some(DEFAULT_TARGET_ERROR)));
-    let sum = Indirect::plain_sum(Estimator::RsmAverage, 8);
+    let sum = IndirectLight::vpl_sum(VplSum::RsmAverage, 8);
     let [every_pixel, few_pixels] = [None, Some(DEFAULT_TARGET_ERROR)].map(|target_error| {
         scene.indirect = Some(Indirect {
             target_error,
@@ -119,7 +119,7 @@ fn hash_is_of_the_target_error_in_force() {
 
 fn by_rays(target_error: Option<f64>) -> Indirect {
     Indirect {
-        estimator: Estimator::InstantRadiosity,
+        estimator: VplSum::InstantRadiosity,
         rsm_size: None,
         visibility: Visibility::Rays,
         target_error,

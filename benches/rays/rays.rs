@@ -4,7 +4,7 @@ use camlux::{
     Device, RenderOptions, Renderer, Scene,
     intermediates::SurfacePoint,
     ray_probe::RayPoint,
-    scene::{Estimator, Indirect},
+    scene::{Indirect, VplSum},
 };
 use glam::DVec3;
 
@@ -29,7 +29,7 @@ impl Rays {
     pub fn of(device: &Device, scene: &Scene) -> Result<Rays, Failure> {
         let mut scene = scene.clone();
         scene.lights.truncate(1);
-        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, RSM_SIZE));
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, RSM_SIZE));
         let (frame, kept) = Renderer::new(device)?
             .render_with_intermediates(&scene, &mut RenderOptions::default())?;
         let [width, height] = frame.resolution_px.map(|size| size as usize);

@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::Path, process::Command, time::Instant};
 
-use camlux::scene::Estimator;
+use camlux::scene::VplSum;
 
 use crate::{Failure, Spread, verdict};
 
@@ -20,7 +20,7 @@ pub fn report() -> Result<(), Failure> {
     );
     // 6 144 texels, of which those that see a surface are VPLs; and as many texels as give 6 050 VPLs.
     for rsm_size in [32, 52] {
-        for estimator in Estimator::ALL {
+        for estimator in VplSum::ALL {
             row(estimator, rsm_size)?;
         }
     }
@@ -30,7 +30,7 @@ pub fn report() -> Result<(), Failure> {
     Ok(())
 }
 
-fn row(estimator: Estimator, rsm_size: u32) -> Result<(), Failure> {
+fn row(estimator: VplSum, rsm_size: u32) -> Result<(), Failure> {
     let folder = tempfile::tempdir()?;
     let stats = folder.path().join("stats.json");
     let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));

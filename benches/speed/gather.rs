@@ -5,7 +5,7 @@ use std::path::Path;
 use camlux::{
     Device, GatherKernel, RenderOptions, Renderer, Scene,
     output::Layer,
-    scene::{Estimator, Indirect},
+    scene::{Indirect, VplSum},
 };
 
 use crate::{Failure, Spread, verdict};
@@ -30,8 +30,8 @@ pub fn report(device: &Device, threads: usize) -> Result<(), Failure> {
     );
     let matte = scene("cornell")?;
     let best = GatherKernel::best_for(device.info());
-    for estimator in Estimator::ALL {
-        let has_bar = estimator == Estimator::InstantRadiosity;
+    for estimator in VplSum::ALL {
+        let has_bar = estimator == VplSum::InstantRadiosity;
         let mut side = Side::new(device, &matte, estimator, RSM_SIZE, best)?;
         duel(&mut side, threads, has_bar)?;
     }
@@ -39,7 +39,7 @@ pub fn report(device: &Device, threads: usize) -> Result<(), Failure> {
         .into_iter()
         .filter(|&kernel| kernel != best);
     for kernel in others.filter(|kernel| kernel.runs_on(device.info())) {
-        for estimator in Estimator::ALL {
+        for estimator in VplSum::ALL {
             let mut side = Side::new(device, &matte, estimator, SLOW_RSM_SIZE, kernel)?;
             duel(&mut side, threads, false)?;
         }
@@ -49,7 +49,7 @@ pub fn report(device: &Device, threads: usize) -> Result<(), Failure> {
         (material.ks, material.shininess) = ([0.2; 3], 50.0);
     }
     let some_glossy = scene("glossy")?;
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         for (what, scene) in [("all Phong", &phong), ("glossy.toml", &some_glossy)] {
             let mut side = Side::new(device, scene, estimator, SLOW_RSM_SIZE, best)?;
             alone(&mut side, what)?;
@@ -72,7 +72,7 @@ fn scene(name: &str) -> Result<Scene, Failure> {
 struct Side {
     renderer: Renderer,
     scene: Scene,
-    estimator: Estimator,
+    estimator: VplSum,
     kernel: GatherKernel,
     /// Of the latest frame.
     vpl_count: u64,
@@ -82,12 +82,12 @@ impl Side {
     fn new(
         device: &Device,
         scene: &Scene,
-        estimator: Estimator,
+        estimator: VplSum,
         rsm_size: u32,
         kernel: GatherKernel,
     ) -> Result<Side, Failure> {
         let mut scene = scene.clone();
-        scene.indirect = Some(Indirect::plain_sum(estimator, rsm_size));
+        scene.indirect = Some(IndirectLight::vpl_sum(estimator, rsm_size));
         Ok(Side {
             renderer: Renderer::new(device)?,
             scene,

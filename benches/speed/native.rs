@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use camlux::{intermediates::Intermediates, scene::Estimator};
+use camlux::{intermediates::Intermediates, scene::VplSum};
 
 const PI: f64 = std::f64::consts::PI;
 /// Receivers that a thread takes at once: a multiple of every kernel's.
@@ -26,7 +26,7 @@ struct Vpl {
 
 /// The work of one frame with one light and matte surfaces.
 pub struct Work {
-    estimator: Estimator,
+    estimator: VplSum,
     /// P and n_P, a list per coordinate, filled up with points that receive nothing.
     receivers: [Vec<f32>; 6],
     /// k_d/π of each receiver.
@@ -39,7 +39,7 @@ type Kernel = unsafe fn(&Work, usize, &mut [[f32; CHUNK]; 3]);
 
 impl Work {
     /// Takes the receivers and VPLs of a frame.
-    pub fn of(kept: &Intermediates, estimator: Estimator) -> Work {
+    pub fn of(kept: &Intermediates, estimator: VplSum) -> Work {
         let mut receivers: [Vec<f32>; 6] = Default::default();
         let mut reflectance = Vec::new();
         for point in kept.gbuffer.iter().flatten() {
@@ -61,12 +61,12 @@ impl Work {
             let Some(texel) = texel else { continue };
             let q = &texel.point;
             let incident = match estimator {
-                Estimator::RsmAverage => {
+                VplSum::RsmAverage => {
                     let to_light = (domain.origin_m - q.position_m).normalize();
                     let share = emission.measure / domain.total_measure();
                     texel.irradiance_per_intensity * q.normal.dot(to_light).max(0.0) * share
                 }
-                Estimator::InstantRadiosity => emission.measure * emission.falloff,
+                VplSum::InstantRadiosity => emission.measure * emission.falloff,
             };
             vpls.push(Vpl {
                 position: q.position_m.as_vec3().to_array(),
@@ -91,12 +91,12 @@ impl Work {
     /// The kernels that fit the estimator, with the vectors of receivers that each keeps in registers.
     fn kernels(&self) -> [(usize, Kernel); 3] {
         match self.estimator {
-            Estimator::RsmAverage => [
+            VplSum::RsmAverage => [
                 (1, gather::<1, true>),
                 (2, gather::<2, true>),
                 (4, gather::<4, true>),
             ],
-            Estimator::InstantRadiosity => [
+            VplSum::InstantRadiosity => [
                 (1, gather::<1, false>),
                 (2, gather::<2, false>),
                 (4, gather::<4, false>),

@@ -5,7 +5,7 @@ use std::{path::Path, time::Instant};
 use camlux::{
     Device, RenderOptions, Renderer, Scene,
     output::{Frame, Layer},
-    scene::{Estimator, Indirect},
+    scene::{Indirect, VplSum},
 };
 
 use crate::{Failure, Spread, verdict};
@@ -67,7 +67,7 @@ impl Side {
         let mut scene = scene.clone();
         scene.indirect = Some(Indirect {
             target_error,
-            ..Indirect::plain_sum(Estimator::RsmAverage, RSM_SIZE)
+            ..IndirectLight::vpl_sum(VplSum::RsmAverage, RSM_SIZE)
         });
         Side {
             scene,

@@ -130,9 +130,10 @@ pub fn layouts() -> Vec<Layout> {
         layout!(camlux_indirect {
             struct_size,
             estimator,
-            visibility,
             rsm_size,
-            target_error
+            reserved,
+            target_error,
+            interpolation_error
         }),
         layout!(camlux_direct {
             struct_size,
@@ -264,6 +265,7 @@ pub fn layouts() -> Vec<Layout> {
             ray_count,
             pixel_vpl_pairs,
             estimated_error,
+            estimated_interpolation_error,
             submissions,
             reserved,
             device,

@@ -45,8 +45,12 @@ pub struct camlux_frame_stats {
     pub ray_count: u64,
     /// Pairs of a pixel and a virtual light that were evaluated.
     pub pixel_vpl_pairs: u64,
-    /// Relative error (relRMSE) of the indirect light, as camlux estimates it from the frame itself; NaN where it cannot know.
+    /// Relative error (relRMSE) of the indirect light against the true bounce, as camlux estimates it from the frame itself;
+    /// NaN where it cannot know, as for the sums of CAMLUX_ESTIMATOR_RSM_AVERAGE and CAMLUX_ESTIMATOR_INSTANT_RADIOSITY.
     pub estimated_error: f64,
+    /// Relative error (relRMSE) of the indirect light against the sum at every pixel, estimated likewise; NaN where no
+    /// interpolation_error was requested.
+    pub estimated_interpolation_error: f64,
     /// Queue submissions.
     pub submissions: u32,
     /// 0.
@@ -85,6 +89,7 @@ unsafe impl CStruct for camlux_frame_stats {
         ray_count: 0,
         pixel_vpl_pairs: 0,
         estimated_error: 0.0,
+        estimated_interpolation_error: 0.0,
         submissions: 0,
         reserved: 0,
         device: ptr::null(),
@@ -129,6 +134,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
             ray_count: found.ray_count,
             pixel_vpl_pairs: found.pixel_vpl_pairs,
             estimated_error: found.estimated_error.unwrap_or(f64::NAN),
+            estimated_interpolation_error: found.estimated_interpolation_error.unwrap_or(f64::NAN),
             submissions: found.submissions,
             device: object.device.as_ptr(),
             driver: object.driver.as_ptr(),

@@ -9,7 +9,7 @@ use super::{
     status::{Outcome, camlux_status, entry},
 };
 use crate::scene::{
-    Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Sensor, Shadow, Visibility,
+    Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Sensor, Shadow,
 };
 
 /// The lens is given by `fov_y_deg`.
@@ -67,33 +67,31 @@ pub struct camlux_sensor {
     pub duty_cycle: f64,
 }
 
-/// The bounce as it is (Keller 1997): sound with rays.
-pub const CAMLUX_ESTIMATOR_INSTANT_RADIOSITY: i32 = 0;
+/// Final gathering by rays from both ends: converges to the true single bounce, and meets a target error.
+pub const CAMLUX_ESTIMATOR_FINAL_GATHER: i32 = 0;
 /// The mean over the reflective shadow map, as in CamSim, without falloff over the distance: no visibility.
 pub const CAMLUX_ESTIMATOR_RSM_AVERAGE: i32 = 1;
+/// The plain sum over the virtual point lights (Keller 1997): no visibility.
+pub const CAMLUX_ESTIMATOR_INSTANT_RADIOSITY: i32 = 2;
 
-/// Rays with CAMLUX_ESTIMATOR_INSTANT_RADIOSITY, none with CAMLUX_ESTIMATOR_RSM_AVERAGE.
-pub const CAMLUX_VISIBILITY_DEFAULT: i32 = 0;
-/// The plain sum over the map's texels, without shadows in the indirect light.
-pub const CAMLUX_VISIBILITY_NONE: i32 = 1;
-/// By rays among all triangles, as many as the target error takes.
-pub const CAMLUX_VISIBILITY_RAYS: i32 = 2;
-
-/// How the single bounce is computed. Begin with CAMLUX_INDIRECT_INIT: instant radiosity by rays, to 0.02 of relative error.
+/// How the single bounce is computed. Begin with CAMLUX_INDIRECT_INIT: final gathering to 0.02 of relative error.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_indirect {
     /// sizeof(camlux_indirect)
     pub struct_size: u32,
-    /// CAMLUX_ESTIMATOR_INSTANT_RADIOSITY or CAMLUX_ESTIMATOR_RSM_AVERAGE.
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER, CAMLUX_ESTIMATOR_RSM_AVERAGE or CAMLUX_ESTIMATOR_INSTANT_RADIOSITY.
     pub estimator: i32,
-    /// CAMLUX_VISIBILITY_DEFAULT, CAMLUX_VISIBILITY_NONE or CAMLUX_VISIBILITY_RAYS.
-    pub visibility: i32,
-    /// Texels along one edge of a face of the reflective shadow map; 0: camlux chooses, which it can with rays only.
+    /// Texels along one edge of a face of the reflective shadow map. 0: camlux chooses, which it can for
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only.
     pub rsm_size: u32,
-    /// Relative error (relRMSE) of the indirect light that is asked for, 0.002 to 0.5. 0: with rays 0.02; without, the sum
-    /// at every pixel.
+    /// 0.
+    pub reserved: u32,
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: relative error (relRMSE) against the true bounce, 0.002 to 0.5; 0: 0.02.
     pub target_error: f64,
+    /// CAMLUX_ESTIMATOR_RSM_AVERAGE only: relative error (relRMSE) against the sum at every pixel that interpolation between
+    /// pixels may cause, 0.002 to 0.5; 0: the sum at every pixel.
+    pub interpolation_error: f64,
 }
 
 /// By rays where indirect light casts some, else from maps.
@@ -149,13 +147,14 @@ unsafe impl CStruct for camlux_sensor {
 // SAFETY: repr(C), the size first, numbers without padding.
 unsafe impl CStruct for camlux_indirect {
     const NAME: &'static str = "camlux_indirect";
-    const VERSION_1_BYTES: usize = 24;
+    const VERSION_1_BYTES: usize = 32;
     const INIT: Self = camlux_indirect {
         struct_size: size_of::<Self>() as u32,
-        estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-        visibility: CAMLUX_VISIBILITY_DEFAULT,
+        estimator: CAMLUX_ESTIMATOR_FINAL_GATHER,
         rsm_size: 0,
+        reserved: 0,
         target_error: 0.0,
+        interpolation_error: 0.0,
     };
 }
 
@@ -395,51 +394,60 @@ fn sensor_from(sensor: camlux_sensor) -> Outcome<Sensor> {
     Ok(sensor)
 }
 
-fn indirect_from(indirect: camlux_indirect) -> Outcome<Indirect> {
+fn indirect_from(indirect: camlux_indirect) -> Outcome<IndirectLight> {
     let camlux_indirect {
         struct_size: _,
         estimator,
-        visibility,
         rsm_size,
+        reserved,
         target_error,
+        interpolation_error,
     } = indirect;
+    args::reserved(camlux_indirect::NAME, reserved)?;
     args::finite("target_error", &[target_error])?;
-    let estimators = [
+    args::finite("interpolation_error", &[interpolation_error])?;
+    let given = |error: f64| (error != 0.0).then_some(error);
+    let choices = [
         (
-            CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-            "CAMLUX_ESTIMATOR_INSTANT_RADIOSITY (0)",
-            Estimator::InstantRadiosity,
+            CAMLUX_ESTIMATOR_FINAL_GATHER,
+            "CAMLUX_ESTIMATOR_FINAL_GATHER (0)",
+            IndirectLight::FinalGather {
+                target_error: given(target_error).unwrap_or(DEFAULT_TARGET_ERROR),
+                rsm_size: (rsm_size > 0).then_some(rsm_size),
+            },
         ),
         (
             CAMLUX_ESTIMATOR_RSM_AVERAGE,
             "CAMLUX_ESTIMATOR_RSM_AVERAGE (1)",
-            Estimator::RsmAverage,
+            IndirectLight::RsmAverage {
+                rsm_size,
+                interpolation_error: given(interpolation_error),
+            },
+        ),
+        (
+            CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+            "CAMLUX_ESTIMATOR_INSTANT_RADIOSITY (2)",
+            IndirectLight::InstantRadiosity { rsm_size },
         ),
     ];
-    let estimator = args::one_of("estimator", estimator, &estimators)?;
-    let visibilities = [
+    let indirect = args::one_of("estimator", estimator, &choices)?;
+    for (name, error, used) in [
+        ("target_error", target_error, indirect.target_error()),
         (
-            CAMLUX_VISIBILITY_DEFAULT,
-            "CAMLUX_VISIBILITY_DEFAULT (0)",
-            estimator.default_visibility(),
+            "interpolation_error",
+            interpolation_error,
+            indirect.interpolation_error(),
         ),
-        (
-            CAMLUX_VISIBILITY_NONE,
-            "CAMLUX_VISIBILITY_NONE (1)",
-            Visibility::None,
-        ),
-        (
-            CAMLUX_VISIBILITY_RAYS,
-            "CAMLUX_VISIBILITY_RAYS (2)",
-            Visibility::Rays,
-        ),
-    ];
-    let indirect = Indirect {
-        estimator,
-        rsm_size: (rsm_size > 0).then_some(rsm_size),
-        visibility: args::one_of("visibility", visibility, &visibilities)?,
-        target_error: (target_error != 0.0).then_some(target_error),
-    };
+    ] {
+        if error != 0.0 && used.is_none() {
+            return Err(crate::Error::scene(
+                "indirect",
+                format!("{name} is {error}, but {} has none", indirect.name()),
+                "leave it 0; see camlux_indirect for which estimator has which error",
+            )
+            .into());
+        }
+    }
     indirect.validate()?;
     Ok(indirect)
 }

@@ -12,7 +12,7 @@ use crate::{
     model::CompensatedSum,
     output::Layer,
     reference::Reference,
-    scene::{Estimator, Lens},
+    scene::{Lens, VplSum},
     twin,
 };
 
@@ -91,7 +91,7 @@ pub(super) fn equal_cones(examiner: &mut Examiner) -> Result<Measurement> {
 
 /// How far the power of all VPLs is from the light's: in a closed room every texel hits.
 fn lost_power(examiner: &mut Examiner, scene: &Scene, rsm_size: u32) -> Result<f64> {
-    let scene = with_sum(scene, Estimator::InstantRadiosity, rsm_size);
+    let scene = with_sum(scene, VplSum::InstantRadiosity, rsm_size);
     let (_, kept) = examiner.render_keeping(&scene)?;
     let vpls = twin::vpls(&scene.lights[0], &kept.lights[0]);
     let of_vpls: CompensatedSum = vpls.iter().map(|vpl| vpl.incident_power_w[0]).collect();

@@ -12,7 +12,7 @@ use crate::{
     metrics::{Comparison, Pixels},
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Bands, Estimator, Shadow},
+    scene::{Bands, Shadow, VplSum},
     twin,
 };
 
@@ -123,7 +123,7 @@ impl Examiner {
         &mut self,
         what: &str,
         scene: &Scene,
-        (estimator, rsm_size): (Estimator, u32),
+        (estimator, rsm_size): (VplSum, u32),
         bound: f64,
     ) -> Result<Measurement> {
         let (frame, kept) = self.render_keeping(&with_sum(scene, estimator, rsm_size))?;
@@ -144,7 +144,7 @@ impl Examiner {
         rsm_size: u32,
         bound: f64,
     ) -> Result<Measurement> {
-        let parts: Result<Vec<_>> = Estimator::ALL
+        let parts: Result<Vec<_>> = VplSum::ALL
             .into_iter()
             .map(|estimator| self.sum(what, scene, (estimator, rsm_size), bound))
             .collect();

@@ -14,7 +14,7 @@ use super::{
 use crate::{
     Result, Scene,
     output::Layer,
-    scene::{Estimator, Intrinsics, Lens, Mesh},
+    scene::{Intrinsics, Lens, Mesh, VplSum},
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -294,12 +294,12 @@ pub(super) fn no_indirect_light(
     let ways = [
         (
             "rsm-average",
-            with_sum(scene, Estimator::RsmAverage, 48),
+            with_sum(scene, VplSum::RsmAverage, 48),
             bound_of_sums,
         ),
         (
             "instant-radiosity",
-            with_sum(scene, Estimator::InstantRadiosity, 48),
+            with_sum(scene, VplSum::InstantRadiosity, 48),
             bound_of_sums,
         ),
         ("bounce by rays", with_rays(scene, 0.1), 0.0),
@@ -494,8 +494,8 @@ fn no_triangle_in_view(examiner: &mut Examiner) -> Result<Measurement> {
         ("all triangles in one point", point),
     ] {
         let ways = [
-            with_sum(&scene, Estimator::RsmAverage, 16),
-            with_sum(&scene, Estimator::InstantRadiosity, 16),
+            with_sum(&scene, VplSum::RsmAverage, 16),
+            with_sum(&scene, VplSum::InstantRadiosity, 16),
             with_rays(&scene, 0.1),
         ];
         for scene in ways {

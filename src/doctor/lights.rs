@@ -16,7 +16,7 @@ use crate::{
     Result, Scene,
     output::Layer,
     reference::Reference,
-    scene::{Bands, Estimator, Lens, Light},
+    scene::{Bands, Lens, Light, VplSum},
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -274,7 +274,7 @@ fn spot_on_a_ceiling(examiner: &mut Examiner) -> Result<Measurement> {
         let of_lifted = (&lifted, Layer::Direct);
         parts.push(examiner.layer(&what, &scene, of_lifted, 2e-5)?);
         let [sum, of_lifted] =
-            [&scene, &lifted].map(|scene| with_sum(scene, Estimator::InstantRadiosity, 24));
+            [&scene, &lifted].map(|scene| with_sum(scene, VplSum::InstantRadiosity, 24));
         let below = lit_by(
             &of_lifted,
             vec![spot_light(at + 1e-5 * down, down, [30.0, 50.0])],
@@ -394,10 +394,10 @@ fn extreme_powers(examiner: &mut Examiner) -> Result<Measurement> {
     let ways = |factor: f64| {
         let lit = lit_by(&scene, vec![amplified(light, [factor; 3])]);
         [
-            ("rsm-average", with_sum(&lit, Estimator::RsmAverage, 16)),
+            ("rsm-average", with_sum(&lit, VplSum::RsmAverage, 16)),
             (
                 "instant-radiosity",
-                with_sum(&lit, Estimator::InstantRadiosity, 16),
+                with_sum(&lit, VplSum::InstantRadiosity, 16),
             ),
             ("bounce by rays", with_rays(&lit, 0.1)),
         ]
@@ -429,8 +429,8 @@ fn no_power(examiner: &mut Examiner) -> Result<Measurement> {
     let ways = |lights: Vec<Light>| {
         let lit = lit_by(&room, lights);
         [
-            with_sum(&lit, Estimator::RsmAverage, 16),
-            with_sum(&lit, Estimator::InstantRadiosity, 16),
+            with_sum(&lit, VplSum::RsmAverage, 16),
+            with_sum(&lit, VplSum::InstantRadiosity, 16),
             with_rays(&lit, 0.1),
         ]
     };

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use crate::scene::{
-    Bands, Camera, Direct, Estimator, Indirect, Lens, Light, Material, Mesh, Scene, Shadow, Shared,
-    SpotCone, Visibility,
+    Bands, Camera, Direct, IndirectLight, Lens, Light, Material, Mesh, Scene, Shadow, Shared,
+    SpotCone, VplSum,
 };
 
 /// Material 0 is grey, 1 is coloured, 2 is a mild gloss.
@@ -298,9 +298,9 @@ pub fn lit_by(scene: &Scene, lights: Vec<Light>) -> Scene {
 }
 
 /// The scene with a plain sum over an RSM.
-pub fn with_sum(scene: &Scene, estimator: Estimator, rsm_size: u32) -> Scene {
+pub fn with_sum(scene: &Scene, sum: VplSum, rsm_size: u32) -> Scene {
     Scene {
-        indirect: Some(Indirect::plain_sum(estimator, rsm_size)),
+        indirect: Some(IndirectLight::vpl_sum(sum, rsm_size)),
         ..scene.clone()
     }
 }
@@ -308,12 +308,7 @@ pub fn with_sum(scene: &Scene, estimator: Estimator, rsm_size: u32) -> Scene {
 /// The scene with the bounce by rays.
 pub fn with_rays(scene: &Scene, target_error: f64) -> Scene {
     Scene {
-        indirect: Some(Indirect {
-            estimator: Estimator::InstantRadiosity,
-            rsm_size: None,
-            visibility: Visibility::Rays,
-            target_error: Some(target_error),
-        }),
+        indirect: Some(IndirectLight::final_gather(target_error)),
         ..scene.clone()
     }
 }

@@ -12,7 +12,7 @@ use super::{
 use crate::{
     GatherKernel, RenderOptions, Result, Scene,
     output::{ExrOptions, Layer, LayeredImage, OutputFile, write_exr},
-    scene::{Bands, Estimator},
+    scene::{Bands, VplSum},
 };
 
 /// What the order of a sum may change: that was asked of the engine.
@@ -131,7 +131,7 @@ fn lights_in_another_order(examiner: &mut Examiner) -> Result<Measurement> {
     lights.reverse();
     let reversed = lit_by(&scene, lights);
     let mut parts = Vec::new();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         let [one, other] = [&scene, &reversed].map(|scene| with_sum(scene, estimator, 48));
         let error = apart(examiner, &one, &other)?;
         parts.push(Measurement::new(estimator.name(), error, SPREAD));
@@ -145,7 +145,7 @@ fn one_light_as_sixteen(examiner: &mut Examiner) -> Result<Measurement> {
     let part = amplified(scene.lights[0], [1.0 / 16.0; 3]);
     let divided = lit_by(&scene, vec![part; 16]);
     let mut parts = Vec::new();
-    for estimator in Estimator::ALL {
+    for estimator in VplSum::ALL {
         let [one, other] = [&scene, &divided].map(|scene| with_sum(scene, estimator, 24));
         let error = apart(examiner, &one, &other)?;
         parts.push(Measurement::new(estimator.name(), error, SPREAD));
@@ -163,7 +163,7 @@ fn spread<'o>(
     let mut first: [Option<Vec<Bands>>; 2] = [None, None];
     let mut parts = Vec::new();
     for (what, mut options) in ways {
-        for (estimator, first) in Estimator::ALL.into_iter().zip(&mut first) {
+        for (estimator, first) in VplSum::ALL.into_iter().zip(&mut first) {
             let scene = with_sum(&scene, estimator, 48);
             let frame = examiner.renderer.render(&scene, &mut options)?;
             let image = values(&frame, Layer::Indirect);
@@ -211,10 +211,10 @@ fn dim_band(examiner: &mut Examiner) -> Result<Measurement> {
     let powers = [1.0, 1e-9, 1e9];
     scene.lights = vec![amplified(scene.lights[0], powers)];
     let ways = [
-        ("rsm-average", with_sum(&scene, Estimator::RsmAverage, 24)),
+        ("rsm-average", with_sum(&scene, VplSum::RsmAverage, 24)),
         (
             "instant-radiosity",
-            with_sum(&scene, Estimator::InstantRadiosity, 24),
+            with_sum(&scene, VplSum::InstantRadiosity, 24),
         ),
         ("bounce by rays", with_rays(&scene, 0.1)),
     ];

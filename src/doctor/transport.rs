@@ -16,7 +16,7 @@ use super::{
 use crate::{
     Result, Scene,
     output::Layer,
-    scene::{Bands, Estimator, Lens, Light, Shared},
+    scene::{Bands, Lens, Light, Shared, VplSum},
 };
 
 pub(super) const CASES: &[Case] = &[
@@ -112,13 +112,13 @@ fn sphere_from_its_centre(examiner: &mut Examiner, rsm_size: u32) -> Result<Meas
     let ways = [
         (
             "rsm-average",
-            sum(Estimator::RsmAverage),
+            sum(VplSum::RsmAverage),
             average,
             FACETS + of_texels,
         ),
         (
             "instant-radiosity",
-            sum(Estimator::InstantRadiosity),
+            sum(VplSum::InstantRadiosity),
             radiosity,
             FACETS + of_texels,
         ),
@@ -180,8 +180,8 @@ fn no_vpl_at_all(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = Vec::new();
     for (what, scene) in [("spot that misses", missed), ("black room", black)] {
         for scene in [
-            with_sum(&scene, Estimator::RsmAverage, 16),
-            with_sum(&scene, Estimator::InstantRadiosity, 16),
+            with_sum(&scene, VplSum::RsmAverage, 16),
+            with_sum(&scene, VplSum::InstantRadiosity, 16),
             with_rays(&scene, 0.1),
         ] {
             let radiance = largest(values(&examiner.render(&scene)?, Layer::Radiance));

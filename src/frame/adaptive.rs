@@ -13,9 +13,10 @@ use crate::{
     Result,
     passes::{
         Context, appraise,
+        compact::Run,
         gbuffer::GBuffer,
         predict::{self, BounceImages, Judgement, Step},
-        refine::{self, Refinement, Run},
+        refine::{self, Refinement},
         resolve, settle,
         smooth::Smoothing,
     },

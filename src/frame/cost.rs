@@ -17,8 +17,10 @@ pub(crate) struct Cost {
     pub vpl_count: u64,
     pub pairs: u64,
     pub rays: u64,
-    /// relRMSE of the indirect light as its passes estimate it.
+    /// relRMSE of the indirect light against the true bounce.
     pub estimated_error: Option<f64>,
+    /// relRMSE of the indirect light against the sum at every pixel.
+    pub estimated_interpolation_error: Option<f64>,
 }
 
 impl Cost {

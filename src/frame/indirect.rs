@@ -71,13 +71,6 @@ impl<'f> Indirect<'f> {
             &mut |share| progress.report("gather", share),
         )?;
         cost.add_gather(gather.stats);
-        // What is exact is within every error that is asked for.
-        let asked = self
-            .context
-            .scene
-            .indirect
-            .and_then(|indirect| indirect.target_error);
-        cost.estimated_error = asked.map(|_| 0.0);
         Ok(())
     }
 
@@ -119,7 +112,7 @@ impl<'f> Indirect<'f> {
                 if estimated.is_none() {
                     sums.gather_everywhere(radiance, progress, cost)?;
                 }
-                cost.estimated_error = estimated.or(Some(0.0));
+                cost.estimated_interpolation_error = estimated.or(Some(0.0));
                 cost.add_gather(sums.gather.stats);
             }
             (IndirectMethod::Bounce(bounce_plan), Some(rays)) => {
@@ -144,13 +137,13 @@ impl<'f> Indirect<'f> {
 
     fn gather<'g>(
         &'g self,
-        SumPlan { kernel, .. }: SumPlan,
+        SumPlan { sum, kernel, .. }: SumPlan,
         gbuffer: &'g GBuffer,
         vpls: &'g VplLists,
     ) -> Gather<'g> {
         Gather {
             context: self.context,
-            estimator: self.plan.estimator,
+            sum,
             kernel,
             gbuffer,
             vpls,

@@ -7,7 +7,7 @@ use crate::{
         Context, gather::ListedVpls, light::DeviceLight, rsm::Rsm, shadow::ShadowMap,
         vpl::VplLists, vpl_draws::ListedLight,
     },
-    scene::{Estimator, Light},
+    scene::{Light, VplSum},
 };
 
 /// Lights, their maps and lists. Maps are room that the lights use in turn.
@@ -44,7 +44,7 @@ pub(crate) struct Renewed {
 /// All that the room for maps and lists, and the form of what lies in it, depend on.
 #[derive(PartialEq)]
 struct Room {
-    indirect: Option<(Estimator, u32, Lists)>,
+    indirect: Option<(Option<VplSum>, u32, Lists)>,
     own_map_size: Option<u32>,
     max_faces: u32,
     light_count: usize,
@@ -73,7 +73,7 @@ impl Room {
                     IndirectMethod::Sum(_) if indirect.refinement().is_some() => Lists::OfAll,
                     IndirectMethod::Sum(_) => Lists::InTurn,
                 };
-                (indirect.estimator, indirect.rsm_size, lists)
+                (indirect.sum(), indirect.rsm_size, lists)
             }),
             own_map_size: plan.own_map_size(),
             max_faces: plan.max_faces(),

@@ -38,7 +38,6 @@ pub(crate) use kept::Kept;
 use lighting::Lighting;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
-pub(crate) use readback::Readback;
 pub(crate) use spare::Spare;
 use stage::Stage;
 

@@ -1,10 +1,9 @@
 //! VPLs in another order: to see what the order makes of a sum.
 
-use super::Readback;
 use crate::{
     Device, Result,
     passes::{gather::ListedVpls, vpl::VplLists},
-    vulkan::{Buffer, Recorder},
+    vulkan::{Buffer, Readback, Recorder},
 };
 
 /// Puts a light's VPLs, matte and glossy, into an order that a seed decides.

@@ -5,9 +5,10 @@ use crate::{
     Result,
     passes::{
         bounce::Bounce,
+        compact::Run,
         gather::{Gather, ListedVpls, Sums},
         receivers::{self, Receivers},
-        refine::{Refinement, Run},
+        refine::Refinement,
     },
     vulkan::{Buffer, Image, Recorder},
 };

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Brdf, CompensatedSum};
-use crate::scene::{Bands, Estimator};
+use crate::scene::{Bands, VplSum};
 
 /// A virtual point light: a lit surface point Q that stands for one texel of the reflective shadow map.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,7 +43,7 @@ pub struct Receiver {
 /// - `instant-radiosity` (Keller 1997): f_P·f_Q·I·ΔΩ·cosθ_{P→Q}·cosθ_{Q→P}/d_{PQ}²
 ///
 /// f_Q is 0 for a P below Q's horizon. A VPL at P itself, where no direction PQ exists, adds 0.
-pub fn vpl_contribution(estimator: Estimator, vpl: &Vpl, receiver: &Receiver) -> Bands {
+pub fn vpl_contribution(estimator: VplSum, vpl: &Vpl, receiver: &Receiver) -> Bands {
     let p_to_q_m = vpl.position_m - receiver.position_m;
     let distance_squared_m2 = p_to_q_m.length_squared();
     let to_vpl = p_to_q_m.normalize_or_zero();
@@ -58,14 +58,14 @@ pub fn vpl_contribution(estimator: Estimator, vpl: &Vpl, receiver: &Receiver) ->
         .eval(to_vpl, receiver.normal, receiver.to_camera);
     let f_q = vpl.brdf.eval(vpl.to_light, vpl.normal, -to_vpl);
     match estimator {
-        Estimator::RsmAverage => {
+        VplSum::RsmAverage => {
             let cos_light = vpl.normal.dot(vpl.to_light).max(0.0);
             std::array::from_fn(|band| {
                 let q_to_p = f_q[band] * vpl.irradiance_facing_w_m2[band] * cos_light;
                 vpl.domain_share * f_p[band] * q_to_p * cos_p
             })
         }
-        Estimator::InstantRadiosity => {
+        VplSum::InstantRadiosity => {
             let geometry_1_m2 = cos_p * cos_q / distance_squared_m2;
             std::array::from_fn(|band| {
                 f_p[band] * f_q[band] * vpl.incident_power_w[band] * geometry_1_m2
@@ -78,14 +78,14 @@ pub fn vpl_contribution(estimator: Estimator, vpl: &Vpl, receiver: &Receiver) ->
 ///
 /// `visible` is V(P,Q). Only `instant-radiosity` asks for it: `rsm-average` has no such factor.
 pub fn indirect_radiance(
-    estimator: Estimator,
+    estimator: VplSum,
     vpls: &[Vpl],
     receiver: &Receiver,
     visible: impl Fn(&Vpl) -> bool,
 ) -> Bands {
     let mut sums = [CompensatedSum::default(); 3];
     for vpl in vpls {
-        if estimator == Estimator::InstantRadiosity && !visible(vpl) {
+        if estimator == VplSum::InstantRadiosity && !visible(vpl) {
             continue;
         }
         let contribution = vpl_contribution(estimator, vpl, receiver);

@@ -1,7 +1,7 @@
 //! The result of a render: named layers of pixels, how they were computed, and what it cost.
 
 use crate::error::{Error, Result};
-use crate::scene::{Camera, Indirect, Light, Scene, Sensor};
+use crate::scene::{Camera, IndirectLight, Light, Scene, Sensor};
 
 /// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre.
 ///
@@ -12,7 +12,7 @@ pub enum Layer {
     Radiance,
     /// L_{P→C} = Σ over lights of f_P(l, n_P, v) · L_{L→P} · cosθ_{P→L} · V(L,P), W/sr/m², channels R, G, B.
     Direct,
-    /// Single bounce over the reflective shadow maps by the [`Estimator`](crate::scene::Estimator) that
+    /// Single bounce over the reflective shadow maps by the [`IndirectLight`](crate::scene::IndirectLight) that
     /// [`FrameDescription::indirect`] names, W/sr/m², channels R, G, B.
     Indirect,
     /// Standard error of `indirect`, and so of `radiance`, W/sr/m², channels R, G, B: only a reference image has it.
@@ -252,9 +252,12 @@ pub struct FrameStats {
     pub pixel_vpl_pairs: u64,
     /// Rays that the indirect light cast; 0 for plain sums.
     pub ray_count: u64,
-    /// relRMSE of the indirect light, sqrt(Σ(x−t)²/Σt²), as the engine estimates it from the frame itself; `None` for plain
-    /// sums, whose error it cannot know.
+    /// relRMSE of the indirect light against the true bounce, sqrt(Σ(x−t)²/Σt²), as the engine estimates it from the frame
+    /// itself; `None` for sums over VPLs, whose error it cannot know, and where the indirect light is dark.
     pub estimated_error: Option<f64>,
+    /// relRMSE of the indirect light against the sum over VPLs at every pixel, estimated likewise; `None` where no
+    /// interpolation error was requested.
+    pub estimated_interpolation_error: Option<f64>,
     /// Queue submissions of the passes.
     pub submissions: u32,
     /// From the call of the renderer to its return.
@@ -281,7 +284,7 @@ pub struct PassTime {
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameDescription {
     /// `None`: direct light only, or a reference.
-    pub indirect: Option<Indirect>,
+    pub indirect: Option<IndirectLight>,
     /// Only of a path-sampled image.
     pub reference: Option<ReferenceSamples>,
     pub lights: Vec<Light>,

@@ -48,16 +48,22 @@ pub(super) fn attributes(
     let count = |value: u32| AttributeValue::I32(i32::try_from(value).unwrap_or(i32::MAX));
     match (indirect, reference) {
         (Some(indirect), _) => {
-            add("estimator", text_value(indirect.estimator.name()));
-            add("visibility", text_value(indirect.visibility.name()));
-            if let Some(rsm_size) = indirect.rsm_size {
+            add("estimator", text_value(indirect.name()));
+            if let Some(rsm_size) = indirect.rsm_size() {
                 add("rsm_size", count(rsm_size));
             }
-            if let Some(asked) = indirect.asked_error() {
-                add("target_error", AttributeValue::F64(asked));
-            }
-            if let Some(estimated) = frame.stats.estimated_error {
-                add("estimated_error", AttributeValue::F64(estimated));
+            for (name, error) in [
+                ("target_error", indirect.target_error()),
+                ("estimated_error", frame.stats.estimated_error),
+                ("interpolation_error", indirect.interpolation_error()),
+                (
+                    "estimated_interpolation_error",
+                    frame.stats.estimated_interpolation_error,
+                ),
+            ] {
+                if let Some(error) = error {
+                    add(name, AttributeValue::F64(error));
+                }
             }
         }
         (None, Some(samples)) => {

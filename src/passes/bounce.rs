@@ -4,23 +4,22 @@ use std::time::{Duration, Instant};
 
 use super::{
     Context,
+    compact::Run,
     gbuffer::GBuffer,
     hits::HitSurfaces,
-    rays::{RayTreeImages, TexelList},
-    refine::{Refinement, Run},
+    rays::RayTreeImages,
+    refine::Refinement,
     vpl::VplLists,
     vpl_draws::{ListedLight, VplDraws},
 };
 use crate::{
     Error, RayKernel, Result, lattice,
     vulkan::{
-        Buffer, BufferUse, Device, PassTimes, Recorder, Resource,
+        Buffer, BufferUse, Device, MAX_GROUPS, PassTimes, Recorder, Resource, TexelList,
         shaders::{self, BounceParameters, Module, bytes_of, values_in},
     },
 };
 
-/// Workgroups of a dispatch that every Vulkan device takes.
-const MAX_GROUPS: u32 = 65_535;
 /// Rays of the first submission, before the device's speed is known.
 const FIRST_SUBMISSION_RAYS: f64 = 5e5;
 

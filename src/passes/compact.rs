@@ -124,3 +124,34 @@ impl Compactor {
         Ok(lengths.first().copied().unwrap_or_default())
     }
 }
+
+/// Receivers next to each other in the list that all have a specular lobe, or all have none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Run {
+    pub is_glossy: bool,
+    pub first: u32,
+    pub count: u32,
+}
+
+impl Run {
+    /// The two runs of a list of pixels: matte ones, then glossy ones.
+    pub fn of_list(lengths: ListLengths) -> [Run; 2] {
+        let ListLengths { matte, glossy } = lengths;
+        let run = |is_glossy, first, count| Run {
+            is_glossy,
+            first,
+            count,
+        };
+        [run(false, 0, matte), run(true, matte, glossy)]
+    }
+
+    /// The same receivers in runs of at most `max_count`.
+    pub fn split(self, max_count: u32) -> impl Iterator<Item = Run> {
+        let starts = (0..self.count).step_by(max_count as usize);
+        starts.map(move |start| Run {
+            first: self.first + start,
+            count: max_count.min(self.count - start),
+            ..self
+        })
+    }
+}

@@ -7,16 +7,16 @@ use std::time::{Duration, Instant};
 
 use super::{
     Context,
+    compact::Run,
     gbuffer::GBuffer,
-    refine::Run,
-    vpl::{VplLists, estimator_word},
+    vpl::{VplLists, sum_word},
 };
 use crate::{
     Result,
     plan::GatherKernel,
-    scene::Estimator,
+    scene::VplSum,
     vulkan::{
-        Buffer, Image, PassTimes, Recorder, Resource,
+        Buffer, Image, MAX_GROUPS, PassTimes, Recorder, Resource,
         shaders::{GatherParameters, ListLengths},
     },
 };
@@ -24,15 +24,13 @@ use crate::{
 /// VPLs of one dispatch: their sum is added to the image. Fixed, for the order of summation must not depend on speed.
 /// Also small, for lavapipe leaves a shader's loops after 65 535 iterations in all and says nothing.
 const DISPATCH_VPLS: u32 = 4096;
-/// Workgroups of a dispatch that every Vulkan device takes.
-const MAX_GROUPS: u32 = 65_535;
 /// Pairs of the first submission, before the device's speed is known: a fraction of a second on one slow core.
 const FIRST_SUBMISSION_PAIRS: f64 = (1u64 << 26) as f64;
 
 /// What the pass works with.
 pub(crate) struct Gather<'g> {
     pub context: &'g Context<'g>,
-    pub estimator: Estimator,
+    pub sum: VplSum,
     pub kernel: GatherKernel,
     pub gbuffer: &'g GBuffer,
     pub vpls: &'g VplLists,
@@ -160,7 +158,7 @@ impl<'g> Gather<'g> {
             "gather",
             &[
                 self.kernel.name(),
-                estimator_word(self.estimator),
+                sum_word(self.sum),
                 if work.run.is_glossy {
                     "phong"
                 } else {

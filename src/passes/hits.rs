@@ -1,9 +1,8 @@
 //! What rays find on the scene's triangles, on the device: shading normals, texture coordinates and materials.
 
-use super::rays::TexelList;
 use crate::{
     Plan, Result, Scene,
-    vulkan::{Device, Recorder, Resource},
+    vulkan::{Device, Recorder, Resource, TexelList},
 };
 
 /// The lists of `shaders/hits.wgsl`.

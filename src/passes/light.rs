@@ -5,7 +5,7 @@ use crate::{
     Result,
     emission::EmissionDomain,
     local_space::LocalSpace,
-    plan::{LightPlan, scene_sphere},
+    plan::LightPlan,
     scene::Light,
     vulkan::{
         Buffer,
@@ -46,7 +46,7 @@ impl DeviceLight {
             .plan
             .indirect
             .map_or(1, |indirect| indirect.rsm_size);
-        let domain = EmissionDomain::new(light, rsm_size, &scene_sphere(scene));
+        let domain = EmissionDomain::new(light, rsm_size, &scene.bounding_sphere_or_unit());
         let views = |size: u32| -> Result<Vec<Buffer>> {
             (0..domain.faces.len())
                 .map(|face| upload_view(device, &view::of_light_face(&domain, face, size, space)))

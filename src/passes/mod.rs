@@ -55,8 +55,8 @@ mod tests {
 
     use crate::{
         GatherKernel, RayKernel,
-        passes::vpl::estimator_word,
-        scene::Estimator,
+        passes::vpl::sum_word,
+        scene::VplSum,
         vulkan::shaders::{MODULES, Module},
     };
 
@@ -64,7 +64,7 @@ mod tests {
     fn asked() -> Vec<(&'static str, Vec<&'static str>)> {
         let brdfs = ["lambert", "phong"];
         let mut asked = vec![
-            ("surface", vec![]),
+            ("vertex", vec![]),
             ("shadow", vec![]),
             ("compact", vec!["scan"]),
             ("sensor", vec![""]),
@@ -111,7 +111,7 @@ mod tests {
             asked.extend(["predict", "resolve", "appraise"].map(|pass| (pass, vec![brdf])));
             asked.extend(["exact", "noisy"].map(|noise| ("settle", vec![brdf, noise])));
             asked.extend(["fit", "put"].map(|kernel| ("smooth", vec![kernel, brdf])));
-            for estimator in Estimator::ALL.map(estimator_word) {
+            for estimator in VplSum::ALL.map(sum_word) {
                 asked.push(("vpl", vec!["write", brdf, estimator]));
                 for kernel in GatherKernel::ALL {
                     let words =

@@ -4,11 +4,11 @@ use super::{Context, gbuffer::GBuffer};
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Buffer, Device, Image, ImageShape, Recorder, Resource, shaders::PredictParameters},
+    vulkan::{
+        Buffer, Device, Image, ImageShape, Recorder, Resource, groups_in_rows,
+        shaders::PredictParameters,
+    },
 };
-
-/// Workgroups of a row that every Vulkan device takes.
-const MAX_GROUPS: u32 = 65_535;
 
 /// What is known of each pixel's bounce.
 pub(crate) struct BounceImages {
@@ -113,12 +113,6 @@ impl Step {
             Step::Edges { reach } => [width.div_ceil(2 * reach), height.div_ceil(reach)],
         }
     }
-}
-
-/// So many workgroups, in rows that every device takes; the last row may have more than there are.
-pub(crate) fn groups_in_rows(groups: u32) -> [u32; 3] {
-    let per_row = groups.min(MAX_GROUPS);
-    [per_row, groups.div_ceil(per_row.max(1)), 1]
 }
 
 /// Interpolates the pixels of a step where that is good enough; the others become candidates that were not gathered before.

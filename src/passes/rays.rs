@@ -3,38 +3,9 @@
 use crate::{
     Plan, Result, Scene,
     local_space::LocalSpace,
-    ray_tree::{RayTree, Texel},
-    vulkan::{Buffer, Device, Image, ImageShape, Recorder, Resource},
+    ray_tree::RayTree,
+    vulkan::{Device, Recorder, Resource, TexelList},
 };
-
-/// Texels of a row, as `shaders/trace.wgsl` has it.
-const ROW_TEXELS: usize = 1024;
-
-/// A list of texels in an image, row by row.
-pub(crate) struct TexelList {
-    image: Image,
-    texels: Buffer,
-}
-
-impl TexelList {
-    pub fn new(device: &Device, what: &str, mut texels: Vec<Texel>) -> Result<TexelList> {
-        texels.resize(texels.len().max(1).next_multiple_of(ROW_TEXELS), [0.0; 4]);
-        let size_px = [ROW_TEXELS as u32, (texels.len() / ROW_TEXELS) as u32];
-        Ok(TexelList {
-            image: Image::new(device, what, ImageShape::plain(size_px))?,
-            texels: Buffer::upload(device, what, &texels)?,
-        })
-    }
-
-    /// Fills the image; once, before anything reads it.
-    pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        recorder.copy_to_image(&self.texels, &self.image);
-    }
-
-    pub fn resource(&self) -> Resource<'_> {
-        Resource::Image(&self.image)
-    }
-}
 
 /// What `shaders/trace.wgsl` finds a scene's triangles in.
 pub(crate) struct RayTreeImages {

@@ -1,6 +1,10 @@
 //! Receivers pass: the pixels that show a surface, those with a specular lobe apart.
 
-use super::{Context, compact::Compactor, gbuffer::GBuffer, refine::Run};
+use super::{
+    Context,
+    compact::{Compactor, Run},
+    gbuffer::GBuffer,
+};
 use crate::{
     Result,
     plan::Plan,

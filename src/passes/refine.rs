@@ -1,9 +1,13 @@
 //! Refine pass: the candidates that show a surface become receivers of the bounce, those with a specular lobe apart.
 
-use super::{Context, compact::Compactor, gbuffer::GBuffer};
+use super::{
+    Context,
+    compact::{Compactor, Run},
+    gbuffer::GBuffer,
+};
 use crate::{
     Result,
-    vulkan::{Buffer, BufferUse, Device, Recorder, Resource, shaders::ListLengths},
+    vulkan::{Buffer, BufferUse, Device, Recorder, Resource},
 };
 
 /// Pixels as column + 65536 · row.
@@ -41,37 +45,6 @@ impl Refinement {
     /// The matte receivers and the glossy ones, after the submission.
     pub fn runs(&self) -> Result<[Run; 2]> {
         Ok(Run::of_list(self.compactor.lengths()?))
-    }
-}
-
-/// Receivers next to each other in the list that all have a specular lobe, or all have none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Run {
-    pub is_glossy: bool,
-    pub first: u32,
-    pub count: u32,
-}
-
-impl Run {
-    /// The two runs of a list of pixels: matte ones, then glossy ones.
-    pub fn of_list(lengths: ListLengths) -> [Run; 2] {
-        let ListLengths { matte, glossy } = lengths;
-        let run = |is_glossy, first, count| Run {
-            is_glossy,
-            first,
-            count,
-        };
-        [run(false, 0, matte), run(true, matte, glossy)]
-    }
-
-    /// The same receivers in runs of at most `max_count`.
-    pub fn split(self, max_count: u32) -> impl Iterator<Item = Run> {
-        let starts = (0..self.count).step_by(max_count as usize);
-        starts.map(move |start| Run {
-            first: self.first + start,
-            count: max_count.min(self.count - start),
-            ..self
-        })
     }
 }
 

@@ -2,9 +2,10 @@
 
 use super::{
     Context,
+    compact::Run,
     gbuffer::GBuffer,
     predict::{BounceImages, Judgement},
-    refine::{Refinement, Run},
+    refine::Refinement,
 };
 use crate::{
     Result,

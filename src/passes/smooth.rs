@@ -3,11 +3,11 @@
 use super::{
     Context,
     gbuffer::GBuffer,
-    predict::{BounceImages, Judgement, groups_in_rows},
+    predict::{BounceImages, Judgement},
 };
 use crate::{
     Result,
-    vulkan::{Buffer, BufferUse, Recorder, Resource, shaders::SmoothParameters},
+    vulkan::{Buffer, BufferUse, Recorder, Resource, groups_in_rows, shaders::SmoothParameters},
 };
 
 /// A lattice over the image, and room for its new values.

@@ -4,7 +4,7 @@ use super::{Context, compact::Compactor, light::DeviceLight, rsm::Rsm};
 use crate::{
     Result,
     plan::{IndirectPlan, Plan},
-    scene::Estimator,
+    scene::VplSum,
     vulkan::{
         Device, Image, ImageShape, Recorder, Resource,
         shaders::{ListLengths, Module},
@@ -103,11 +103,11 @@ impl VplLists {
     }
 }
 
-/// The word of the shader permutations for an estimator.
-pub(crate) fn estimator_word(estimator: Estimator) -> &'static str {
-    match estimator {
-        Estimator::RsmAverage => "average",
-        Estimator::InstantRadiosity => "radiosity",
+/// The word of the shader permutations for a sum.
+pub(crate) fn sum_word(sum: VplSum) -> &'static str {
+    match sum {
+        VplSum::RsmAverage => "average",
+        VplSum::InstantRadiosity => "radiosity",
     }
 }
 
@@ -141,9 +141,9 @@ pub(crate) fn extract<'r>(
         resources.push(("glossy_vpls", Resource::Image(glossy)));
     }
     let brdf = context.plan.brdf_word();
-    let (list, record) = match indirect.bounce() {
-        Some(_) => ("bounce", "bounce"),
-        None => ("apart", estimator_word(indirect.estimator)),
+    let (list, record) = match indirect.sum() {
+        None => ("bounce", "bounce"),
+        Some(sum) => ("apart", sum_word(sum)),
     };
     vpls.compactor.record(
         recorder,

@@ -1,10 +1,10 @@
 //! Which VPLs the bounce draws: those more often that bring more to the image, as a pilot has seen.
 
-use super::{light::DeviceLight, rays::TexelList, vpl::VplLists};
+use super::{light::DeviceLight, vpl::VplLists};
 use crate::{
     Result,
     scene::Bands,
-    vulkan::{Device, Recorder, Resource, shaders},
+    vulkan::{Device, Recorder, Resource, TexelList, shaders},
 };
 
 /// Share of the draws that goes to all VPLs alike, so that none is forgotten which the pilot has not seen.

@@ -38,7 +38,6 @@ impl fmt::Display for Plan {
             }
         }
         if let Some(indirect) = self.indirect {
-            let name = indirect.estimator.name();
             writeln!(f, "  vpl        texels with flux, compacted")?;
             if let Some(RefinementPlan {
                 coarsest_stride, ..
@@ -50,12 +49,16 @@ impl fmt::Display for Plan {
                 )?;
             }
             match indirect.method {
-                IndirectMethod::Sum(SumPlan { kernel, refinement }) => {
-                    let kernel = kernel.name();
+                IndirectMethod::Sum(SumPlan {
+                    sum,
+                    kernel,
+                    refinement,
+                }) => {
+                    let (name, kernel) = (sum.name(), kernel.name());
                     if let Some(RefinementPlan { target_error, .. }) = refinement {
                         writeln!(
                             f,
-                            "  gather     {name}, no visibility, target error {target_error} against the exact sum, kernel {kernel}"
+                            "  gather     {name}, no visibility, interpolation error {target_error}, kernel {kernel}"
                         )?;
                     } else {
                         writeln!(f, "  receivers  pixels with a surface, compacted")?;
@@ -67,7 +70,7 @@ impl fmt::Display for Plan {
                     let asked = bounce.refinement.target_error;
                     writeln!(
                         f,
-                        "  bounce     {name}, visibility by rays, target error {asked}, kernel {kernel}"
+                        "  bounce     final-gather, visibility by rays, target error {asked}, kernel {kernel}"
                     )?;
                 }
             }

@@ -6,13 +6,10 @@ use crate::{
     ray_tree::max_triangle_texels,
     scene::{Scene, Shadow, Shared, Texture},
     vulkan::{
-        DeviceInfo,
+        DeviceInfo, ROW_TEXELS,
         shaders::{BindingKind, MODULES, Module},
     },
 };
-
-/// Texels of a row of an image that holds a list.
-const ROW_TEXELS: u64 = 1024;
 
 impl Plan {
     /// Refuses what the device cannot hold.
@@ -88,7 +85,7 @@ impl Plan {
                 Some(_) => (
                     self.lights.len() as u64,
                     "the list of all lights' VPLs",
-                    "set a smaller rsm_size, or visibility = \"none\" without target_error, in [indirect], use fewer lights, or choose another device",
+                    "set a smaller rsm_size, or estimator = \"instant-radiosity\", in [indirect], use fewer lights, or choose another device",
                 ),
             };
             let rows = lists * texels.div_ceil(ROW_TEXELS);
@@ -165,7 +162,7 @@ impl Plan {
                 "the materials that rays hit (rows)",
                 rows,
                 max_image_px,
-                "set visibility = \"none\" in [indirect], use fewer materials, or choose another device",
+                "set estimator = \"instant-radiosity\" in [indirect], use fewer materials, or choose another device",
             )?;
         }
         self.check_ray_limits(triangles, textures, is_shadow_asked, device)
@@ -188,7 +185,7 @@ impl Plan {
             (is_shadow_asked, "shadow = \"map\" in [direct]"),
             (
                 self.bounce().is_some(),
-                "visibility = \"none\" in [indirect]",
+                "estimator = \"instant-radiosity\" in [indirect]",
             ),
         ];
         let without_rays: Vec<&str> = without_rays
@@ -227,10 +224,10 @@ impl Plan {
             "the lists that a kernel of the bounce reads (storage images)",
             storage_images_of_bounce(),
             limits.max_storage_images.into(),
-            "set visibility = \"none\" in [indirect], or choose another device",
+            "set estimator = \"instant-radiosity\" in [indirect], or choose another device",
         )?;
         let rows = texels.div_ceil(ROW_TEXELS);
-        let smaller = "set visibility = \"none\" in [indirect], scale the textures down, or choose another device";
+        let smaller = "set estimator = \"instant-radiosity\" in [indirect], scale the textures down, or choose another device";
         check_limit(
             device,
             "the textures that rays hit (rows, all together)",

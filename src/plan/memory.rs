@@ -6,15 +6,13 @@ use crate::{
     passes::predict::Step,
     ray_tree::{max_box_texels, max_triangle_texels},
     scene::Scene,
-    vulkan::{DeviceInfo, DeviceKind},
+    vulkan::{DeviceInfo, DeviceKind, ROW_TEXELS},
 };
 
 /// Bytes of a pixel of a depth image, of a word, and of what a gather finds at a receiver.
 const DEPTH_BYTES: u64 = 4;
 const WORD_BYTES: u64 = 4;
 const RESULT_BYTES: u64 = 32;
-/// Texels of a row of an image that holds a list.
-const ROW_TEXELS: u64 = 1024;
 /// Items that one invocation of a compaction takes, and the bytes of their place.
 const RUN_ITEMS: u64 = 64;
 const RUN_BYTES: u64 = 8;

@@ -11,9 +11,7 @@ pub use kernels::{GatherKernel, RayKernel};
 use crate::{
     Result,
     emission::EmissionDomain,
-    scene::{
-        BoundingSphere, DEFAULT_TARGET_ERROR, Estimator, Indirect, Light, Scene, Shadow, Visibility,
-    },
+    scene::{IndirectLight, Light, Scene, Shadow, VplSum},
     vulkan::DeviceInfo,
 };
 
@@ -86,7 +84,6 @@ impl ShadowPlan {
 /// What the indirect light takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IndirectPlan {
-    pub estimator: Estimator,
     pub rsm_size: u32,
     pub method: IndirectMethod,
 }
@@ -103,6 +100,7 @@ pub enum IndirectMethod {
 /// How VPLs are summed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SumPlan {
+    pub sum: VplSum,
     pub kernel: GatherKernel,
     /// `None`: at every pixel.
     pub refinement: Option<RefinementPlan>,
@@ -125,6 +123,14 @@ pub struct RefinementPlan {
 }
 
 impl IndirectPlan {
+    /// The formula of the sum over VPLs; `None` where the bounce is gathered by rays.
+    pub fn sum(&self) -> Option<VplSum> {
+        match self.method {
+            IndirectMethod::Sum(plan) => Some(plan.sum),
+            IndirectMethod::Bounce(_) => None,
+        }
+    }
+
     /// How the bounce is gathered, where it is by rays.
     pub fn bounce(&self) -> Option<BouncePlan> {
         match self.method {
@@ -160,7 +166,7 @@ impl Plan {
                     material.is_some_and(|m| m.kd_texture.is_some())
                 })
         });
-        let bounds = scene_sphere(scene);
+        let bounds = scene.bounding_sphere_or_unit();
         // The faces do not depend on the texels.
         let faces = |light: &Light| EmissionDomain::new(light, 1, &bounds).faces.len();
         let faces: Vec<usize> = scene.lights.iter().map(faces).collect();
@@ -170,7 +176,7 @@ impl Plan {
         let rsm_size = scene
             .indirect
             .map(|indirect| planned_rsm_size(indirect, scene.lights.len()));
-        let casts_rays = |indirect: Indirect| indirect.visibility == Visibility::Rays;
+        let casts_rays = |indirect: IndirectLight| indirect.target_error().is_some();
         // Where there are rays, they cost less than a map, and their shadows are exact.
         let shadow = scene.direct.shadow.unwrap_or({
             if scene.indirect.is_some_and(casts_rays) {
@@ -199,7 +205,6 @@ impl Plan {
             is_textured,
             lights,
             indirect: scene.indirect.map(|indirect| IndirectPlan {
-                estimator: indirect.estimator,
                 rsm_size: planned_rsm_size(indirect, scene.lights.len()),
                 method: planned_method(indirect, scene.camera.resolution_px, device),
             }),
@@ -249,9 +254,8 @@ impl Plan {
     }
 }
 
-/// Who casts rays is a matter of visibility alone.
 fn planned_method(
-    indirect: Indirect,
+    indirect: IndirectLight,
     resolution_px: [u32; 2],
     device: &DeviceInfo,
 ) -> IndirectMethod {
@@ -259,21 +263,26 @@ fn planned_method(
         target_error,
         coarsest_stride: coarsest_stride(resolution_px, points),
     };
-    match indirect.visibility {
-        Visibility::None => IndirectMethod::Sum(SumPlan {
+    let sum_plan = |sum, refinement| {
+        IndirectMethod::Sum(SumPlan {
+            sum,
             kernel: GatherKernel::best_for(device),
-            // The 1/d² of a near VPL makes spikes of a pixel or two that neither the lattice nor a sample of pixels sees.
-            refinement: indirect
-                .target_error
-                .filter(|_| indirect.estimator == Estimator::RsmAverage)
-                .map(|target_error| refinement(target_error, SUM_POINTS)),
-        }),
-        Visibility::Rays => IndirectMethod::Bounce(BouncePlan {
+            refinement,
+        })
+    };
+    match indirect {
+        IndirectLight::RsmAverage {
+            interpolation_error,
+            ..
+        } => sum_plan(
+            VplSum::RsmAverage,
+            interpolation_error.map(|error| refinement(error, SUM_POINTS)),
+        ),
+        // The 1/d² of a near VPL makes spikes of a pixel or two that neither the lattice nor a sample of pixels sees.
+        IndirectLight::InstantRadiosity { .. } => sum_plan(VplSum::InstantRadiosity, None),
+        IndirectLight::FinalGather { target_error, .. } => IndirectMethod::Bounce(BouncePlan {
             kernel: RayKernel::best_for(device),
-            refinement: refinement(
-                indirect.target_error.unwrap_or(DEFAULT_TARGET_ERROR),
-                BOUNCE_POINTS,
-            ),
+            refinement: refinement(target_error, BOUNCE_POINTS),
         }),
     }
 }
@@ -285,27 +294,20 @@ fn coarsest_stride(resolution_px: [u32; 2], points: u32) -> u32 {
     1 << stride.ilog2()
 }
 
-/// The sphere around the scene. Where there is nothing, or only a point, it has 1 m, for a light must emit into something.
-pub(crate) fn scene_sphere(scene: &Scene) -> BoundingSphere {
-    let sphere = scene.bounding_sphere();
-    let centre_m = sphere.map_or(glam::DVec3::ZERO, |sphere| sphere.centre_m);
-    let radius_m = sphere.map_or(0.0, |sphere| sphere.radius_m);
-    BoundingSphere {
-        centre_m,
-        radius_m: if radius_m > 0.0 { radius_m } else { 1.0 },
-    }
-}
-
-/// Texels along one edge of a face. Rays take VPLs in Morton order, for which it is a power of two.
-fn planned_rsm_size(indirect: Indirect, light_count: usize) -> u32 {
-    match (indirect.visibility, indirect.rsm_size) {
-        (Visibility::None, size) => size.unwrap_or(1),
-        // At least a tile.
-        (Visibility::Rays, Some(size)) => {
+/// Texels along one edge of a face. Final gathering takes VPLs in Morton order, for which it is a power of two.
+fn planned_rsm_size(indirect: IndirectLight, light_count: usize) -> u32 {
+    match indirect {
+        IndirectLight::RsmAverage { rsm_size, .. }
+        | IndirectLight::InstantRadiosity { rsm_size } => rsm_size,
+        IndirectLight::FinalGather {
+            rsm_size: Some(size),
+            ..
+        } => {
+            // At least a tile.
             size.checked_next_power_of_two().unwrap_or(1 << 31).max(8)
         }
         // Many lights share the room that one has.
-        (Visibility::Rays, None) => match light_count {
+        IndirectLight::FinalGather { rsm_size: None, .. } => match light_count {
             0..=4 => 128,
             5..=16 => 64,
             _ => 32,

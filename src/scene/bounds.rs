@@ -67,6 +67,16 @@ impl Scene {
         Some(BoundingSphere { centre_m, radius_m })
     }
 
+    /// The same sphere. Where there is nothing, or only a point, its radius is 1 m, for a light must emit into something.
+    pub(crate) fn bounding_sphere_or_unit(&self) -> BoundingSphere {
+        let sphere = self.bounding_sphere();
+        let radius_m = sphere.map_or(0.0, |sphere| sphere.radius_m);
+        BoundingSphere {
+            centre_m: sphere.map_or(DVec3::ZERO, |sphere| sphere.centre_m),
+            radius_m: if radius_m > 0.0 { radius_m } else { 1.0 },
+        }
+    }
+
     fn triangle_corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
         self.meshes.iter().flat_map(|mesh| mesh.corners_m())
     }

@@ -1,10 +1,10 @@
 //! Reads the parts of a scene file that name no other file.
 
 use super::{
-    Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Light, Material, Sensor, Shadow,
-    SpotCone, Visibility,
+    Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Sensor,
+    Shadow, SpotCone,
 };
-use crate::keys::{Keys, Value};
+use crate::keys::Keys;
 use crate::{Error, Result};
 
 pub(super) fn camera(keys: &mut Keys) -> Result<Camera> {
@@ -131,31 +131,68 @@ pub(super) fn direct(keys: &mut Keys) -> Result<Direct> {
     })
 }
 
-pub(super) fn indirect(keys: &mut Keys) -> Result<Indirect> {
-    keys.only(&["estimator", "rsm_size", "visibility", "target_error"])?;
-    let names = Estimator::ALL.map(Estimator::name);
-    let word = keys.need(
+pub(super) fn indirect(keys: &mut Keys) -> Result<IndirectLight> {
+    const RSM_SIZE: &str = "rsm_size = 64, texels along one face's edge";
+    let names = IndirectLight::NAMES;
+    let estimator = keys.need(
         "estimator",
         &format!("estimator = \"{}\"", names.join("\" or \"")),
     )?;
-    let estimator = Estimator::from_name(word.text()?)
-        .ok_or_else(|| keys.unknown_word(&word, word.text().unwrap_or_default(), &names))?;
-    let visibility = match keys.take("visibility") {
-        Some(word) => visibility(keys, &word)?,
-        None => estimator.default_visibility(),
-    };
-    Ok(Indirect {
-        estimator,
-        rsm_size: keys.take("rsm_size").map(|v| v.count()).transpose()?,
-        visibility,
-        target_error: keys.take("target_error").map(|v| v.number()).transpose()?,
-    })
+    refuse_removed_keys(keys, estimator.text()?)?;
+    match estimator.text()? {
+        "final-gather" => {
+            keys.only(&["estimator", "rsm_size", "target_error"])?;
+            let target_error = keys.take("target_error").map(|v| v.number()).transpose()?;
+            Ok(IndirectLight::FinalGather {
+                target_error: target_error.unwrap_or(DEFAULT_TARGET_ERROR),
+                rsm_size: keys.take("rsm_size").map(|v| v.count()).transpose()?,
+            })
+        }
+        "rsm-average" => {
+            keys.only(&["estimator", "rsm_size", "interpolation_error"])?;
+            let error = keys.take("interpolation_error");
+            Ok(IndirectLight::RsmAverage {
+                rsm_size: keys.need("rsm_size", RSM_SIZE)?.count()?,
+                interpolation_error: error.map(|v| v.number()).transpose()?,
+            })
+        }
+        "instant-radiosity" => {
+            keys.only(&["estimator", "rsm_size"])?;
+            let example = format!("{RSM_SIZE}; or set {FINAL_GATHER}");
+            Ok(IndirectLight::InstantRadiosity {
+                rsm_size: keys.need("rsm_size", &example)?.count()?,
+            })
+        }
+        word => Err(keys.unknown_word(&estimator, word, &names)),
+    }
 }
 
-fn visibility(keys: &Keys, word: &Value) -> Result<Visibility> {
-    let name = word.text()?;
-    Visibility::from_name(name)
-        .ok_or_else(|| keys.unknown_word(word, name, &Visibility::ALL.map(Visibility::name)))
+const FINAL_GATHER: &str =
+    "estimator = \"final-gather\", which finds visibility by rays and meets a target_error";
+
+/// Names what replaces the keys of former versions.
+fn refuse_removed_keys(keys: &mut Keys, estimator: &str) -> Result<()> {
+    if let Some(visibility) = keys.take("visibility") {
+        let hint = match visibility.text() {
+            Ok("none") => "remove it: a sum over VPLs has no visibility".into(),
+            _ => format!("remove it, and set {FINAL_GATHER}"),
+        };
+        return Err(visibility.error("follows from the estimator", hint));
+    }
+    let hint = match estimator {
+        "rsm-average" => {
+            "use interpolation_error, which counts against the sum at every pixel".into()
+        }
+        "instant-radiosity" => format!("remove it, or set {FINAL_GATHER}"),
+        _ => return Ok(()),
+    };
+    match keys.take("target_error") {
+        Some(error) => Err(error.error(
+            format!("counts against the true bounce, to which {estimator} does not converge"),
+            hint,
+        )),
+        None => Ok(()),
+    }
 }
 
 pub(super) fn material(keys: &mut Keys, name: String) -> Result<Material> {

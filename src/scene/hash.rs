@@ -1,7 +1,7 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, Indirect, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, Shadow,
+    Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, Shadow,
     Shared, SpotCone, Texture,
 };
 
@@ -128,20 +128,13 @@ impl Bytes {
         self.name(shadow.map_or("chosen", Shadow::name));
     }
 
-    fn indirect(&mut self, indirect: &Indirect) {
-        let Indirect {
-            estimator,
-            rsm_size,
-            visibility,
-            // The one in force counts.
-            target_error: _,
-        } = indirect;
-        self.name(estimator.name());
-        self.name(visibility.name());
+    fn indirect(&mut self, indirect: &IndirectLight) {
+        self.name(indirect.name());
+        let rsm_size = indirect.rsm_size();
         self.option(rsm_size.as_ref(), |bytes, &size| bytes.indices(&[size]));
-        self.option(indirect.asked_error().as_ref(), |bytes, &error| {
-            bytes.numbers(&[error]);
-        });
+        for error in [indirect.target_error(), indirect.interpolation_error()] {
+            self.option(error.as_ref(), |bytes, &error| bytes.numbers(&[error]));
+        }
     }
 
     fn light(&mut self, light: &Light) {

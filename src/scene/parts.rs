@@ -2,9 +2,7 @@
 //! a fault is told where it is made, and the scene stays as it was.
 
 use super::validate::{self, Check, Part};
-use super::{
-    Camera, Indirect, Light, Material, Mesh, Sensor, Texture, validate_indirect, validate_surface,
-};
+use super::{Camera, IndirectLight, Light, Material, Mesh, Sensor, Texture, validate_surface};
 use crate::Result;
 
 /// The part's own number stands in `place`.
@@ -24,9 +22,9 @@ impl Sensor {
     }
 }
 
-impl Indirect {
+impl IndirectLight {
     pub(crate) fn validate(&self) -> Result<()> {
-        told(validate_indirect::check(self), "indirect".into())
+        told(self.check(), "indirect".into())
     }
 }
 

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
+use super::validate_surface;
 use super::{Bands, Camera, Intrinsics, Lens, Light, Scene, Sensor};
-use super::{validate_indirect, validate_surface};
 use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
@@ -142,7 +142,7 @@ pub(super) fn check(scene: &Scene) -> Check {
         check_sensor(sensor)?;
     }
     if let Some(indirect) = &scene.indirect {
-        validate_indirect::check(indirect)?;
+        indirect.check()?;
     }
     Part::Scene.require(
         !scene.lights.is_empty(),

@@ -355,7 +355,7 @@ mod tests {
     use crate::{
         RenderOptions, Renderer, Result, Scene,
         output::Frame,
-        scene::{Estimator, Indirect},
+        scene::{Indirect, VplSum},
     };
 
     fn open() -> Device {
@@ -370,7 +370,7 @@ mod tests {
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
         let mut scene = Scene::load(&scene).expect("a demo scene loads");
         scene.camera.resolution_px = [8, 8];
-        scene.indirect = Some(Indirect::plain_sum(Estimator::RsmAverage, 8));
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
         renderer.render(&scene, &mut RenderOptions::default())
     }
 

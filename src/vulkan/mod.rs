@@ -10,8 +10,10 @@ mod host_memory;
 mod instance;
 mod memory;
 mod pipeline;
+mod readback;
 mod recorder;
 pub(crate) mod shaders;
+mod texel_list;
 
 pub use device::{Device, DeviceChoice, DeviceOptions};
 #[doc(hidden)]
@@ -22,9 +24,11 @@ pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
 pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
 pub(crate) use pipeline::{ComputePipeline, Pipelines, RasterPipeline};
-pub(crate) use recorder::{PassTimes, Recorder, Resource, Target};
+pub(crate) use readback::Readback;
+pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, Target, groups_in_rows};
 
 pub use shaders::engine_hash;
+pub(crate) use texel_list::{ROW_TEXELS, TexelList};
 
 use crate::Error;
 

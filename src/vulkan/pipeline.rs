@@ -54,7 +54,7 @@ impl Pipelines {
         if let Some(pipeline) = made.get(fragment.name) {
             return Ok(pipeline.clone());
         }
-        let vertex = Module::find("surface", &[])?;
+        let vertex = Module::find("vertex", &[])?;
         let pipeline = RasterPipeline::new(&self.device, vertex, fragment, color_count)?;
         let pipeline = Arc::new(pipeline);
         made.insert(fragment.name, pipeline.clone());

@@ -15,6 +15,15 @@ use crate::{Error, Result};
 
 pub(crate) use submission::PassTimes;
 
+/// Workgroups along an axis of a dispatch that every Vulkan device takes.
+pub(crate) const MAX_GROUPS: u32 = 65_535;
+
+/// So many workgroups, in rows that every device takes; the last row may have more than there are.
+pub(crate) fn groups_in_rows(groups: u32) -> [u32; 3] {
+    let per_row = groups.min(MAX_GROUPS);
+    [per_row, groups.div_ceil(per_row.max(1)), 1]
+}
+
 /// What a shader's binding is bound to.
 #[derive(Clone, Copy)]
 pub(crate) enum Resource<'r> {

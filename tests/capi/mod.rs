@@ -247,9 +247,8 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
         if let Some(indirect) = scene.indirect {
             let c_indirect = init!(camlux_indirect {
                 estimator: match indirect.estimator {
-                    camlux::scene::Estimator::InstantRadiosity =>
-                        CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-                    camlux::scene::Estimator::RsmAverage => CAMLUX_ESTIMATOR_RSM_AVERAGE,
+                    camlux::scene::VplSum::InstantRadiosity => CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+                    camlux::scene::VplSum::RsmAverage => CAMLUX_ESTIMATOR_RSM_AVERAGE,
                 },
                 visibility: match indirect.visibility {
                     camlux::scene::Visibility::None => CAMLUX_VISIBILITY_NONE,

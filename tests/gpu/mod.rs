@@ -67,7 +67,7 @@ pub fn demo_scene(name: &str, resolution_px: [u32; 2]) -> Scene {
 /// The scene with the plain sum of its estimator, whatever the file says of visibility.
 pub fn plain_sum(mut scene: Scene, rsm_size: u32) -> Scene {
     let indirect = scene.indirect.expect("the scene has indirect light");
-    scene.indirect = Some(Indirect::plain_sum(indirect.estimator, rsm_size));
+    scene.indirect = Some(IndirectLight::vpl_sum(indirect.estimator, rsm_size));
     scene
 }
 

@@ -13,7 +13,7 @@ use camlux::{
     },
     glam::{DMat3, DQuat, DVec3},
     output::{Frame, Layer},
-    scene::{Bands, Estimator, Light, Mesh},
+    scene::{Bands, Light, Mesh, VplSum},
 };
 use proptest::{
     prelude::*,
@@ -189,7 +189,7 @@ fn bare_room() -> impl Strategy<Value = Scene> {
 
 /// Such a room with the sum of either estimator.
 pub fn room() -> impl Strategy<Value = Scene> {
-    let estimator = prop::sample::select(Estimator::ALL.to_vec());
+    let estimator = prop::sample::select(VplSum::ALL.to_vec());
     (bare_room(), estimator).prop_map(|(scene, estimator)| with_sum(&scene, estimator, 16))
 }
 

@@ -40,10 +40,11 @@ fn object(run: &RunSummary) -> Value {
         },
         "settings": {
             "resolution_px": run.frame.resolution_px,
-            "estimator": description.indirect.map(|indirect| indirect.estimator.name()),
-            "rsm_size": description.indirect.and_then(|indirect| indirect.rsm_size),
-            "visibility": description.indirect.map(|indirect| indirect.visibility.name()),
-            "target_error": description.indirect.and_then(|indirect| indirect.asked_error()),
+            "estimator": description.indirect.map(|indirect| indirect.name()),
+            "rsm_size": description.indirect.and_then(|indirect| indirect.rsm_size()),
+            "target_error": description.indirect.and_then(|indirect| indirect.target_error()),
+            "interpolation_error":
+                description.indirect.and_then(|indirect| indirect.interpolation_error()),
             "half": run.args.half,
             "layers": layers,
         },
@@ -54,6 +55,7 @@ fn object(run: &RunSummary) -> Value {
         "pairs_per_second": stats.pairs_per_second(),
         "ray_count": stats.ray_count,
         "estimated_error": stats.estimated_error,
+        "estimated_interpolation_error": stats.estimated_interpolation_error,
         "submissions": stats.submissions,
         "frame_wall_milliseconds": stats.wall_milliseconds,
         "wall_milliseconds": {

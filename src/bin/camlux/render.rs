@@ -186,7 +186,7 @@ impl Outputs {
 
 fn load(args: &Args) -> Result<Scene, Failure> {
     let mut scene = args.size.load(&args.scene)?;
-    let (indirect, note) = args.indirect.apply(scene.indirect);
+    let (indirect, note) = args.indirect.apply(scene.indirect)?;
     scene.indirect = indirect;
     if let Some(note) = note {
         tell(&format!("camlux: note: {note}"));

@@ -4,7 +4,6 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use camlux::output::{Frame, PngPreview, PngView};
-use camlux::scene::Visibility;
 
 use crate::render::Args;
 
@@ -82,12 +81,17 @@ pub fn text(run: &RunSummary) -> String {
             let _ = write!(counts, ", {} pairs/s", with_prefix(rate));
         }
         line("VPLs", counts);
-        if let Some(asked) = indirect.asked_error() {
-            if indirect.visibility == Visibility::Rays {
-                line("rays", with_prefix(stats.ray_count as f64));
-            }
-            let description = describe_error(indirect.visibility, asked, stats.estimated_error);
-            line("error", description);
+        if let Some(requested) = indirect.target_error() {
+            line("rays", with_prefix(stats.ray_count as f64));
+            let description = describe_error(stats.estimated_error, requested);
+            line("error", format!("{description} against the true bounce)"));
+        }
+        if let Some(requested) = indirect.interpolation_error() {
+            let description = describe_error(stats.estimated_interpolation_error, requested);
+            line(
+                "interpolation error",
+                format!("{description} against the sum at every pixel)"),
+            );
         }
     }
     let WallTimes {
@@ -110,17 +114,13 @@ pub fn text(run: &RunSummary) -> String {
     text
 }
 
-/// relRMSE of the indirect light: what was asked for, what the engine says that it is, and against what.
-fn describe_error(visibility: Visibility, asked: f64, estimated: Option<f64>) -> String {
-    let percent = |share: f64| format!("{:.2} %", 100.0 * share);
-    let estimated = estimated.map_or("not estimated".into(), |share| {
-        format!("estimated {}", percent(share))
+/// What the engine estimates of an error, and what was requested.
+fn describe_error(estimated: Option<f64>, requested: f64) -> String {
+    let percent = |error: f64| format!("{:.2} %", 100.0 * error);
+    let estimated = estimated.map_or("not estimated".into(), |error| {
+        format!("estimated {}", percent(error))
     });
-    let of = match visibility {
-        Visibility::Rays => "of the indirect light",
-        Visibility::None => "against the exact sum",
-    };
-    format!("{estimated}, asked {} (relRMSE {of})", percent(asked))
+    format!("{estimated}, requested {} (relRMSE", percent(requested))
 }
 
 fn list_times<'name>(times_ms: impl Iterator<Item = (&'name str, f64)>) -> String {
@@ -140,14 +140,12 @@ fn with_prefix(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Visibility, describe_error};
+    use super::describe_error;
 
     #[test]
     fn the_error_line_says_whether_there_is_an_estimate() {
-        let of = |estimated| describe_error(Visibility::Rays, 0.02, estimated);
-        assert!(of(Some(0.0173)).starts_with("estimated 1.73 %, asked 2.00 %"));
-        assert!(of(None).starts_with("not estimated, asked 2.00 %"));
-        let sum = describe_error(Visibility::None, 0.02, Some(0.01));
-        assert!(sum.ends_with("against the exact sum)"), "{sum}");
+        let describe = |estimated| describe_error(estimated, 0.02);
+        assert!(describe(Some(0.0173)).starts_with("estimated 1.73 %, requested 2.00 %"));
+        assert!(describe(None).starts_with("not estimated, requested 2.00 %"));
     }
 }

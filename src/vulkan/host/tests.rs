@@ -9,7 +9,7 @@ use super::*;
 use crate::{
     DeviceOptions, Renderer, Scene,
     output::Layer,
-    scene::{Estimator, Indirect},
+    scene::{Indirect, VplSum},
 };
 
 /// What a host has switched on.
@@ -207,7 +207,7 @@ fn scene() -> Scene {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
     let mut scene = Scene::load(&file).expect("a demo scene loads");
     scene.camera.resolution_px = [24, 16];
-    scene.indirect = Some(Indirect::plain_sum(Estimator::InstantRadiosity, 8));
+    scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8));
     scene
 }
 

@@ -206,6 +206,11 @@ impl Writer<'_> {
                 line.insert("ms".into(), json!(rounded_ms(time)));
                 let estimated_error = frame.stats.estimated_error;
                 line.insert("estimated_error".into(), json!(estimated_error));
+                let interpolation_error = frame.stats.estimated_interpolation_error;
+                if interpolation_error.is_some() {
+                    let key = "estimated_interpolation_error".into();
+                    line.insert(key, json!(interpolation_error));
+                }
                 let warnings = [frame.warnings(), self.exr.warnings(&frame)].concat();
                 self.done.warned += u64::from(!warnings.is_empty());
                 line.insert("warnings".into(), json!(warnings));

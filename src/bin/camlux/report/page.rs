@@ -204,7 +204,7 @@ fn errors_table(entries: &[Entry]) -> String {
 fn asked_table(entries: &[Entry]) -> String {
     let asked = entries.iter().filter_map(|entry| {
         let engine = entry.engine.as_ref()?;
-        Some((entry, engine, engine.asked_error?))
+        Some((entry, engine, engine.target_error?))
     });
     let rows: Vec<Vec<String>> = asked
         .map(|(entry, engine, asked)| {

@@ -96,12 +96,10 @@ pub struct Entry {
 #[derive(Serialize)]
 pub struct EngineFigures {
     pub estimator: &'static str,
-    /// `rays` or `none`.
-    pub visibility: &'static str,
     /// `None`: the engine chose.
     pub rsm_size: Option<u32>,
-    /// relRMSE of the indirect light that was asked for; `None` for plain sums, as is the next.
-    pub asked_error: Option<f64>,
+    /// relRMSE of the indirect light that was requested; `None` for plain sums, as is the next.
+    pub target_error: Option<f64>,
     /// The same as the engine estimates it, without the truth.
     pub estimated_error: Option<f64>,
     pub vpl_count: u64,

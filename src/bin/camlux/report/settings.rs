@@ -1,17 +1,19 @@
 //! The engine's settings that trade speed for accuracy, in series.
 
-use camlux::scene::{Estimator, Indirect, Visibility};
+use camlux::scene::{IndirectLight, VplSum};
 
 /// RSM sizes of the plain sums: pairs, and so time, grow fourfold from each to the next.
 const SIZES: [u32; 6] = [8, 16, 32, 64, 128, 256];
-/// Target errors of what casts rays, from the fastest to the slowest.
+/// Target errors of final gathering, from the fastest to the slowest.
 const TARGET_ERRORS: [f64; 6] = [0.1, 0.05, 0.03, 0.02, 0.01, 0.005];
 
 /// One point of a series.
 pub struct Setting {
     pub series: &'static str,
     pub label: String,
-    pub indirect: Indirect,
+    pub indirect: IndirectLight,
+    /// `None`: no plain sum.
+    pub sum: Option<VplSum>,
 }
 
 /// The series, each from its fastest setting to its slowest.
@@ -21,34 +23,28 @@ pub fn series(is_quick: bool) -> [Vec<Setting>; 3] {
     } else {
         (&SIZES[..], &TARGET_ERRORS[..])
     };
-    let sums = |series, estimator| {
+    let sums = |sum: VplSum| {
         sizes
             .iter()
             .map(|&size| Setting {
-                series,
+                series: sum.name(),
                 label: format!("{size}²"),
-                indirect: Indirect::plain_sum(estimator, size),
+                indirect: IndirectLight::vpl_sum(sum, size),
+                sum: Some(sum),
             })
             .collect()
     };
-    let by_rays = target_errors.iter().map(|&asked| Setting {
-        series: "instant-radiosity",
+    let final_gather = target_errors.iter().map(|&requested| Setting {
+        series: "final-gather",
         // Not the bare number: it stands beside an error that may be another.
-        label: format!("asked {} %", (1e4 * asked).round() / 1e2),
-        indirect: Indirect {
-            estimator: Estimator::InstantRadiosity,
-            rsm_size: None,
-            visibility: Visibility::Rays,
-            target_error: Some(asked),
-        },
+        label: format!("requested {} %", (1e4 * requested).round() / 1e2),
+        indirect: IndirectLight::final_gather(requested),
+        sum: None,
     });
     [
-        sums("rsm-average", Estimator::RsmAverage),
-        sums(
-            "instant-radiosity, no visibility",
-            Estimator::InstantRadiosity,
-        ),
-        by_rays.collect(),
+        sums(VplSum::RsmAverage),
+        sums(VplSum::InstantRadiosity),
+        final_gather.collect(),
     ]
 }
 
@@ -57,7 +53,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_report_has_every_estimator_and_every_visibility() {
+    fn a_report_has_every_estimator() {
         let names = |is_quick| {
             series(is_quick).map(|settings| {
                 let labels = settings.iter().map(|setting| setting.label.as_str());
@@ -69,16 +65,16 @@ mod tests {
             names(false),
             [
                 "rsm-average: 8², 16², 32², 64², 128², 256²",
-                "instant-radiosity, no visibility: 8², 16², 32², 64², 128², 256²",
-                "instant-radiosity: asked 10 %, asked 5 %, asked 3 %, asked 2 %, asked 1 %, asked 0.5 %",
+                "instant-radiosity: 8², 16², 32², 64², 128², 256²",
+                "final-gather: requested 10 %, requested 5 %, requested 3 %, requested 2 %, requested 1 %, requested 0.5 %",
             ]
         );
         assert_eq!(
             names(true),
             [
                 "rsm-average: 8², 16², 32², 64²",
-                "instant-radiosity, no visibility: 8², 16², 32², 64²",
-                "instant-radiosity: asked 10 %, asked 5 %",
+                "instant-radiosity: 8², 16², 32², 64²",
+                "final-gather: requested 10 %, requested 5 %",
             ]
         );
     }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use camlux::intermediates::Intermediates;
 use camlux::output::{Frame, Layer};
-use camlux::scene::{Indirect, Visibility};
+use camlux::scene::VplSum;
 use camlux::{Error, RenderOptions, Renderer, Scene, twin};
 
 use super::error;
@@ -111,9 +111,9 @@ impl Sweep<'_> {
             ..self.scene.clone()
         };
         // Also the warm-up.
-        let (kernel_error, kernel_error_pixels) = match indirect.visibility {
-            Visibility::None => self.kernel_error(&scene, indirect)?,
-            Visibility::Rays => {
+        let (kernel_error, kernel_error_pixels) = match setting.sum {
+            Some(sum) => self.kernel_error(&scene, sum)?,
+            None => {
                 self.warm_up(&scene)?;
                 (None, 0)
             }
@@ -136,10 +136,9 @@ impl Sweep<'_> {
             indirect: measured.indirect,
             total: measured.total,
             engine: Some(EngineFigures {
-                estimator: indirect.estimator.name(),
-                visibility: indirect.visibility.name(),
-                rsm_size: indirect.rsm_size,
-                asked_error: indirect.asked_error(),
+                estimator: indirect.name(),
+                rsm_size: indirect.rsm_size(),
+                target_error: indirect.target_error(),
                 estimated_error: frame.stats.estimated_error,
                 vpl_count: frame.stats.vpl_count,
                 pixel_vpl_pairs: frame.stats.pixel_vpl_pairs,
@@ -169,7 +168,7 @@ impl Sweep<'_> {
     fn kernel_error(
         &mut self,
         scene: &Scene,
-        indirect: Indirect,
+        sum: VplSum,
     ) -> Result<(Option<f64>, usize), Failure> {
         let mut show = |_| self.steps.tick();
         let mut options = RenderOptions {
@@ -180,7 +179,7 @@ impl Sweep<'_> {
             .renderer
             .render_with_intermediates(scene, &mut options)?;
         let pixels = spread(&kept, self.extent.kernel_pixels);
-        let exact = twin::indirect_at(scene, indirect.estimator, &kept, &pixels);
+        let exact = twin::indirect_at(scene, sum, &kept, &pixels);
         let (values, _) = frame_values(&frame, Layer::Indirect)?.as_chunks::<3>();
         let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| values[pixel]).collect();
         let error = error::relative_rmse(&computed, exact.as_flattened())?;
@@ -209,7 +208,7 @@ fn spread(kept: &Intermediates, count: usize) -> Vec<usize> {
 
 /// What the next setting of the series will take, at least. A plain sum at every pixel: four times the pairs, and the rest as it is.
 fn next_seconds(entry: &Entry) -> f64 {
-    let sums = entry.engine.iter().filter(|e| e.asked_error.is_none());
+    let sums = entry.engine.iter().filter(|e| e.target_error.is_none());
     let gather_ms = sums
         .flat_map(|engine| &engine.gpu_passes)
         .filter(|pass| pass.name == "gather");

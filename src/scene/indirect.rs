@@ -1,0 +1,137 @@
+//! Which indirect light is wanted.
+
+use std::ops::RangeInclusive;
+
+use super::validate::{Check, Part};
+
+/// How the single bounce is computed. See `docs/model.md`.
+///
+/// `rsm_size` is the number of texels along one edge of a face of the reflective shadow map.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum IndirectLight {
+    /// The CamSim document's equation: the mean over the RSM, without distance falloff and without visibility.
+    RsmAverage {
+        rsm_size: u32,
+        /// relRMSE against the sum over all VPLs that interpolation between pixels may cause, within [`TARGET_ERRORS`];
+        /// `None`: the sum is taken at every pixel. It says nothing of how far that sum is from the true bounce.
+        interpolation_error: Option<f64>,
+    },
+    /// The sum over all VPLs with the integral's measure kept (Keller 1997), without visibility.
+    InstantRadiosity { rsm_size: u32 },
+    /// Final gathering by multiple importance sampling from P and from the RSM: converges to the true single bounce.
+    FinalGather {
+        /// relRMSE against the true single bounce, sqrt(Σ(x−t)²/Σt²), within [`TARGET_ERRORS`].
+        target_error: f64,
+        /// `None`: the engine chooses.
+        rsm_size: Option<u32>,
+    },
+}
+
+/// The formula of a plain sum over virtual point lights.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum VplSum {
+    /// That of [`IndirectLight::RsmAverage`].
+    RsmAverage,
+    /// That of [`IndirectLight::InstantRadiosity`].
+    InstantRadiosity,
+}
+
+/// The target error of [`IndirectLight::FinalGather`] where a scene file gives none.
+pub const DEFAULT_TARGET_ERROR: f64 = 0.02;
+/// Errors that can be requested.
+pub const TARGET_ERRORS: RangeInclusive<f64> = 0.002..=0.5;
+
+impl IndirectLight {
+    /// The estimators' names in scene files, on the command line and in image headers.
+    pub const NAMES: [&'static str; 3] = ["final-gather", "rsm-average", "instant-radiosity"];
+
+    /// A plain sum over the VPLs of a reflective shadow map, at every pixel.
+    pub const fn vpl_sum(sum: VplSum, rsm_size: u32) -> Self {
+        match sum {
+            VplSum::RsmAverage => IndirectLight::RsmAverage {
+                rsm_size,
+                interpolation_error: None,
+            },
+            VplSum::InstantRadiosity => IndirectLight::InstantRadiosity { rsm_size },
+        }
+    }
+
+    /// Final gathering with an RSM of the engine's choice.
+    pub const fn final_gather(target_error: f64) -> Self {
+        IndirectLight::FinalGather {
+            target_error,
+            rsm_size: None,
+        }
+    }
+
+    /// The estimator's name, one of [`IndirectLight::NAMES`].
+    pub fn name(&self) -> &'static str {
+        match self {
+            IndirectLight::FinalGather { .. } => "final-gather",
+            IndirectLight::RsmAverage { .. } => VplSum::RsmAverage.name(),
+            IndirectLight::InstantRadiosity { .. } => VplSum::InstantRadiosity.name(),
+        }
+    }
+
+    /// Texels along one edge of a face of the RSM; `None`: the engine chooses.
+    pub fn rsm_size(&self) -> Option<u32> {
+        match *self {
+            IndirectLight::RsmAverage { rsm_size, .. }
+            | IndirectLight::InstantRadiosity { rsm_size } => Some(rsm_size),
+            IndirectLight::FinalGather { rsm_size, .. } => rsm_size,
+        }
+    }
+
+    /// The requested error against the true bounce; `None` for sums, which do not converge to it.
+    pub fn target_error(&self) -> Option<f64> {
+        match *self {
+            IndirectLight::FinalGather { target_error, .. } => Some(target_error),
+            _ => None,
+        }
+    }
+
+    /// The requested error against the sum at every pixel; `None` where none is interpolated.
+    pub fn interpolation_error(&self) -> Option<f64> {
+        match *self {
+            IndirectLight::RsmAverage {
+                interpolation_error,
+                ..
+            } => interpolation_error,
+            _ => None,
+        }
+    }
+
+    pub(super) fn check(&self) -> Check {
+        let part = Part::Indirect;
+        let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
+        let errors = [
+            ("target_error", self.target_error()),
+            ("interpolation_error", self.interpolation_error()),
+        ];
+        for (key, error) in errors {
+            part.require(
+                error.is_none_or(|error| TARGET_ERRORS.contains(&error)),
+                || format!("{key} is {}", error.unwrap_or_default()),
+                format!("give a relRMSE from {least} to {most}, such as 0.02"),
+            )?;
+        }
+        part.require(
+            self.rsm_size() != Some(0),
+            || "rsm_size is 0".into(),
+            "give the texels along one face's edge, such as 64",
+        )
+    }
+}
+
+impl VplSum {
+    /// Both, in the order of the documentation.
+    pub const ALL: [VplSum; 2] = [VplSum::RsmAverage, VplSum::InstantRadiosity];
+
+    /// The name of the estimator that takes this sum.
+    pub fn name(self) -> &'static str {
+        match self {
+            VplSum::RsmAverage => "rsm-average",
+            VplSum::InstantRadiosity => "instant-radiosity",
+        }
+    }
+}
