@@ -57,7 +57,7 @@ fn what_is_missing_or_damaged_is_rendered_again() {
     fs::write(jobs.path("set/frames/.000002.exr.1-7.part"), "half").unwrap();
     jobs.write("job.toml", &JOB.replace("seed = 3", "seed = 4"));
     assert_eq!(rendered(&jobs.succeed("set", &[])), JOB_FRAMES);
-    assert_eq!(files_below(&jobs.path("set")).len(), JOB_FRAMES + 3);
+    assert_eq!(files_below(&jobs.path("set")).len(), JOB_FRAMES + 2);
     assert_ne!(jobs.hashes("set"), hashes);
 }
 
@@ -203,8 +203,8 @@ fn a_signal_ends_a_run_in_order() {
     let files = files_below(&jobs.path("set"));
     assert_eq!(
         files.len(),
-        // dataset.json, two manifests and their locks.
-        count + 5,
+        // dataset.json and two manifests.
+        count + 3,
         "each file has a line, none is unfinished"
     );
     let more = (count + 2).to_string();

@@ -99,7 +99,7 @@ fn a_scene_becomes_image_preview_and_statistics() {
     assert_eq!(names.len(), 4 * 3 + 2 * 3 + 2 + 2, "{names:?}");
     assert_eq!(text_attribute(&image, "camlux.estimator"), "rsm-average");
     assert_eq!(text_attribute(&image, "camlux.unit.energy"), "J");
-    assert!(text_attribute(&image, "camlux.light.0").contains("point"));
+    assert!(text_attribute(&image, "camlux.light.0.kind").contains("point"));
     let is_black = |samples: &FlatSamples| samples.values_as_f32().all(|value| value == 0.0);
     for (name, samples) in channels(&image) {
         assert!(!is_black(&samples), "{name} has values");
