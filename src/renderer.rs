@@ -7,13 +7,13 @@ use std::{
 };
 
 use crate::{
-    Device, DeviceFrame, GatherKernel, IndirectMethod, LocalSpace, Plan, RayKernel, Result, Scene,
-    ShadowPlan,
-    frame::{self, Cost, DrawnFrame, Kept, Progress, ProgressReport, Spare},
+    Device, DeviceFrame, Error, GatherKernel, GatherPlan, LocalSpace, Plan, RayKernel, Result,
+    Scene, ShadowPlan,
+    frame::{self, Cached, DrawnFrame, FrameCache, Progress, ProgressReport, Spare},
     intermediates::Intermediates,
-    output::{Frame, FrameDescription, FrameStats},
-    passes::Context,
-    vulkan::{Pipelines, Timeline},
+    output::{Frame, FrameDescription, FrameStats, PassTime},
+    passes::{Context, cost::Cost},
+    vulkan::{PassTimes, Pipelines, Timeline},
 };
 
 /// Renders frames on a device.
@@ -25,7 +25,7 @@ use crate::{
 pub struct Renderer {
     device: Device,
     pipelines: Pipelines,
-    kept: Kept,
+    cache: FrameCache,
     /// What a frame was read into.
     spare: Spare,
     /// Of the frames that stay on the device; none before the first.
@@ -69,7 +69,7 @@ impl Renderer {
         Ok(Renderer {
             device: device.clone(),
             pipelines: Pipelines::new(device),
-            kept: Kept::default(),
+            cache: FrameCache::default(),
             spare: Spare::default(),
             timeline: None,
         })
@@ -77,7 +77,7 @@ impl Renderer {
 
     /// Gives back what the last frame has left on the device, and memory of frames; the next one makes it anew.
     pub fn forget(&mut self) {
-        self.kept = Kept::default();
+        self.cache = FrameCache::default();
         self.spare = Spare::default();
     }
 
@@ -103,7 +103,7 @@ impl Renderer {
         let read = read.inspect_err(|_| self.forget());
         let mut frame = read?;
         frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
-        self.kept.images = Some(drawn.images);
+        self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);
         Ok(frame)
     }
 
@@ -152,19 +152,20 @@ impl Renderer {
         self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
-        let method = plan.indirect.as_mut().map(|indirect| &mut indirect.method);
-        if let (Some(IndirectMethod::Sum(sum)), Some(kernel)) = (method, options.gather_kernel) {
-            sum.kernel = kernel.checked_for(info)?;
+        let mut gather = plan.indirect.as_mut().map(|indirect| &mut indirect.gather);
+        if let (Some(GatherPlan::VplSum { kernel, .. }), Some(chosen)) =
+            (&mut gather, options.gather_kernel)
+        {
+            *kernel = chosen.checked_for(info)?;
         }
-        if let Some(kernel) = options.ray_kernel {
-            kernel.checked_for(info)?;
-            let method = plan.indirect.as_mut().map(|indirect| &mut indirect.method);
-            if let Some(IndirectMethod::Bounce(bounce)) = method {
-                bounce.kernel = kernel;
+        if let Some(chosen) = options.ray_kernel {
+            let chosen = chosen.checked_for(info)?;
+            if let Some(GatherPlan::FinalGather { kernel }) = gather {
+                *kernel = chosen;
             }
             for light in &mut plan.lights {
-                if let ShadowPlan::Rays(planned) = &mut light.shadow {
-                    *planned = kernel;
+                if let ShadowPlan::Rays(kernel) = &mut light.shadow {
+                    *kernel = chosen;
                 }
             }
         }
@@ -179,35 +180,30 @@ impl Renderer {
             stays_on_device: matches!(purpose, Purpose::OnDevice),
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
-        let is_refined = plan.indirect.is_some_and(|i| i.refinement().is_some());
-        let mut progress = ProgressReport::new(report, plan.lights.len(), is_refined);
-        let mut cost = Cost::default();
+        let mut progress = ProgressReport::new(report, plan.lights.len(), plan.indirect.is_some());
+        let mut cost = Cost::new(options.submission_target);
         // To be looked at, everything is to be made.
-        let mut nothing = Kept::default();
-        let (kept, look) = match purpose {
+        let mut nothing = FrameCache::default();
+        let (cache, look) = match purpose {
             Purpose::Look(intermediates) => (&mut nothing, Some(intermediates)),
-            Purpose::Layers | Purpose::OnDevice => (&mut self.kept, None),
+            Purpose::Layers | Purpose::OnDevice => (&mut self.cache, None),
         };
-        let images = frame::draw(
-            &context,
-            options.submission_target,
-            kept,
-            &mut progress,
-            &mut cost,
-            look,
-        )?;
+        let drawn = frame::draw(&context, cache, &mut progress, &mut cost, look);
+        let images = cache.images.take();
+        let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
+        let images = images.ok_or_else(|| Error::internal("a frame without images"))?;
         Ok(DrawnFrame {
             images,
             space,
             stats: FrameStats {
                 device: info.name.clone(),
                 driver: info.driver.clone(),
-                passes: cost.passes(),
-                vpl_count: cost.vpl_count,
-                pixel_vpl_pairs: cost.pairs,
-                ray_count: cost.rays,
-                estimated_error: cost.estimated_error,
-                estimated_interpolation_error: cost.estimated_interpolation_error,
+                passes: passes_of(&cost.times),
+                vpl_count,
+                pixel_vpl_pairs: cost.work_of("gather"),
+                ray_count: cost.work_of("bounce"),
+                estimated_error: estimates.error,
+                estimated_interpolation_error: estimates.interpolation_error,
                 submissions: cost.submissions,
                 wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
             },
@@ -221,4 +217,16 @@ enum Purpose<'p> {
     Layers,
     OnDevice,
     Look(&'p mut Intermediates),
+}
+
+/// Times of the same pass added up, in the order of first appearance.
+fn passes_of(times: &PassTimes) -> Vec<PassTime> {
+    let mut passes: Vec<PassTime> = Vec::new();
+    for &(name, milliseconds) in times {
+        match passes.iter_mut().find(|pass| pass.name == name) {
+            Some(pass) => pass.milliseconds += milliseconds,
+            None => passes.push(PassTime { name, milliseconds }),
+        }
+    }
+    passes
 }
