@@ -37,7 +37,7 @@ fn missing_files() {
     refuses_mtl(
         "newmtl white\nmap_Kd none.png\n",
         &[
-            "mesh.mtl:1: cannot read the texture none.png",
+            "mesh.mtl:2: cannot read the texture none.png",
             "PNG or JPEG",
         ],
     );
@@ -52,7 +52,7 @@ fn unreadable_texture() {
     assert_says(
         &folder.error(folder.load_obj(TRIANGLE)),
         &[
-            "mesh.mtl:1: cannot read the texture wood.png",
+            "mesh.mtl:2: cannot read the texture wood.png",
             "PNG or JPEG",
         ],
     );
@@ -60,7 +60,7 @@ fn unreadable_texture() {
     folder.write("wood.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
     assert_says(
         &folder.error(folder.load_obj(TRIANGLE)),
-        &["mesh.mtl:1: cannot read the texture wood.png"],
+        &["mesh.mtl:2: cannot read the texture wood.png"],
     );
 }
 

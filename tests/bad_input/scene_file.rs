@@ -48,6 +48,14 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
                 "did you mean \"mesh\"?",
             ],
         ),
+        // Not "position", which is there.
+        (
+            camera_with("look_at", "positions"),
+            [
+                "scene.toml:4: unknown key \"positions\" in [camera]",
+                "did you mean \"intrinsics_px\"? possible are: look_at, intrinsics_px",
+            ],
+        ),
         (
             camera_with("fov_y_deg", "fov"),
             [

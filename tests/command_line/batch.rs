@@ -3,9 +3,10 @@
 
 use std::fs;
 
-use crate::exr_attributes::text_attribute;
 use crate::jobs::{JOB, JOB_FRAMES, Jobs, SCENE, files_below};
+use camlux::output::LayeredImage;
 use exr::prelude::{FlatImage, read_all_flat_layers_from_file};
+use glam::{DMat4, DQuat, DVec3};
 use serde_json::json;
 
 fn pixels(image: &FlatImage) -> String {
@@ -198,9 +199,14 @@ fn poses_of_a_trajectory_survive_to_the_last_digits() {
         assert!(near(&seen, pose), "{index}: {seen:?} instead of {pose:?}");
         assert!((line["time_s"].as_f64().unwrap() - 0.1 * index as f64).abs() < 1e-12);
         let file = jobs.path(&format!("set/frames/{index:06}.exr"));
-        let image = read_all_flat_layers_from_file(file).unwrap();
-        let seen = numbers(&text_attribute(&image, "camlux.camera.pose"));
-        assert!(near(&seen, pose), "{index}: {seen:?} instead of {pose:?}");
+        let seen = LayeredImage::read(&file).unwrap();
+        let seen = numbers(seen.attribute("camlux.cameraToWorld").unwrap());
+        let rotation = DQuat::from_slice(&pose[3..]);
+        let position_m = DVec3::from_slice(pose);
+        let to_world = DMat4::from_rotation_translation(rotation, position_m);
+        let pairs = seen.iter().zip(to_world.to_cols_array());
+        let farthest = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(seen.len() == 16 && farthest < 1e-12, "{index}: {seen:?}");
     }
 }
 
@@ -335,7 +341,7 @@ fn frames_that_fail_are_recorded() {
         "frame 1 failed",
         "kd",
         "rendered 2 frames",
-        "1 frames failed",
+        "1 frame failed",
     ] {
         assert!(stderr.contains(says), "{says}: {stderr}");
     }
@@ -345,10 +351,10 @@ fn frames_that_fail_are_recorded() {
     assert!(lines[1].get("file").is_none());
     assert!(!jobs.path("set/frames/000001.exr").exists());
     let stderr = jobs.fail("set", &["--merge"]);
-    assert!(stderr.contains("1 frames are failed: 1"), "{stderr}");
+    assert!(stderr.contains("1 frame failed: 1"), "{stderr}");
 
     let stderr = jobs.fail("fast", &["--fail-fast"]);
-    assert!(stderr.contains("stopped with 1 frames to go"), "{stderr}");
+    assert!(stderr.contains("stopped with 1 frame to go"), "{stderr}");
     assert!(!jobs.path("fast/frames/000002.exr").exists());
 
     let before = jobs.read("set/frames/000002.exr");

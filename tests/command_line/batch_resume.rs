@@ -88,7 +88,10 @@ fn shards_merge_into_what_one_run_makes() {
         jobs.read("shared/dataset.json"),
         jobs.read("whole/dataset.json")
     );
-    assert!(stderr.contains("merged 12 of 12 frames"), "{stderr}");
+    assert!(
+        stderr.contains("merged 12 of 12 frames from 4 shards"),
+        "{stderr}"
+    );
     assert_eq!(jobs.hashes("shared"), jobs.hashes("whole"));
     assert_eq!(rendered(&jobs.succeed("shared", &[])), 0);
     assert_eq!(rendered(&jobs.succeed("shared", &["--shard", "2/4"])), 0);
@@ -96,7 +99,7 @@ fn shards_merge_into_what_one_run_makes() {
     fs::write(jobs.path("shared/frames/000004.exr"), "damaged").unwrap();
     let stderr = jobs.fail("shared", &["--merge"]);
     assert!(
-        stderr.contains("1 frames are missing or damaged: 4"),
+        stderr.contains("1 frame is missing or damaged: 4"),
         "{stderr}"
     );
 }
@@ -105,7 +108,10 @@ fn shards_merge_into_what_one_run_makes() {
 fn a_range_leaves_the_others_alone() {
     let jobs = Jobs::new(JOB);
     assert_eq!(rendered(&jobs.succeed("set", &["--frames", "2..5"])), 3);
-    assert_eq!(rendered(&jobs.succeed("set", &["--frames", "4..100"])), 7);
+    assert_eq!(rendered(&jobs.succeed("set", &["--frames", "4..12"])), 7);
+    let stderr = jobs.fail("set", &["--frames", "4..100"]);
+    let says = "--frames 4..100: the job has 12 frames; end at 12 at most";
+    assert!(stderr.contains(says), "{stderr}");
     let there: Vec<u64> = jobs.hashes("set").into_keys().collect();
     assert_eq!(there, (2..12).collect::<Vec<_>>());
     assert_eq!(rendered(&jobs.succeed("set", &[])), 2);
@@ -182,6 +188,11 @@ fn a_signal_ends_a_run_in_order() {
         assert!(Instant::now() < deadline && child.try_wait().unwrap().is_none());
         sleep(Duration::from_millis(5));
     }
+    let stderr = jobs.fail("set", &[]);
+    let says = "set/manifest.jsonl: another run is at work on it";
+    assert!(stderr.contains(says), "{stderr}");
+    // A shard has a manifest of its own.
+    jobs.succeed("set", &["--frames", "0..1", "--shard", "1/2"]);
     let pid = child.id().to_string();
     let signal = Command::new("kill").args(["-TERM", &pid]).status().unwrap();
     assert!(signal.success());
@@ -190,7 +201,8 @@ fn a_signal_ends_a_run_in_order() {
     let files = files_below(&jobs.path("set"));
     assert_eq!(
         files.len(),
-        count + 2,
+        // dataset.json and two manifests.
+        count + 3,
         "each file has a line, none is unfinished"
     );
     let more = (count + 2).to_string();

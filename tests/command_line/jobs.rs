@@ -136,7 +136,7 @@ impl Jobs {
     }
 }
 
-/// Every file below a folder, hidden ones too.
+/// Every file below a folder, hidden ones too, but the locks: they stay.
 pub fn files_below(folder: &Path) -> Vec<String> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -147,6 +147,7 @@ pub fn files_below(folder: &Path) -> Vec<String> {
             names.push(path.file_name().unwrap().to_str().unwrap().to_owned());
         }
     }
+    names.retain(|name| !name.ends_with(".lock"));
     names.sort();
     names
 }

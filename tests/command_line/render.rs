@@ -97,7 +97,7 @@ fn a_scene_becomes_image_preview_and_statistics() {
     assert_eq!(names.len(), 4 * 3 + 2 * 3 + 2 + 2, "{names:?}");
     assert_eq!(text_attribute(&image, "camlux.estimator"), "rsm-average");
     assert_eq!(text_attribute(&image, "camlux.unit.energy"), "J");
-    assert!(text_attribute(&image, "camlux.light.0").contains("point"));
+    assert!(text_attribute(&image, "camlux.light.0.kind").contains("point"));
     let is_black = |samples: &FlatSamples| samples.values_as_f32().all(|value| value == 0.0);
     for (name, samples) in channels(&image) {
         assert!(!is_black(&samples), "{name} has values");
@@ -123,6 +123,7 @@ fn a_scene_becomes_image_preview_and_statistics() {
     }
     let hash = text_attribute(&image, "camlux.scene_hash");
     assert_eq!(stats["scene"]["hash"], serde_json::json!(hash));
+    assert_eq!(stats["warnings"], serde_json::json!([]));
     let vpl_count = stats["vpl_count"].as_u64().unwrap();
     assert!(0 < vpl_count && vpl_count <= 6 * 8 * 8, "{vpl_count}");
     let passes = stats["gpu_passes"].as_array().unwrap();
@@ -494,6 +495,33 @@ fn threads_do_not_show() {
             "{name}, {estimator}"
         );
     }
+}
+
+#[test]
+fn what_is_probably_not_meant_is_said_and_in_the_statistics() {
+    let folder = tempfile::tempdir().unwrap();
+    let cornell = fs::read_to_string(scene_file("cornell")).unwrap();
+    let text = cornell.replace("look_at = [0.0, 1.0, 0.0]", "look_at = [0.0, 1.0, 9.0]");
+    assert_ne!(text, cornell);
+    fs::write(folder.path().join("away.toml"), text).unwrap();
+    for name in ["cornell.obj", "cornell.mtl"] {
+        let file = scene_file("cornell").with_file_name(name);
+        fs::copy(file, folder.path().join(name)).unwrap();
+    }
+    let arguments = ["render", "away.toml", "-o", "a.exr", "--size", "8", "8"];
+    let mut command = program(folder.path(), &arguments);
+    let output = command.args(["--stats", "-"]).output().unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    assert!(
+        stderr.contains("camlux: warning: nothing is in view"),
+        "{stderr}"
+    );
+    let stats: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let warnings = stats["warnings"].as_array().unwrap();
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    assert!(warnings[0].as_str().unwrap().contains("nothing is in view"));
+    assert!(!folder.path().join("-").exists());
 }
 
 #[test]

@@ -133,6 +133,15 @@ fn unwritable_output_is_said_before_the_scene_is_read() {
 #[test]
 fn outputs_need_names_of_their_own() {
     assert_fails(&["render", "no-scene.toml", "-o", "a.png"], 1, ".exr");
+    // - is stdout for what is text; images go to files.
+    for (output, png) in [("-", "a.png"), ("a.exr", "-"), ("a.exr", "a.jpg")] {
+        let arguments = ["render", "no-scene.toml", "-o", output, "--png", png];
+        assert_fails(
+            &arguments,
+            1,
+            "an image is written there; end the name in .",
+        );
+    }
     assert_fails(
         &["render", "no-scene.toml", "-o", "a.exr", "--stats", "a.exr"],
         1,

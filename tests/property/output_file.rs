@@ -16,20 +16,18 @@ fn file_names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn commit_replaces_at_once_and_drop_does_not() {
-    use std::io::Write;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.txt");
     fs::write(&path, "old").unwrap();
 
-    let mut output = OutputFile::create(&path).unwrap();
-    output.write_all(b"half").unwrap();
+    let output = OutputFile::create(&path).unwrap();
+    assert_eq!(file_names(folder.path()).len(), 2);
     assert_eq!(fs::read_to_string(&path).unwrap(), "old");
     drop(output);
     assert_eq!(fs::read_to_string(&path).unwrap(), "old");
 
-    let mut output = OutputFile::create(&path).unwrap();
-    output.write_all(b"new").unwrap();
-    output.commit().unwrap();
+    let output = OutputFile::create(&path).unwrap();
+    output.commit_with(b"new").unwrap();
     assert_eq!(fs::read_to_string(&path).unwrap(), "new");
     assert_eq!(file_names(folder.path()), ["a.txt"]);
 }
@@ -64,6 +62,8 @@ fn unwritable_places_are_refused_on_creation() {
         (folder.path().to_owned(), "it is a folder"),
         (file.join("a.exr"), "its folder is not a folder"),
         (read_only.clone(), "read-only"),
+        #[cfg(target_os = "linux")]
+        ("/proc/a.png".into(), "its folder takes no new files"),
     ];
     for (path, problem) in cases {
         let message = OutputFile::create(&path).unwrap_err().to_string();
@@ -75,4 +75,17 @@ fn unwritable_places_are_refused_on_creation() {
     }
     assert_eq!(fs::read_to_string(&read_only).unwrap(), "kept");
     assert_eq!(file_names(folder.path()), ["file", "read_only.exr"]);
+}
+
+/// Others may read what was written, as far as the user's umask has it.
+#[cfg(unix)]
+#[test]
+fn a_file_has_the_permissions_of_any_other() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let [plain, output] = ["plain", "output"].map(|name| folder.path().join(name));
+    fs::write(&plain, "").unwrap();
+    OutputFile::create(&output).unwrap().commit().unwrap();
+    let mode = |path| fs::metadata(path).unwrap().permissions().mode();
+    assert_eq!(mode(output), mode(plain));
 }

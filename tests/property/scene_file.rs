@@ -1,6 +1,6 @@
 //! What the keys of a scene file mean.
 
-use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder};
+use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
     DEFAULT_TARGET_ERROR, IndirectLight, Intrinsics, Lens, Light, Scene, Shadow, SpotCone, VplSum,
 };
@@ -133,7 +133,7 @@ fn every_estimator_is_read_with_its_keys() {
 #[test]
 fn warnings_name_the_material_and_the_light() {
     let toml = format!(
-        "{CAMERA}{}[material.mirror]\nkd = [0.1, 0.6, 0.1]\nks = 0.5\nshininess = 9\n[material.clay]\nkd = 1\n",
+        "{CAMERA}{}{MESH}[material.mirror]\nkd = [0.1, 0.6, 0.1]\nks = 0.5\nshininess = 9\n[material.clay]\nkd = 1\n",
         LIGHT.replace("50.0", "0")
     );
     let warnings = load(&toml).warnings();
@@ -142,6 +142,43 @@ fn warnings_name_the_material_and_the_light() {
     assert!(warnings[1].contains("light 0 (point) emits nothing"));
     let toml = format!("{CAMERA}{LIGHT}{MESH}");
     assert_eq!(load(&toml).warnings(), Vec::<String>::new());
+}
+
+#[test]
+fn warnings_name_what_cannot_be_seen() {
+    let folder = SceneFolder::new();
+    let assert_warns = |scene: &Scene, says: &[&str]| {
+        let warnings = scene.warnings();
+        assert_eq!(warnings.len(), says.len(), "{warnings:?}");
+        for (warning, part) in warnings.iter().zip(says) {
+            assert!(warning.contains(part), "{warning}");
+        }
+    };
+    let scene = folder.load(&format!("{CAMERA}{LIGHT}")).unwrap();
+    assert_warns(&scene, &["there is no mesh"]);
+    assert_warns(
+        &folder.load_obj("# nothing\n").unwrap(),
+        &["mesh \"mesh.obj\" has no triangles"],
+    );
+    let line = TRIANGLE.replace("v 0 1 0", "v 2 0 0");
+    assert_warns(
+        &folder.load_obj(&line).unwrap(),
+        &["no triangle of mesh \"mesh.obj\" has an area"],
+    );
+
+    // The triangle (0,0,0), (1,0,0), (0,1,0).
+    folder.write("mesh.obj", TRIANGLE);
+    let lit_from = |position: &str| {
+        let light = LIGHT.replace("[0.0, 1.98, 0.0]", position);
+        folder.load(&format!("{CAMERA}{light}{MESH}")).unwrap()
+    };
+    for position in ["[0.25, 0.25, 0.0]", "[0.0, 0.0, 0.0]", "[0.5, 0.5, 1e-8]"] {
+        let says = "light 0 (point) lies in a surface of mesh \"mesh.obj\"";
+        assert_warns(&lit_from(position), &[says]);
+    }
+    for position in ["[0.25, 0.25, 1e-4]", "[0.51, 0.51, 0.0]", "[-0.01, 0.5, 0]"] {
+        assert_warns(&lit_from(position), &[]);
+    }
 }
 
 #[test]

@@ -1,12 +1,62 @@
-//! What the command line changes in a scene.
+//! Options that several commands have.
 
 use std::path::Path;
 
-use camlux::Scene;
 use camlux::output::Layer;
 use camlux::scene::{Camera, Intrinsics, Lens};
+use camlux::{DeviceChoice, DeviceOptions, Scene};
 
-use crate::Failure;
+use crate::{Failure, warn};
+
+#[derive(clap::Args)]
+pub struct SizeArgs {
+    /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
+    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
+    size: Option<Vec<u32>>,
+}
+
+impl SizeArgs {
+    /// The scene of a file in this size.
+    pub fn load(&self, file: &Path) -> Result<Scene, Failure> {
+        let mut scene = Scene::load(file)?;
+        if let Some(size_px) = self.size_px() {
+            scene.camera = resize(scene.camera, size_px);
+        }
+        Ok(scene)
+    }
+
+    pub fn size_px(&self) -> Option<[u32; 2]> {
+        self.size.as_deref()?.try_into().ok()
+    }
+}
+
+#[derive(clap::Args)]
+pub struct DeviceArgs {
+    /// Device by the number or by the name that `camlux info` lists
+    #[arg(long, value_name = "INDEX|NAME")]
+    device: Option<String>,
+}
+
+impl DeviceArgs {
+    pub fn options(&self) -> DeviceOptions {
+        let by_name = |text: &str| DeviceChoice::Name(text.to_owned());
+        let choice = self.device.as_deref().map(|text| {
+            let number = text.parse().map(DeviceChoice::Index);
+            number.unwrap_or_else(|_| by_name(text))
+        });
+        DeviceOptions {
+            choice: choice.unwrap_or(DeviceChoice::Best),
+            ..DeviceOptions::default()
+        }
+    }
+}
+
+/// Warns of what is probably not meant in a scene.
+pub fn warn_of(scene: &Scene, name: &dyn std::fmt::Display) {
+    for warning in scene.warnings() {
+        warn(format_args!("{name}: {warning}"));
+    }
+}
 
 /// Returns the camera at another resolution: a field of view stays as it is, measured intrinsics are scaled with the width
 /// (fx, cx) and the height (fy, cy), so that the frame shows the same part of the scene.
@@ -27,21 +77,6 @@ pub fn resize(camera: Camera, resolution_px: [u32; 2]) -> Camera {
         lens,
         ..camera
     }
-}
-
-/// Refuses an output whose name promises another format.
-pub fn require_exr(path: &Path) -> Result<(), Failure> {
-    let is_exr = path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("exr"));
-    if is_exr {
-        return Ok(());
-    }
-    let path = path.display();
-    Err(format!(
-        "--output {path}: camlux writes OpenEXR; end the name in .exr (a PNG preview is --png)"
-    )
-    .into())
 }
 
 /// Refuses layers that a frame of this scene will not have, before the time for it is spent.
