@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::{
-    args::{self, CStruct},
+    abi::{CStruct, c_struct},
+    args,
     handle::{self, camlux_scene},
-    scene::SceneObject,
-    status::{Outcome, camlux_status, entry},
+    status::{Outcome, camlux_status, ffi_guard},
 };
 use crate::scene::{
     Camera, Direct, Estimator, Indirect, Intrinsics, Lens, Sensor, Shadow, Visibility,
@@ -113,61 +113,37 @@ pub struct camlux_direct {
     pub shadow: i32,
 }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_camera {
-    const NAME: &'static str = "camlux_camera";
-    const VERSION_1_BYTES: usize = 128;
-    const INIT: Self = camlux_camera {
-        struct_size: size_of::<Self>() as u32,
-        width_px: 640,
-        height_px: 480,
-        lens: CAMLUX_LENS_FOV_Y,
-        position_m: [0.0; 3],
-        look_at_m: [0.0, 0.0, 1.0],
-        up: [0.0, -1.0, 0.0],
-        fov_y_deg: 45.0,
-        fx_px: 0.0,
-        fy_px: 0.0,
-        cx_px: 0.0,
-        cy_px: 0.0,
-    };
-}
+c_struct! { camlux_camera, 128, {
+    width_px: 640,
+    height_px: 480,
+    lens: CAMLUX_LENS_FOV_Y,
+    position_m: [0.0; 3],
+    look_at_m: [0.0, 0.0, 1.0],
+    up: [0.0, -1.0, 0.0],
+    fov_y_deg: 45.0,
+    fx_px: 0.0,
+    fy_px: 0.0,
+    cx_px: 0.0,
+    cy_px: 0.0,
+} }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_sensor {
-    const NAME: &'static str = "camlux_sensor";
-    const VERSION_1_BYTES: usize = 40;
-    const INIT: Self = camlux_sensor {
-        struct_size: size_of::<Self>() as u32,
-        reserved: 0,
-        pixel_pitch_um: [0.0; 2],
-        exposure_time_s: 0.0,
-        duty_cycle: 1.0,
-    };
-}
+c_struct! { camlux_sensor, 40, {
+    reserved: 0,
+    pixel_pitch_um: [0.0; 2],
+    exposure_time_s: 0.0,
+    duty_cycle: 1.0,
+} }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_indirect {
-    const NAME: &'static str = "camlux_indirect";
-    const VERSION_1_BYTES: usize = 24;
-    const INIT: Self = camlux_indirect {
-        struct_size: size_of::<Self>() as u32,
-        estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-        visibility: CAMLUX_VISIBILITY_DEFAULT,
-        rsm_size: 0,
-        target_error: 0.0,
-    };
-}
+c_struct! { camlux_indirect, 24, {
+    estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+    visibility: CAMLUX_VISIBILITY_DEFAULT,
+    rsm_size: 0,
+    target_error: 0.0,
+} }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_direct {
-    const NAME: &'static str = "camlux_direct";
-    const VERSION_1_BYTES: usize = 8;
-    const INIT: Self = camlux_direct {
-        struct_size: size_of::<Self>() as u32,
-        shadow: CAMLUX_SHADOW_DEFAULT,
-    };
-}
+c_struct! { camlux_direct, 8, {
+    shadow: CAMLUX_SHADOW_DEFAULT,
+} }
 
 /// Sets the camera. A scene that was created has that of CAMLUX_CAMERA_INIT before.
 ///
@@ -181,12 +157,12 @@ pub unsafe extern "C" fn camlux_scene_set_camera(
     scene: *mut camlux_scene,
     camera: *const camlux_camera,
 ) -> camlux_status {
-    entry("camlux_scene_set_camera", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_camera", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let camera = camera_from(unsafe { args::read(camera) }?)?;
+        let camera = camera_from_c(unsafe { args::read(camera) }?)?;
         camera.validate()?;
-        object.change(|state| state.scene.camera = camera);
+        object.lock_to_change().scene.camera = camera;
         Ok(())
     })
 }
@@ -204,11 +180,11 @@ pub unsafe extern "C" fn camlux_scene_get_camera(
     scene: *mut camlux_scene,
     camera: *mut camlux_camera,
 ) -> camlux_status {
-    entry("camlux_scene_get_camera", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        let found = object.look(|state| state.scene.camera);
+    ffi_guard("camlux_scene_get_camera", || {
+        let object = handle::get(scene)?;
+        let found = || Ok(camera_to_c(&object.lock().scene.camera));
         // SAFETY: the caller's word.
-        unsafe { args::write(camera, camera_of(&found)) }
+        unsafe { args::write(camera, found) }
     })
 }
 
@@ -225,14 +201,14 @@ pub unsafe extern "C" fn camlux_scene_set_sensor(
     scene: *mut camlux_scene,
     sensor: *const camlux_sensor,
 ) -> camlux_status {
-    entry("camlux_scene_set_sensor", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_sensor", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
         let sensor = match unsafe { args::read_optional(sensor) }? {
-            Some(sensor) => Some(sensor_from(sensor)?),
+            Some(sensor) => Some(sensor_from_c(sensor)?),
             None => None,
         };
-        object.change(|state| state.scene.sensor = sensor);
+        object.lock_to_change().scene.sensor = sensor;
         Ok(())
     })
 }
@@ -250,14 +226,14 @@ pub unsafe extern "C" fn camlux_scene_set_indirect(
     scene: *mut camlux_scene,
     indirect: *const camlux_indirect,
 ) -> camlux_status {
-    entry("camlux_scene_set_indirect", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_indirect", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
         let indirect = match unsafe { args::read_optional(indirect) }? {
             Some(indirect) => Some(indirect_from(indirect)?),
             None => None,
         };
-        object.change(|state| state.scene.indirect = indirect);
+        object.lock_to_change().scene.indirect = indirect;
         Ok(())
     })
 }
@@ -275,28 +251,20 @@ pub unsafe extern "C" fn camlux_scene_set_direct(
     scene: *mut camlux_scene,
     direct: *const camlux_direct,
 ) -> camlux_status {
-    entry("camlux_scene_set_direct", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_direct", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
         let camlux_direct {
             struct_size: _,
             shadow,
         } = unsafe { args::read_optional(direct) }?.unwrap_or(CStruct::INIT);
-        let choices = [
-            (CAMLUX_SHADOW_DEFAULT, "CAMLUX_SHADOW_DEFAULT (0)", None),
-            (
-                CAMLUX_SHADOW_MAP,
-                "CAMLUX_SHADOW_MAP (1)",
-                Some(Shadow::Map),
-            ),
-            (
-                CAMLUX_SHADOW_RAYS,
-                "CAMLUX_SHADOW_RAYS (2)",
-                Some(Shadow::Rays),
-            ),
+        let choices = args::choices![
+            CAMLUX_SHADOW_DEFAULT => None,
+            CAMLUX_SHADOW_MAP => Some(Shadow::Map),
+            CAMLUX_SHADOW_RAYS => Some(Shadow::Rays),
         ];
         let shadow = args::one_of("shadow", shadow, &choices)?;
-        object.change(|state| state.scene.direct = Direct { shadow });
+        object.lock_to_change().scene.direct = Direct { shadow };
         Ok(())
     })
 }
@@ -315,7 +283,7 @@ pub(super) fn first_camera() -> Camera {
     }
 }
 
-fn camera_from(camera: camlux_camera) -> Outcome<Camera> {
+fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
     let camlux_camera {
         struct_size: _,
         width_px,
@@ -337,24 +305,20 @@ fn camera_from(camera: camlux_camera) -> Outcome<Camera> {
         cx: cx_px,
         cy: cy_px,
     });
-    let choices = [
-        (CAMLUX_LENS_FOV_Y, "CAMLUX_LENS_FOV_Y (0)", fov),
-        (
-            CAMLUX_LENS_INTRINSICS,
-            "CAMLUX_LENS_INTRINSICS (1)",
-            intrinsics,
-        ),
+    let choices = args::choices![
+        CAMLUX_LENS_FOV_Y => fov,
+        CAMLUX_LENS_INTRINSICS => intrinsics,
     ];
     Ok(Camera {
         resolution_px: [width_px, height_px],
-        position_m: args::vector("position_m", position_m)?,
-        look_at_m: args::vector("look_at_m", look_at_m)?,
-        up: args::vector("up", up)?,
+        position_m: DVec3::from(position_m),
+        look_at_m: DVec3::from(look_at_m),
+        up: DVec3::from(up),
         lens: args::one_of("lens", lens, &choices)?,
     })
 }
 
-fn camera_of(camera: &Camera) -> camlux_camera {
+fn camera_to_c(camera: &Camera) -> camlux_camera {
     let mut found = camlux_camera {
         width_px: camera.resolution_px[0],
         height_px: camera.resolution_px[1],
@@ -374,7 +338,7 @@ fn camera_of(camera: &Camera) -> camlux_camera {
     found
 }
 
-fn sensor_from(sensor: camlux_sensor) -> Outcome<Sensor> {
+fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
     let camlux_sensor {
         struct_size: _,
         reserved,
@@ -383,9 +347,6 @@ fn sensor_from(sensor: camlux_sensor) -> Outcome<Sensor> {
         duty_cycle,
     } = sensor;
     args::reserved(camlux_sensor::NAME, reserved)?;
-    args::finite("pixel_pitch_um", &pixel_pitch_um)?;
-    args::finite("exposure_time_s", &[exposure_time_s])?;
-    args::finite("duty_cycle", &[duty_cycle])?;
     let sensor = Sensor {
         pixel_pitch_um,
         exposure_time_s,
@@ -403,36 +364,15 @@ fn indirect_from(indirect: camlux_indirect) -> Outcome<Indirect> {
         rsm_size,
         target_error,
     } = indirect;
-    args::finite("target_error", &[target_error])?;
-    let estimators = [
-        (
-            CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-            "CAMLUX_ESTIMATOR_INSTANT_RADIOSITY (0)",
-            Estimator::InstantRadiosity,
-        ),
-        (
-            CAMLUX_ESTIMATOR_RSM_AVERAGE,
-            "CAMLUX_ESTIMATOR_RSM_AVERAGE (1)",
-            Estimator::RsmAverage,
-        ),
+    let estimators = args::choices![
+        CAMLUX_ESTIMATOR_INSTANT_RADIOSITY => Estimator::InstantRadiosity,
+        CAMLUX_ESTIMATOR_RSM_AVERAGE => Estimator::RsmAverage,
     ];
     let estimator = args::one_of("estimator", estimator, &estimators)?;
-    let visibilities = [
-        (
-            CAMLUX_VISIBILITY_DEFAULT,
-            "CAMLUX_VISIBILITY_DEFAULT (0)",
-            estimator.default_visibility(),
-        ),
-        (
-            CAMLUX_VISIBILITY_NONE,
-            "CAMLUX_VISIBILITY_NONE (1)",
-            Visibility::None,
-        ),
-        (
-            CAMLUX_VISIBILITY_RAYS,
-            "CAMLUX_VISIBILITY_RAYS (2)",
-            Visibility::Rays,
-        ),
+    let visibilities = args::choices![
+        CAMLUX_VISIBILITY_DEFAULT => estimator.default_visibility(),
+        CAMLUX_VISIBILITY_NONE => Visibility::None,
+        CAMLUX_VISIBILITY_RAYS => Visibility::Rays,
     ];
     let indirect = Indirect {
         estimator,
