@@ -188,7 +188,6 @@ fn null_arguments_are_named() {
             // A scene without a light, a mesh that is not there.
             "camlux_scene_validate" => fails(call(scene.addr()), SCENE, "light"),
             "camlux_scene_add_instance" => fails(call(scene.addr()), ARGUMENT, "no mesh 0 among 0"),
-            "camlux_scene_get_light" => fails(call(scene.addr()), ARGUMENT, "no light 0 among 0"),
             // What can be left out.
             "camlux_scene_set_sensor" | "camlux_scene_set_indirect" | "camlux_scene_set_direct" => {
                 ok(call(scene.addr()));
@@ -196,8 +195,13 @@ fn null_arguments_are_named() {
             _ => fails(call(scene.addr()), ARGUMENT, "is NULL"),
         }
     }
-    // SAFETY: nulls.
+    // SAFETY: nulls, and a struct of that size.
     unsafe {
+        fails(
+            camlux_scene_get_light(scene, 0, &mut init!(camlux_light {})),
+            ARGUMENT,
+            "no light 0 among 0",
+        );
         fails(camlux_scene_create(null_mut()), ARGUMENT, "scene is NULL");
         fails(
             camlux_device_create(null(), null_mut()),

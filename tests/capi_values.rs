@@ -71,6 +71,7 @@ fn values_are_checked() {
         fails(sensor(init!(camlux_sensor {})), SCENE, "pixel_pitch_um");
         fails(
             sensor(init!(camlux_sensor {
+                pixel_pitch_um: [1.0; 2],
                 exposure_time_s: nan
             })),
             SCENE,

@@ -51,7 +51,7 @@ const LAYERS: [(i32, &str, Layer); 10] = args::choices![
     CAMLUX_LAYER_NORMAL => Layer::Normal,
     CAMLUX_LAYER_DEPTH => Layer::Depth,
     CAMLUX_LAYER_RANGE => Layer::Range,
-    CAMLUX_LAYER_INSTANCE_ID => Layer::MeshId,
+    CAMLUX_LAYER_INSTANCE_ID => Layer::InstanceId,
     CAMLUX_LAYER_MATERIAL_ID => Layer::MaterialId,
 ];
 

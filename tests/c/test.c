@@ -154,7 +154,7 @@ static void check_values(camlux_frame *frame)
     double x, y, d2, expected;
 
     OK(camlux_frame_view(frame, CAMLUX_LAYER_INSTANCE_ID, &ids));
-    EXPECT(ids.format == CAMLUX_FORMAT_U32 && ids.channels == 1 && strcmp(ids.name, "id.mesh") == 0);
+    EXPECT(ids.format == CAMLUX_FORMAT_U32 && ids.channels == 1 && strcmp(ids.name, "id.instance") == 0);
     EXPECT(((const uint32_t *)ids.data)[pixel] == 3);
     EXPECT(((const uint32_t *)ids.data)[SIZE_PX * (SIZE_PX / 2)] == 4);
     EXPECT(fabs(depth_m[pixel] - 4.5) < 1e-5);
