@@ -26,8 +26,8 @@ fn main() {
     for (name, scene) in [
         ("direct light only", direct.to_owned()),
         (
-            "target error 0.02",
-            format!("{text}\ntarget_error = 0.02\n"),
+            "interpolation error 0.02",
+            format!("{text}\ninterpolation_error = 0.02\n"),
         ),
         ("sum at every pixel", text.clone()),
     ] {

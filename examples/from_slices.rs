@@ -5,7 +5,7 @@
 use camlux::{
     Device, DeviceOptions, RenderOptions, Renderer, Scene,
     output::Layer,
-    scene::{Camera, Direct, Indirect, Lens, Light, Material, Mesh, VplSum},
+    scene::{Camera, Direct, IndirectLight, Lens, Light, Material, Mesh, VplSum},
 };
 
 fn main() -> Result<(), camlux::Error> {

@@ -58,7 +58,7 @@ var<storage, read_write> brought_by_vpls: array<f32>;
 // Rank-1 lattice on the unit square in Morton order.
 var lattice: texture_storage_2d<rgba32float, read>;
 // Two a receiver: the irradiance by the bounce, and its spread; the irradiance weighted by the Phong lobe, Σ L·lobe·cosθ, and its.
-var<storage, read_write> bounced: array<vec4<f32>>;
+var<storage, read_write> results: array<vec4<f32>>;
 var<immediate> parameters: BounceParameters;
 
 // P
@@ -435,13 +435,13 @@ fn compute_main(
     if (is_receiver && own_lane == 0u) {
         let place = 2u * (parameters.first_result + slot);
         let is_first = parameters.first_draw == 0u;
-        bounced[place] = select(bounced[place], vec4<f32>(0.0), is_first) + diffuse_sum;
+        results[place] = select(results[place], vec4<f32>(0.0), is_first) + diffuse_sum;
 #if PHONG
         var specular_sum_or_none = vec4<f32>(0.0);
 #if GLOSSY
         specular_sum_or_none = specular_sum;
 #endif
-        bounced[place + 1u] = select(bounced[place + 1u], vec4<f32>(0.0), is_first) + specular_sum_or_none;
+        results[place + 1u] = select(results[place + 1u], vec4<f32>(0.0), is_first) + specular_sum_or_none;
 #endif
     }
 }

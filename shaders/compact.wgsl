@@ -17,6 +17,8 @@ struct ListLengths {
 struct Compaction {
     item_count: u32,
     run_count: u32,
+    // Of the receivers pass: pixels between the points of a grid whose points are the items; 0: the items are listed.
+    grid_stride: u32,
 }
 
 // Items of each run, then the places of each run's first items.

@@ -1,7 +1,7 @@
-// Indirect radiance: tiled VPL accumulation. Each invocation keeps a handful of receivers in registers and sweeps the
+// Sums over all VPLs: tiled accumulation. Each invocation keeps a handful of receivers in registers and sweeps the
 // VPLs past them; each VPL is fetched once per subgroup or workgroup.
 //
-// The sum has three levels (tile, dispatch, image), so that its rounding does not grow with the number of VPLs.
+// The sum has three levels (tile, dispatch, result), so that its rounding does not grow with the number of VPLs.
 
 #import lighting
 #import phong
@@ -14,7 +14,7 @@ const RECEIVERS: u32 = 8u;
 #endif
 // VPLs summed before their sum is added to the dispatch's. Dispatches cover a multiple of it.
 const TILE_VPLS: u32 = 256u;
-// VPLs fetched together; lists are padded to a multiple of it.
+// VPLs fetched together.
 #if BROADCAST8
 const FETCH_VPLS: u32 = 8u;
 #endif
@@ -34,21 +34,16 @@ struct GatherParameters {
     receiver_count: u32,
     first_vpl: u32,
     vpl_count: u32,
-    // With LIST: where the results begin, and whether this is the first dispatch of these receivers.
+    // Where the results begin, and whether this is the first dispatch of these receivers.
     first_result: u32,
     is_first: u32,
 }
 
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
-var kd_material: texture_2d<f32>;
 var ks_shininess: texture_2d<f32>;
-#if LIST
 // Two a receiver: diffuse, specular, before f_P.
-var<storage, read_write> bounced: array<vec4<f32>>;
-#else
-var indirect_radiance: texture_storage_2d<rgba32float, read_write>;
-#endif
+var<storage, read_write> results: array<vec4<f32>>;
 var<storage, read> receivers: array<u32>;
 // The layers are those of VPL_LAYERS or GLOSSY_VPL_LAYERS.
 var vpls: texture_2d_array<f32>;
@@ -120,18 +115,26 @@ fn accumulate(vpl: Vpl) {
     }
 }
 
+// The last fetch may go beyond the list: what lies there is a VPL of an earlier list.
+fn is_listed(index: u32) -> bool {
+    return index < parameters.first_vpl + parameters.vpl_count;
+}
+
 #if GLOSSY
 fn load_vpl(index: u32) -> GlossyVpl {
     let place = vpl_place(index);
     let specular_shininess = textureLoad(vpls, place, 3, 0);
+    let is_listed = is_listed(index);
     return GlossyVpl(
         textureLoad(vpls, place, 0, 0).xyz, specular_shininess.w, textureLoad(vpls, place, 1, 0).xyz,
-        textureLoad(vpls, place, 2, 0).xyz, specular_shininess.xyz, textureLoad(vpls, place, 4, 0).xyz);
+        select(vec3<f32>(0.0), textureLoad(vpls, place, 2, 0).xyz, is_listed),
+        select(vec3<f32>(0.0), specular_shininess.xyz, is_listed), textureLoad(vpls, place, 4, 0).xyz);
 }
 #else
 fn load_vpl(index: u32) -> Vpl {
     let place = vpl_place(index);
-    return Vpl(textureLoad(vpls, place, 0, 0).xyz, textureLoad(vpls, place, 1, 0).xyz, textureLoad(vpls, place, 2, 0).xyz);
+    return Vpl(textureLoad(vpls, place, 0, 0).xyz, textureLoad(vpls, place, 1, 0).xyz,
+        select(vec3<f32>(0.0), textureLoad(vpls, place, 2, 0).xyz, is_listed(index)));
 }
 #endif
 
@@ -219,24 +222,14 @@ fn compute_main(
 #endif
         let slot = first_slot + i * WORKGROUP;
         if (slot < parameters.receiver_count) {
-#if LIST
             let place = 2u * (parameters.first_result + slot);
             let is_first = parameters.is_first == 1u;
-            bounced[place] = select(bounced[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse[i], 0.0);
+            results[place] = select(results[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse[i], 0.0);
             var specular_sum = vec3<f32>(0.0);
 #if PHONG
             specular_sum = specular[i];
 #endif
-            bounced[place + 1u] = select(bounced[place + 1u], vec4<f32>(0.0), is_first) + vec4<f32>(specular_sum, 0.0);
-#else
-            var radiance = textureLoad(kd_material, pixel[i], 0).rgb / PI * diffuse[i];
-#if PHONG
-            let ks = textureLoad(ks_shininess, pixel[i], 0).rgb;
-            radiance += ks * ((shininess[i] + 2.0) / (2.0 * PI)) * specular[i];
-#endif
-            let sum = textureLoad(indirect_radiance, pixel[i]).rgb + radiance;
-            textureStore(indirect_radiance, pixel[i], vec4<f32>(sum, 0.0));
-#endif
+            results[place + 1u] = select(results[place + 1u], vec4<f32>(0.0), is_first) + vec4<f32>(specular_sum, 0.0);
         }
     }
 }

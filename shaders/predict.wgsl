@@ -1,15 +1,14 @@
-// What the neighbours of a pixel say of its bounce, and whether that will do: the pixels of a lattice are visited from coarse to
-// fine, each between four that are known. Where these lie on one surface, and where such predictions have been right so far, the
-// pixel is interpolated; elsewhere it becomes a candidate for the gather.
+// Predicts a pixel of a finer grid from its neighbours on the coarser one. Where these lie on one surface, and where such
+// predictions have been right so far, the pixel is interpolated; elsewhere it becomes a candidate for the gather.
 
-#import pixel_state
+#import refinement
 #import reflect
 #import one_surface
 
 struct PredictParameters {
     // Pixels from a new point to its neighbours, along an axis.
     reach: u32,
-    // BASE, CENTRES or EDGES.
+    // CENTRES or EDGES.
     pattern: u32,
     // New points of a row, and in all.
     columns: u32,
@@ -21,19 +20,18 @@ struct PredictParameters {
 }
 
 #if PHONG
-var specular_bounce: texture_storage_2d<rgba32float, read_write>;
+var gathered_specular: texture_storage_2d<rgba32float, read_write>;
 #endif
-// Irradiance by the bounce, W/m²; the pixel's state.
-var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
+// What was gathered, and the pixel's state.
+var gathered_diffuse: texture_storage_2d<rgba32float, read_write>;
 // Pixels to gather as column + 65536 · row, or NO_PIXEL.
 var<storage, read_write> candidates: array<u32>;
 var<immediate> parameters: PredictParameters;
 
-// The coarsest lattice, without neighbours; centres of its squares, with neighbours along the diagonals; and then the middles of
-// the edges, with neighbours along the axes.
-const BASE: u32 = 0u;
-const CENTRES: u32 = 1u;
-const EDGES: u32 = 2u;
+// Centres of the squares of the grid so far, with neighbours along the diagonals; and then the middles of the edges, with
+// neighbours along the axes.
+const CENTRES: u32 = 0u;
+const EDGES: u32 = 1u;
 // Of a plane through the neighbours.
 const MAX_LEVERAGE: f32 = 2.5;
 // Error of an interpolation over what the normal is off by; both over their whole (measured on the knot: 2 % of it for 1 gathers 3 %
@@ -83,7 +81,7 @@ fn compute_main(
         return;
     }
     // An earlier attempt may have gathered it.
-    if (textureLoad(position_mesh, pixel).w == 0.0 || is_gathered(textureLoad(diffuse_bounce, pixel).w)) {
+    if (textureLoad(position_mesh, pixel).w == 0.0 || is_gathered(decode_state(textureLoad(gathered_diffuse, pixel).w))) {
         candidates[item] = NO_PIXEL;
         return;
     }
@@ -100,16 +98,18 @@ fn compute_main(
     var mean = vec2<f32>(0.0);
     var squares = vec3<f32>(0.0);
     var expected_error = 0.0;
-    var is_judged = false;
+    // Whether a prediction of a neighbour was compared with its gather.
+    var has_error = false;
     var end = 4u;
     for (var i = 0u; i < end; i++) {
         let offset = neighbour_offset(i, is_axial);
         let place = vec2<i32>(pixel) + offset * i32(parameters.reach);
         let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
         let neighbour = select(pixel, vec2<u32>(place), is_inside);
-        let bounce = textureLoad(diffuse_bounce, neighbour);
+        let known = textureLoad(gathered_diffuse, neighbour);
+        let state = decode_state(known.w);
         let other = facing_at(neighbour);
-        let is_known = is_gathered(bounce.w) || bounce.w <= INTERPOLATED;
+        let is_known = is_gathered(state) || state.kind == INTERPOLATED;
         let is_same = is_inside && is_known && is_one_surface(own, other);
         let at = vec2<f32>(offset);
         let weight = select(0.0, 1.0 / dot(at, at), is_same);
@@ -117,14 +117,13 @@ fn compute_main(
         near += u32(is_same && i < 4u);
         mean += weight * at;
         squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
-        add(&diffuse_plane, bounce.rgb, weight, at);
+        add(&diffuse_plane, known.rgb, weight, at);
         add(&normal_plane, other.normal, weight, at);
 #if PHONG
-        add(&specular_plane, textureLoad(specular_bounce, neighbour).rgb, weight, at);
+        add(&specular_plane, textureLoad(gathered_specular, neighbour).rgb, weight, at);
 #endif
-        let error = select(INTERPOLATED - bounce.w, bounce.w - 1.0, is_gathered(bounce.w));
-        expected_error = max(expected_error, select(0.0, error, is_same));
-        is_judged = is_judged || (is_same && bounce.w != UNJUDGED);
+        expected_error = max(expected_error, select(0.0, state.error, is_same));
+        has_error = has_error || (is_same && state.kind != GATHERED_UNPREDICTED);
         end = select(end, NEIGHBOURS, i == 3u && near < 4u);
     }
     let scale = 1.0 / max(total, 1e-6);
@@ -142,7 +141,7 @@ fn compute_main(
     var specular = vec3<f32>(0.0);
 #if PHONG
     specular = max(value_of(specular_plane, shares), vec3<f32>(0.0));
-    textureStore(specular_bounce, pixel, vec4<f32>(specular, 0.0));
+    textureStore(gathered_specular, pixel, vec4<f32>(specular, 0.0));
 #endif
     // The spacing has shrunk by √2 since the neighbours' errors were seen, and those are of second order. What leans to one side
     // is worse.
@@ -151,8 +150,10 @@ fn compute_main(
     let turned = length(value_of(normal_plane, shares) - own.normal);
     let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027 * parameters.inverse_radiance;
     expected_error = max(expected_error, TURNING * turned * radiance);
-    let is_known = has_plane && is_judged && expected_error <= parameters.tolerance;
-    let to_gather = select(WITHOUT_PREDICTION, WITH_PREDICTION, has_plane);
-    textureStore(diffuse_bounce, pixel, vec4<f32>(diffuse, select(to_gather, INTERPOLATED - expected_error, is_known)));
+    let is_known = has_plane && has_error && expected_error <= parameters.tolerance;
+    let to_gather = PixelState(select(UNKNOWN, PREDICTED, has_plane), 0.0);
+    let state = encode_state(to_gather);
+    let interpolated = encode_state(PixelState(INTERPOLATED, expected_error));
+    textureStore(gathered_diffuse, pixel, vec4<f32>(diffuse, select(state, interpolated, is_known)));
     candidates[item] = select(pixel.x + (pixel.y << 16u), NO_PIXEL, is_known);
 }

@@ -1,23 +1,46 @@
-// The pixels that show a surface, those with a specular term apart from those without: the gather spends no pair on the
-// background and no lobe on a matte surface.
+// The candidates that show a surface, those with a specular lobe apart: the gather spends nothing on the background and no
+// lobe on a matte surface. Candidates are the points of a grid over the image, or those of a list.
 
-#import pixel_lists
+#import compact
+#import refinement
 
-// Pixels as column + 65536 · row, matte ones first, then glossy ones.
+var position_mesh: texture_2d<f32>;
+#if PHONG
+var ks_shininess: texture_2d<f32>;
+#endif
+// Pixels, or NO_PIXEL; not read where they are a grid.
+var<storage, read> candidates: array<u32>;
+// Matte ones first, then glossy ones.
 var<storage, read_write> receivers: array<u32>;
 
-fn pixel_of(item: u32) -> vec2<u32> {
-    let width = textureDimensions(position_mesh).x;
-    return vec2<u32>(item % width, item / width);
+fn candidate(item: u32) -> u32 {
+    let stride = compaction.grid_stride;
+    if (stride == 0u) {
+        return candidates[item];
+    }
+    let columns = (textureDimensions(position_mesh).x + stride - 1u) / stride;
+    return stride * (item % columns + ((item / columns) << 16u));
 }
 
 fn list_of(item: u32) -> u32 {
-    return list_of_pixel(pixel_of(item));
+    let packed = candidate(item);
+    if (packed == NO_PIXEL) {
+        return NOTHING;
+    }
+    let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
+    if (textureLoad(position_mesh, pixel, 0).w == 0.0) {
+        return NOTHING;
+    }
+#if PHONG
+    if (any(textureLoad(ks_shininess, pixel, 0).rgb > vec3<f32>(0.0))) {
+        return GLOSSY;
+    }
+#endif
+    return MATTE;
 }
 
 #if WRITE
 fn place(item: u32, list: u32, index: u32) {
-    let pixel = pixel_of(item);
-    receivers[select(0u, lengths.matte, list == GLOSSY) + index] = pixel.x + (pixel.y << 16u);
+    receivers[select(0u, lengths.matte, list == GLOSSY) + index] = candidate(item);
 }
 #endif

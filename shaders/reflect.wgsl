@@ -20,9 +20,9 @@ fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f3
     return radiance;
 }
 
-// Spreads of draws, diffuse and specular, as squares of what is reflected, as if their bands were alike.
-fn reflect_spread(pixel: vec2<u32>, spread: vec2<f32>) -> f32 {
+// Sums of squared differences, diffuse and specular, as squares of what is reflected, as if their bands were alike.
+fn reflect_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
     let diffuse = reflect(pixel, vec3<f32>(0.57735027), vec3<f32>(0.0));
     let specular = reflect(pixel, vec3<f32>(0.0), vec3<f32>(0.57735027));
-    return dot(vec2<f32>(dot(diffuse, diffuse), dot(specular, specular)), spread);
+    return dot(vec2<f32>(dot(diffuse, diffuse), dot(specular, specular)), squares);
 }

@@ -1,11 +1,11 @@
-// Indirect radiance of every pixel from its bounce.
+// Indirect radiance of every pixel from what was gathered or interpolated there.
 
 #import reflect
 
 #if PHONG
-var specular_bounce: texture_storage_2d<rgba32float, read>;
+var gathered_specular: texture_storage_2d<rgba32float, read>;
 #endif
-var diffuse_bounce: texture_storage_2d<rgba32float, read>;
+var gathered_diffuse: texture_storage_2d<rgba32float, read>;
 var indirect_radiance: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
@@ -16,8 +16,8 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     var specular = vec3<f32>(0.0);
 #if PHONG
-    specular = textureLoad(specular_bounce, pixel).rgb;
+    specular = textureLoad(gathered_specular, pixel).rgb;
 #endif
-    let radiance = reflect(pixel, textureLoad(diffuse_bounce, pixel).rgb, specular);
+    let radiance = reflect(pixel, textureLoad(gathered_diffuse, pixel).rgb, specular);
     textureStore(indirect_radiance, pixel, vec4<f32>(radiance, 0.0));
 }

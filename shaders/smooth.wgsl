@@ -1,30 +1,30 @@
-// Noise of the gathers on a lattice, lowered: what a plane through the pixels around explains is kept, and of the rest as much as
+// Lowers the noise of the gathers on a grid: what a plane through the pixels around explains is kept, and of the rest as much as
 // is more than noise (after Lee, "Digital image enhancement and noise filtering by use of local statistics", 1980). How much noise
 // there is, the gathers say themselves.
 
-#import pixel_state
+#import refinement
 #import one_surface
 
 struct SmoothParameters {
-    // Pixels between those of the lattice.
+    // Pixels between the points of the grid.
     stride: u32,
     columns: u32,
     item_count: u32,
-    // Variance of a gather over the spread of its draws.
-    variance_of_spread: f32,
+    // Variance of a gather over its sum of squared differences.
+    variance_scale: f32,
 }
 
 #if PHONG
-var specular_bounce: texture_storage_2d<rgba32float, read_write>;
+var gathered_specular: texture_storage_2d<rgba32float, read_write>;
 #endif
-var diffuse_bounce: texture_storage_2d<rgba32float, read_write>;
-// Spread of the draws: diffuse, specular.
-var bounce_spread: texture_storage_2d<rgba32float, read>;
-// Two a pixel of the lattice: diffuse, specular.
+var gathered_diffuse: texture_storage_2d<rgba32float, read_write>;
+// Of the samples: diffuse, specular.
+var squared_differences: texture_storage_2d<rgba32float, read>;
+// Two a point of the grid: diffuse, specular.
 var<storage, read_write> smoothed: array<vec4<f32>>;
 var<immediate> parameters: SmoothParameters;
 
-// Pixels of the lattice to either side. (2 is worse for less noise: light bends more than a plane.)
+// Points of the grid to either side. (2 is worse for less noise: light bends more than a plane.)
 const REACH: i32 = 1;
 // Noise around a pixel over its own.
 const MAX_OVER_OWN: f32 = 4.0;
@@ -42,9 +42,9 @@ fn smooth_value(own: vec3<f32>, plane: Plane, fit: Fit, squares: f32, variance: 
     let slope_y = (fit.spread.x * along_y - fit.spread.y * along_x) / fit.determinant;
     let explained = dot(mean, mean) + dot(slope_x, along_x) + dot(slope_y, along_y);
     let scatter = max(squares - fit.count * explained, 0.0) / (fit.count - 3.0);
-    let trust = trust_in(max(scatter - variance, 0.0), variance);
+    let gain = wiener_gain(max(scatter - variance, 0.0), variance);
     let fitted = mean - fit.mean.x * slope_x - fit.mean.y * slope_y;
-    return mix(fitted, own, trust);
+    return mix(fitted, own, gain);
 }
 
 // Places of the pixels around, in strides.
@@ -68,8 +68,8 @@ fn compute_main(
         return;
     }
     let pixel = parameters.stride * vec2<u32>(item % parameters.columns, item / parameters.columns);
-    let own = textureLoad(diffuse_bounce, pixel);
-    if (!is_gathered(own.w)) {
+    let own = textureLoad(gathered_diffuse, pixel);
+    if (!is_gathered(decode_state(own.w))) {
         return;
     }
 #if FIT
@@ -77,7 +77,7 @@ fn compute_main(
     let facing = facing_at(pixel);
     var diffuse_plane: Plane;
     var diffuse_squares = 0.0;
-    var spread = vec2<f32>(0.0);
+    var sum_of_squares = vec2<f32>(0.0);
     var fit: Fit;
     var squares = vec3<f32>(0.0);
 #if PHONG
@@ -89,10 +89,10 @@ fn compute_main(
             let place = vec2<i32>(pixel) + i32(parameters.stride) * vec2<i32>(x, y);
             let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
             let other_pixel = select(pixel, vec2<u32>(place), is_inside);
-            let other = textureLoad(diffuse_bounce, other_pixel);
+            let other = textureLoad(gathered_diffuse, other_pixel);
             // A point is always of one surface with itself, whatever rounding says.
             let is_own = x == 0 && y == 0;
-            let is_one = is_inside && is_gathered(other.w) && (is_own || is_one_surface(facing, facing_at(other_pixel)));
+            let is_one = is_inside && is_gathered(decode_state(other.w)) && (is_own || is_one_surface(facing, facing_at(other_pixel)));
             let weight = select(0.0, 1.0, is_one);
             let at = vec2<f32>(f32(x), f32(y));
             fit.count += weight;
@@ -100,9 +100,9 @@ fn compute_main(
             squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
             add(&diffuse_plane, other.rgb, weight, at);
             diffuse_squares += weight * dot(other.rgb, other.rgb);
-            spread += weight * textureLoad(bounce_spread, other_pixel).xy;
+            sum_of_squares += weight * textureLoad(squared_differences, other_pixel).xy;
 #if PHONG
-            let specular = textureLoad(specular_bounce, other_pixel).rgb;
+            let specular = textureLoad(gathered_specular, other_pixel).rgb;
             add(&specular_plane, specular, weight, at);
             specular_squares += weight * dot(specular, specular);
 #endif
@@ -112,20 +112,20 @@ fn compute_main(
     fit.spread = squares / fit.count - vec3<f32>(fit.mean.x * fit.mean.x, fit.mean.x * fit.mean.y, fit.mean.y * fit.mean.y);
     fit.determinant = fit.spread.x * fit.spread.z - fit.spread.y * fit.spread.y;
     // A pixel that is dark without doubt stays so beside bright ones.
-    let own_spread = textureLoad(bounce_spread, pixel).xy;
-    let variance = parameters.variance_of_spread * min(spread / fit.count, MAX_OVER_OWN * own_spread);
+    let own_squares = textureLoad(squared_differences, pixel).xy;
+    let variance = parameters.variance_scale * min(sum_of_squares / fit.count, MAX_OVER_OWN * own_squares);
     let has_plane = fit.count >= LEAST_PIXELS && fit.determinant > 0.1;
     let diffuse = smooth_value(own.rgb, diffuse_plane, fit, diffuse_squares, variance.x);
     smoothed[2u * item] = vec4<f32>(max(select(own.rgb, diffuse, has_plane), vec3<f32>(0.0)), own.w);
 #if PHONG
-    let own_specular = textureLoad(specular_bounce, pixel).rgb;
+    let own_specular = textureLoad(gathered_specular, pixel).rgb;
     let specular = smooth_value(own_specular, specular_plane, fit, specular_squares, variance.y);
     smoothed[2u * item + 1u] = vec4<f32>(max(select(own_specular, specular, has_plane), vec3<f32>(0.0)), 0.0);
 #endif
 #else
-    textureStore(diffuse_bounce, pixel, smoothed[2u * item]);
+    textureStore(gathered_diffuse, pixel, smoothed[2u * item]);
 #if PHONG
-    textureStore(specular_bounce, pixel, smoothed[2u * item + 1u]);
+    textureStore(gathered_specular, pixel, smoothed[2u * item + 1u]);
 #endif
 #endif
 }

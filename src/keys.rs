@@ -67,7 +67,7 @@ pub struct Keys<'t> {
 }
 
 impl<'t> Keys<'t> {
-    /// Refuses a key that is not in `known`, and names the nearest one that is.
+    /// Refuses a key that is not in `known`, and names the nearest one that is and that the table does not have yet.
     pub fn only(&self, known: &[&str]) -> Result<()> {
         // The first unknown key of the text, not of the alphabet.
         let unknown = self
@@ -76,10 +76,12 @@ impl<'t> Keys<'t> {
             .filter(|key| !known.contains(&key.get_ref().as_ref()))
             .min_by_key(|key| key.span().start);
         let Some(key) = unknown else { return Ok(()) };
+        let is_absent = |known: &&&str| !self.table.contains_key(**known);
+        let absent: Vec<&str> = known.iter().filter(is_absent).copied().collect();
         Err(Error::scene(
             self.source.at(key.span()),
             format!("unknown key \"{}\" in {}", key.get_ref(), self.name),
-            did_you_mean(key.get_ref(), known),
+            did_you_mean(key.get_ref(), &absent),
         ))
     }
 

@@ -51,8 +51,7 @@ pub use frame::{DeviceFrame, DeviceImage, Progress};
 pub use glam;
 pub use local_space::LocalSpace;
 pub use plan::{
-    BouncePlan, GatherKernel, IndirectMethod, IndirectPlan, LightPlan, Plan, RayKernel,
-    RefinementPlan, ShadowPlan, SumPlan,
+    GatherKernel, GatherPlan, IndirectPlan, LightPlan, Plan, RayKernel, RefinementPlan, ShadowPlan,
 };
 pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;

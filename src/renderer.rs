@@ -7,12 +7,12 @@ use std::{
 };
 
 use crate::{
-    Device, DeviceFrame, GatherKernel, IndirectMethod, LocalSpace, Plan, RayKernel, Result, Scene,
-    ShadowPlan,
-    frame::{self, BufferPool, Cost, DrawnFrame, Kept, Observer, Progress, ProgressReport},
-    output::{Frame, FrameDescription, FrameStats},
-    passes::Context,
-    vulkan::{Pipelines, Timeline},
+    Device, DeviceFrame, Error, GatherKernel, GatherPlan, LocalSpace, Plan, RayKernel, Result,
+    Scene, ShadowPlan,
+    frame::{self, BufferPool, Cached, DrawnFrame, FrameCache, Observer, Progress, ProgressReport},
+    output::{Frame, FrameDescription, FrameStats, PassTime},
+    passes::{Context, cost::Cost},
+    vulkan::{PassTimes, Pipelines, Timeline},
 };
 
 /// Renders frames on a device.
@@ -24,7 +24,7 @@ use crate::{
 pub struct Renderer {
     pub(crate) device: Device,
     pipelines: Pipelines,
-    kept: Kept,
+    cache: FrameCache,
     /// Buffers for the layers of the next frame.
     pool: BufferPool,
     /// Of the frames that stay on the device; none before the first.
@@ -63,7 +63,7 @@ impl Renderer {
         Ok(Renderer {
             device: device.clone(),
             pipelines: Pipelines::new(device),
-            kept: Kept::default(),
+            cache: FrameCache::default(),
             pool: BufferPool::default(),
             timeline: None,
         })
@@ -71,7 +71,7 @@ impl Renderer {
 
     /// Gives back what the last frame has left on the device, and memory of frames; the next one makes it anew.
     pub fn forget(&mut self) {
-        self.kept = Kept::default();
+        self.cache = FrameCache::default();
         self.pool = BufferPool::default();
     }
 
@@ -97,7 +97,7 @@ impl Renderer {
         let read = read.inspect_err(|_| self.forget());
         let mut frame = read?;
         frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
-        self.kept.images = Some(drawn.images);
+        self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);
         Ok(frame)
     }
 
@@ -142,19 +142,20 @@ impl Renderer {
         self.device.check()?;
         let info = self.device.info();
         let mut plan = Plan::new(scene, info)?;
-        let method = plan.indirect.as_mut().map(|indirect| &mut indirect.method);
-        if let (Some(IndirectMethod::Sum(sum)), Some(kernel)) = (method, options.gather_kernel) {
-            sum.kernel = kernel.checked_for(info)?;
+        let mut gather = plan.indirect.as_mut().map(|indirect| &mut indirect.gather);
+        if let (Some(GatherPlan::VplSum { kernel, .. }), Some(chosen)) =
+            (&mut gather, options.gather_kernel)
+        {
+            *kernel = chosen.checked_for(info)?;
         }
-        if let Some(kernel) = options.ray_kernel {
-            kernel.checked_for(info)?;
-            let method = plan.indirect.as_mut().map(|indirect| &mut indirect.method);
-            if let Some(IndirectMethod::Bounce(bounce)) = method {
-                bounce.kernel = kernel;
+        if let Some(chosen) = options.ray_kernel {
+            let chosen = chosen.checked_for(info)?;
+            if let Some(GatherPlan::FinalGather { kernel }) = gather {
+                *kernel = chosen;
             }
             for light in &mut plan.lights {
-                if let ShadowPlan::Rays(planned) = &mut light.shadow {
-                    *planned = kernel;
+                if let ShadowPlan::Rays(kernel) = &mut light.shadow {
+                    *kernel = chosen;
                 }
             }
         }
@@ -168,40 +169,47 @@ impl Renderer {
             stays_on_device,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
-        let is_refined = plan.indirect.is_some_and(|i| i.refinement().is_some());
-        let mut progress = ProgressReport::new(report, plan.lights.len(), is_refined);
-        let mut cost = Cost::default();
+        let mut progress = ProgressReport::new(report, plan.lights.len(), plan.indirect.is_some());
+        let mut cost = Cost::new(options.submission_target);
         // To be observed, everything is to be made.
-        let mut nothing = Kept::default();
-        let kept = if observe.is_some() {
+        let mut nothing = FrameCache::default();
+        let cache = if observe.is_some() {
             &mut nothing
         } else {
-            &mut self.kept
+            &mut self.cache
         };
-        let images = frame::draw(
-            &context,
-            options.submission_target,
-            kept,
-            &mut progress,
-            &mut cost,
-            observe,
-        )?;
+        let drawn = frame::draw(&context, cache, &mut progress, &mut cost, observe);
+        let images = cache.images.take();
+        let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
+        let images = images.ok_or_else(|| Error::internal("a frame without images"))?;
         Ok(DrawnFrame {
             images,
             space,
             stats: FrameStats {
                 device: info.name.clone(),
                 driver: info.driver.clone(),
-                passes: cost.passes(),
-                vpl_count: cost.vpl_count,
-                pixel_vpl_pairs: cost.pairs,
-                ray_count: cost.rays,
-                estimated_error: cost.estimated_error,
-                estimated_interpolation_error: cost.estimated_interpolation_error,
+                passes: passes_of(&cost.times),
+                vpl_count,
+                pixel_vpl_pairs: cost.work_of("gather"),
+                ray_count: cost.work_of("bounce"),
+                estimated_error: estimates.error,
+                estimated_interpolation_error: estimates.interpolation_error,
                 submissions: cost.submissions,
                 wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
             },
             description: FrameDescription::new(scene, scene.hash()),
         })
     }
+}
+
+/// Times of the same pass added up, in the order of first appearance.
+fn passes_of(times: &PassTimes) -> Vec<PassTime> {
+    let mut passes: Vec<PassTime> = Vec::new();
+    for &(name, milliseconds) in times {
+        match passes.iter_mut().find(|pass| pass.name == name) {
+            Some(pass) => pass.milliseconds += milliseconds,
+            None => passes.push(PassTime { name, milliseconds }),
+        }
+    }
+    passes
 }

@@ -4,7 +4,7 @@ use camlux::{
     Device, RenderOptions, Renderer, Scene,
     internals::SurfacePoint,
     internals::ray_probe::RayPoint,
-    scene::{Indirect, VplSum},
+    scene::{IndirectLight, VplSum},
 };
 use glam::DVec3;
 

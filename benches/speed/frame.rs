@@ -39,7 +39,6 @@ fn row(estimator: VplSum, rsm_size: u32) -> Result<(), Failure> {
         .arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml"))
         .args(["--size", "800", "800", "--estimator", estimator.name()])
         .args(["--rsm-size", &rsm_size.to_string()])
-        .args(["--visibility", "none"])
         .arg("--output")
         .arg(folder.path().join("frame.exr"))
         .arg("--stats")

@@ -5,7 +5,7 @@ use std::path::Path;
 use camlux::{
     Device, GatherKernel, RenderOptions, Renderer, Scene,
     output::Layer,
-    scene::{Indirect, VplSum},
+    scene::{IndirectLight, VplSum},
 };
 
 use crate::{Failure, Spread, verdict};

@@ -5,7 +5,7 @@ use std::{path::Path, time::Instant};
 use camlux::{
     Device, RenderOptions, Renderer, Scene,
     output::{Frame, Layer},
-    scene::{Indirect, VplSum},
+    scene::IndirectLight,
 };
 
 use crate::{Failure, Spread, verdict};
@@ -28,7 +28,7 @@ const PASSES: [&str; 7] = [
 
 pub fn report(device: &Device) -> Result<(), Failure> {
     println!(
-        "sums     rsm-average, 6 x {RSM_SIZE}² texels, with a target error against every pixel; fastest of {TURNS} turns each"
+        "sums     rsm-average, 6 x {RSM_SIZE}² texels, with an interpolation error against every pixel; fastest of {TURNS} turns each"
     );
     println!(
         "{:<10} {:>9} {:>6} {:>8} {:>7} {:>18} {:>6} {:>18} {:>6}  bar",
@@ -63,11 +63,11 @@ struct Side {
 }
 
 impl Side {
-    fn new(scene: &Scene, target_error: Option<f64>) -> Side {
+    fn new(scene: &Scene, interpolation_error: Option<f64>) -> Side {
         let mut scene = scene.clone();
-        scene.indirect = Some(Indirect {
-            target_error,
-            ..IndirectLight::vpl_sum(VplSum::RsmAverage, RSM_SIZE)
+        scene.indirect = Some(IndirectLight::RsmAverage {
+            rsm_size: RSM_SIZE,
+            interpolation_error,
         });
         Side {
             scene,

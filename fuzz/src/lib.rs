@@ -16,7 +16,7 @@ kind = \"point\"
 position = [0.0, 1.98, 0.0]
 power_w = 50.0
 [indirect]
-estimator = \"instant-radiosity\"
+estimator = \"final-gather\"
 [[mesh]]
 path = \"mesh.obj\"
 ";

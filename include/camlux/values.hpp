@@ -66,14 +66,9 @@ enum class log_level : std::int32_t {
 };
 
 enum class estimator : std::int32_t {
-    instant_radiosity = CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+    final_gather = CAMLUX_ESTIMATOR_FINAL_GATHER,
     rsm_average = CAMLUX_ESTIMATOR_RSM_AVERAGE,
-};
-
-enum class visibility : std::int32_t {
-    standard = CAMLUX_VISIBILITY_DEFAULT,
-    none = CAMLUX_VISIBILITY_NONE,
-    rays = CAMLUX_VISIBILITY_RAYS,
+    instant_radiosity = CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
 };
 
 enum class shadow : std::int32_t {
@@ -110,10 +105,10 @@ struct sensor {
 
 /** camlux_indirect. */
 struct indirect {
-    camlux::estimator estimator = camlux::estimator::instant_radiosity;
-    camlux::visibility visibility = camlux::visibility::standard;
+    camlux::estimator estimator = camlux::estimator::final_gather;
     std::uint32_t rsm_size = 0;
     double target_error = 0;
+    double interpolation_error = 0;
 };
 
 /** camlux_material. */
@@ -342,9 +337,9 @@ inline camlux_indirect raw_of(const indirect &from) noexcept
 {
     camlux_indirect to = CAMLUX_INDIRECT_INIT;
     to.estimator = number(from.estimator);
-    to.visibility = number(from.visibility);
     to.rsm_size = from.rsm_size;
     to.target_error = from.target_error;
+    to.interpolation_error = from.interpolation_error;
     return to;
 }
 

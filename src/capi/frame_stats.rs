@@ -78,7 +78,7 @@ pub struct camlux_pass_time {
 // SAFETY: repr(C), the size first, numbers and pointers without padding.
 unsafe impl CStruct for camlux_frame_stats {
     const NAME: &'static str = "camlux_frame_stats";
-    const VERSION_1_BYTES: usize = 88;
+    const VERSION_1_BYTES: usize = 96;
     const INIT: Self = camlux_frame_stats {
         struct_size: size_of::<Self>() as u32,
         pass_count: 0,

@@ -16,7 +16,7 @@ use super::{
     device::DeviceObject,
     frame::FrameObject,
     handle::{self, camlux_device, camlux_frame, camlux_renderer, camlux_scene},
-    log::{self, CAMLUX_LOG_DEBUG, CAMLUX_LOG_INFO},
+    log::{self, CAMLUX_LOG_DEBUG, CAMLUX_LOG_INFO, CAMLUX_LOG_WARNING},
     scene::SceneObject,
     status::{CAMLUX_ERROR_BUSY, Failure, Outcome, c_string, camlux_status, entry},
 };
@@ -180,12 +180,14 @@ impl RendererObject {
             submission_target: Duration::from_millis(options.submission_target_ms.into()),
             ..RenderOptions::default()
         };
+        let mut warnings = Vec::new();
         let rendered = match stays_on_device {
             true => renderer
                 .render_on_device(&scene_now, &mut render_options)
                 .map(|frame| FrameObject::new_on_device(frame, snapshot_ms)),
             false => renderer
                 .render(&scene_now, &mut render_options)
+                .inspect(|frame| warnings = frame.warnings())
                 .map(|frame| FrameObject::new(frame, snapshot_ms)),
         };
         // A callback of the log may render with this renderer.
@@ -193,6 +195,9 @@ impl RendererObject {
         self.device.log_validation();
         let frame = rendered?;
         scene.log_warnings(&scene_now);
+        for warning in warnings {
+            log::write(CAMLUX_LOG_WARNING, || warning);
+        }
         log_times(&frame.stats, scene_now.camera.resolution_px);
         Ok(frame)
     }

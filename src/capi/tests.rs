@@ -1,4 +1,4 @@
-//! Tests that need to look inside; the others call the interface, in `tests/capi_*.rs` and `tests/c`.
+//! Tests that need to look inside; the others call the interface, in `tests/capi` and `tests/c`.
 
 use std::{
     cell::Cell,

@@ -22,7 +22,7 @@ pub(super) const KERNEL_BOUND: f64 = 2e-6;
 /// relRMSE of direct light against the reference, which has its own positions: those of the engine are rounded to 6e-8 of
 /// the scene's size, and light changes by twice the share by which its distance does. The demo scenes stay below 1e-6.
 pub(super) const DIRECT_BOUND: f64 = 4e-6;
-/// relRMSE that the bounce by rays is asked for.
+/// The target error of final gathering.
 pub(super) const TARGET_ERROR: f64 = 0.05;
 /// By how much the true error may exceed it: it is met by an estimate from at most a thousand pixels, here from 576.
 pub(super) const TARGET_SLACK: f64 = 1.3;
@@ -130,13 +130,13 @@ impl Examiner {
         let truth = f64_kernels::indirect(scene, estimator, &kept);
         let error = error_of(values(&frame, Layer::Indirect), &truth);
         Ok(Measurement::new(
-            format!("{what}, {} as a sum", estimator.name()),
+            format!("{what}, {}", estimator.name()),
             error,
             bound,
         ))
     }
 
-    /// Both estimators as plain sums.
+    /// Both sums over VPLs.
     pub(super) fn sums(
         &mut self,
         what: &str,
@@ -151,7 +151,7 @@ impl Examiner {
         Ok(Measurement::of(parts?))
     }
 
-    /// relRMSE of the bounce by rays against the reference, without the noise of the latter.
+    /// relRMSE of final gathering against the reference, without the noise of the latter.
     pub(super) fn bounce(&mut self, what: &str, scene: &Scene) -> Result<Measurement> {
         self.bounce_within(what, scene, TARGET_ERROR, REFERENCE_SAMPLES)
     }
@@ -190,7 +190,7 @@ impl Examiner {
         let frame = self.render(&with_rays(scene, target_error))?;
         let error = error_against(&frame, &reference.frame(), Layer::Indirect);
         Ok(Measurement::new(
-            format!("{what}, bounce by rays"),
+            format!("{what}, final-gather"),
             error,
             TARGET_SLACK * target_error,
         ))
@@ -207,12 +207,12 @@ impl Examiner {
         }
         let frame = self.render(&with_rays(scene, 0.1))?;
         let leak = largest(values(&frame, Layer::Indirect)) / bright;
-        let what = "bounce by rays, leak over lit radiance";
+        let what = "final-gather, leak over lit radiance";
         parts.push(Measurement::new(what, leak, 0.0));
         Ok(Measurement::of(parts))
     }
 
-    /// Everything against the truth: direct light, both estimators as sums, the bounce by rays.
+    /// Everything against the truth: direct light, both sums over VPLs, final gathering.
     pub(super) fn all(&mut self, what: &str, scene: &Scene, rsm_size: u32) -> Result<Measurement> {
         Ok(Measurement::of([
             self.direct(what, scene, DIRECT_BOUND)?,

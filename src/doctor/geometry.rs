@@ -302,7 +302,7 @@ pub(super) fn no_indirect_light(
             with_sum(scene, VplSum::InstantRadiosity, 48),
             bound_of_sums,
         ),
-        ("bounce by rays", with_rays(scene, 0.1), 0.0),
+        ("final-gather", with_rays(scene, 0.1), 0.0),
     ];
     let mut parts = Vec::new();
     for (what, scene, bound) in ways {

@@ -283,7 +283,7 @@ fn spot_on_a_ceiling(examiner: &mut Examiner) -> Result<Measurement> {
         let truth = bands_of(values(&truth, Layer::Indirect), 1.0);
         let error = error_of(values(&examiner.render(&sum)?, Layer::Indirect), &truth);
         // The VPLs move by 1e-5 m with it, and those near a corner bring more or less.
-        let what = format!("{what}, instant-radiosity as a sum");
+        let what = format!("{what}, instant-radiosity");
         parts.push(Measurement::new(what, error, 1e-2));
     }
     Ok(Measurement::of(parts))
@@ -399,7 +399,7 @@ fn extreme_powers(examiner: &mut Examiner) -> Result<Measurement> {
                 "instant-radiosity",
                 with_sum(&lit, VplSum::InstantRadiosity, 16),
             ),
-            ("bounce by rays", with_rays(&lit, 0.1)),
+            ("final-gather", with_rays(&lit, 0.1)),
         ]
     };
     let mut truths = Vec::new();

@@ -2,7 +2,7 @@
 //!
 //! A [`Case`] builds its scenes in code, renders them and measures an error against a closed form, the f64
 //! [kernels in f64](crate::internals::f64_kernels) or the path-sampled [reference](crate::reference), with a bound that its source
-//! justifies. The same cases are the tests `hard_*`, the command `camlux doctor` and the tables of `docs/hard-cases.md`.
+//! justifies. The same cases are the tests in `tests/hard`, the command `camlux doctor` and the tables of `docs/hard-cases.md`.
 
 mod cones;
 mod examiner;

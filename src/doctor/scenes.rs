@@ -305,7 +305,7 @@ pub fn with_sum(scene: &Scene, sum: VplSum, rsm_size: u32) -> Scene {
     }
 }
 
-/// The scene with the bounce by rays.
+/// The scene with final gathering.
 pub fn with_rays(scene: &Scene, target_error: f64) -> Scene {
     Scene {
         indirect: Some(IndirectLight::final_gather(target_error)),

@@ -215,7 +215,7 @@ fn dim_band(examiner: &mut Examiner) -> Result<Measurement> {
             "instant-radiosity",
             with_sum(&scene, VplSum::InstantRadiosity, 24),
         ),
-        ("bounce by rays", with_rays(&scene, 0.1)),
+        ("final-gather", with_rays(&scene, 0.1)),
     ];
     let mut parts = Vec::new();
     for (what, scene) in ways {

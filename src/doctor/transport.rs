@@ -123,7 +123,7 @@ fn sphere_from_its_centre(examiner: &mut Examiner, rsm_size: u32) -> Result<Meas
             FACETS + of_texels,
         ),
         (
-            "bounce by rays",
+            "final-gather",
             with_rays(&scene, TARGET_ERROR),
             radiosity,
             TARGET_SLACK * TARGET_ERROR,

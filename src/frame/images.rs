@@ -8,7 +8,7 @@ use crate::{
 
 /// Of the camera's size.
 pub(crate) struct FrameImages {
-    made_for: Shape,
+    pub key: FrameImagesKey,
     pub gbuffer: GBuffer,
     pub direct: Image,
     /// With indirect light.
@@ -20,8 +20,8 @@ pub(crate) struct FrameImages {
 }
 
 /// Which images there are, and how large.
-#[derive(PartialEq)]
-struct Shape {
+#[derive(Clone, PartialEq)]
+pub(crate) struct FrameImagesKey {
     resolution_px: [u32; 2],
     is_specular: bool,
     has_indirect: bool,
@@ -29,10 +29,10 @@ struct Shape {
     has_radiance: bool,
 }
 
-impl Shape {
-    fn of(context: &Context) -> Shape {
+impl FrameImagesKey {
+    pub fn new(context: &Context) -> FrameImagesKey {
         let plan = context.plan;
-        Shape {
+        FrameImagesKey {
             resolution_px: plan.resolution_px,
             is_specular: plan.is_specular,
             has_indirect: plan.indirect.is_some(),
@@ -43,29 +43,21 @@ impl Shape {
 }
 
 impl FrameImages {
-    /// Those of the frame before, where they fit.
-    pub fn kept(images: Option<FrameImages>, context: &Context) -> Option<FrameImages> {
-        images.filter(|images| images.made_for == Shape::of(context))
-    }
-
     /// Images without contents.
     pub fn new(context: &Context) -> Result<FrameImages> {
-        let made_for = Shape::of(context);
-        let shape = ImageShape::plain(made_for.resolution_px);
+        let key = FrameImagesKey::new(context);
+        let shape = ImageShape::plain(key.resolution_px);
         let image = |what| Image::new(context.device, what, shape);
         Ok(FrameImages {
             gbuffer: GBuffer::new(context.device, context.plan)?,
             direct: image("direct radiance")?,
-            indirect: made_for
+            indirect: key
                 .has_indirect
                 .then(|| image("indirect radiance"))
                 .transpose()?,
-            energy: made_for.has_energy.then(|| image("energy")).transpose()?,
-            radiance: made_for
-                .has_radiance
-                .then(|| image("radiance"))
-                .transpose()?,
-            made_for,
+            energy: key.has_energy.then(|| image("energy")).transpose()?,
+            radiance: key.has_radiance.then(|| image("radiance")).transpose()?,
+            key,
         })
     }
 

@@ -1,179 +1,173 @@
 //! A frame, from the scene to the images of its layers: [`draw`] is the sequence of passes.
 
-mod adaptive;
 mod buffer_pool;
-mod cost;
+mod cache;
 mod drawn;
 mod images;
 mod indirect;
-mod kept;
-mod lighting;
+mod lights;
 mod progress;
 mod readback;
-mod source;
-mod stage;
-
-use std::time::Duration;
+mod scene_resources;
 
 use crate::{
-    Error, Result, ShadowPlan,
+    Error, Result,
     passes::{
         Context,
+        cost::Cost,
         direct::{self, Occluders},
-        gbuffer, receivers, rsm, sensor, shadow,
+        gbuffer, rsm, sensor, shadow,
         surface::upload_view,
         view, vpl,
     },
+    plan::{LightPlan, ShadowPlan},
     vulkan::Recorder,
 };
 
 pub(crate) use buffer_pool::BufferPool;
-pub(crate) use cost::Cost;
+pub(crate) use cache::{Cached, FrameCache};
 pub(crate) use drawn::DrawnFrame;
 pub use drawn::{DeviceFrame, DeviceImage};
 pub(crate) use images::FrameImages;
-use indirect::Indirect;
-pub(crate) use kept::Kept;
-pub(crate) use lighting::Lighting;
+use images::FrameImagesKey;
+pub(crate) use indirect::ErrorEstimates;
+pub(crate) use lights::Lights;
+use lights::LightsKey;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
-use stage::Stage;
+use scene_resources::SceneResources;
 
 /// Passes of one submission but the gather's: as many have timestamps.
 const TIMED_PASSES: u32 = 16;
 
 /// Is called for each light once its maps are drawn and its VPLs are listed, with its number.
-pub(crate) type Observer<'o> = dyn FnMut(&Context, &Lighting, usize) -> Result<()> + 'o;
+pub(crate) type Observer<'o> = dyn FnMut(&Context, &Lights, usize) -> Result<()> + 'o;
 
-/// The frame: G-buffer; for each light its maps, direct light, VPLs and gather; the sensor.
+/// The frame: G-buffer; for each light its maps, direct light and VPLs; the gather; the sensor.
 ///
-/// Of what the frame before has left in `kept`, all that still fits is used again; what does not, and everything where the
-/// frame fails, is given up.
+/// What in the cache still fits is used again. Where the frame fails, the cache must be given up.
 pub(crate) fn draw(
     context: &Context,
-    submission_target: Duration,
-    kept: &mut Kept,
+    cache: &mut FrameCache,
     progress: &mut ProgressReport,
     cost: &mut Cost,
     mut observe: Option<&mut Observer>,
-) -> Result<FrameImages> {
-    let Context {
-        device,
-        scene,
-        plan,
-        space,
-        ..
-    } = *context;
-    let mut before = std::mem::take(kept);
-    before.images = FrameImages::kept(before.images, context);
-    before.lighting = Lighting::kept(before.lighting, context);
-    let stage = Stage::renew(&mut before, context)?;
-    let (is_new_room, mut lighting) = match before.lighting {
-        Some(lighting) => (false, lighting),
-        None => (true, Lighting::new(context)?),
-    };
-    let images = before
-        .images
-        .map_or_else(|| FrameImages::new(context), Ok)?;
-    let camera_view = upload_view(device, &view::of_camera(&scene.camera, space))?;
-    let indirect = Indirect::for_plan(context, submission_target)?;
+) -> Result<(ErrorEstimates, u64)> {
+    let images_key = FrameImagesKey::new(context);
+    cache.images.drop_unless(&images_key);
+    cache.lights.drop_unless(&LightsKey::new(context));
+    cache.scene.update(context)?;
+    let scene = &cache.scene;
+    let new_lights = || Lights::new(context);
+    let (lights, is_new) = cache
+        .lights
+        .get_or_make(LightsKey::new(context), new_lights)?;
+    let new_images = || FrameImages::new(context);
+    let (images, _) = cache.images.get_or_make(images_key, new_images)?;
+    let images = &*images;
 
     progress.report("gbuffer", 0.0)?;
-    let mut recorder = Recorder::new(device, TIMED_PASSES)?;
-    stage.record_copies(&mut recorder);
-    if let (true, Some(_), Some(vpls)) = (is_new_room, plan.bounce(), &lighting.vpls) {
-        recorder.prepare_images(&[&vpls.matte]);
+    draw_gbuffer(context, (scene, &*lights, is_new), images, cost)?;
+    for (index, light_plan) in context.plan.lights.iter().enumerate() {
+        progress.begin_light(index, "direct")?;
+        light(context, (scene, lights, index), light_plan, images, cost)?;
+        if let Some(observe) = observe.as_deref_mut() {
+            observe(context, lights, index)?;
+        }
+    }
+    let estimates = match context.plan.indirect {
+        Some(plan) => indirect::gather(context, plan, (scene, &*lights), images, progress, cost)?,
+        None => ErrorEstimates::default(),
+    };
+    expose(context, images, cost)?;
+    Ok((estimates, lights.vpl_count()))
+}
+
+/// What the camera sees.
+fn draw_gbuffer(
+    context: &Context,
+    (scene, lights, lights_are_new): (&SceneResources, &Lights, bool),
+    images: &FrameImages,
+    cost: &mut Cost,
+) -> Result<()> {
+    let camera = view::of_camera(&context.scene.camera, context.space);
+    let camera = upload_view(context.device, &camera)?;
+    let mut recorder = Recorder::new(context.device, TIMED_PASSES)?;
+    scene.record_copies(&mut recorder);
+    if lights_are_new {
+        lights.record_clears(&mut recorder);
     }
     for sum in images.sums() {
         recorder.prepare_images(&[sum]);
         recorder.clear_image(sum);
     }
+    let surfaces = scene.surfaces()?;
+    gbuffer::draw(&mut recorder, context, surfaces, &camera, &images.gbuffer)?;
+    cost.submit(recorder)
+}
+
+/// What one light sees, its direct light, and the VPLs that it makes.
+fn light(
+    context: &Context,
+    (scene, lights, index): (&SceneResources, &mut Lights, usize),
+    plan: &LightPlan,
+    images: &FrameImages,
+    cost: &mut Cost,
+) -> Result<()> {
+    let dirty = lights.update(context, index, scene.generation)?;
+    let light = lights.light(index)?;
+    let surfaces = scene.surfaces()?;
+    let mut recorder = Recorder::new(context.device, TIMED_PASSES)?;
+    let r = &mut recorder;
+    if let (true, Some(map)) = (dirty.rsm, lights.rsm(index)) {
+        rsm::draw(r, context, surfaces, light, map)?;
+    }
+    if let (true, Some(map)) = (dirty.shadow_map, lights.shadow_map(index)) {
+        shadow::draw(r, context, surfaces, light, map)?;
+    }
+    let occluders = match plan.shadow {
+        ShadowPlan::Rays(kernel) => Some(Occluders::Rays(kernel, scene.ray_tree()?)),
+        map => lights.occluders(index, map),
+    };
+    let occluders = occluders.ok_or_else(|| Error::internal("a light has no shadow map"))?;
     let gbuffer = &images.gbuffer;
-    gbuffer::draw(
-        &mut recorder,
+    direct::shade(
+        r,
         context,
-        stage.surfaces(),
-        &camera_view,
+        surfaces,
         gbuffer,
+        light,
+        occluders,
+        &images.direct,
     )?;
-    if let Some(pixels) = indirect.as_ref().and_then(|i| i.receivers.as_ref()) {
-        receivers::list(&mut recorder, context, gbuffer, pixels)?;
+    if let (true, Some(indirect), Some(rsm), Some(vpls)) = (
+        dirty.vpls,
+        &context.plan.indirect,
+        lights.rsm(index),
+        &lights.vpls,
+    ) {
+        vpl::extract(r, context, indirect, light, rsm, vpls)?;
     }
     cost.submit(recorder)?;
-
-    for (index, light_plan) in plan.lights.iter().enumerate() {
-        progress.begin_light(index, "direct")?;
-        let renewed = lighting.renew(context, index)?;
-        let light = lighting.light(index)?;
-        let mut recorder = Recorder::new(device, TIMED_PASSES)?;
-        if let (true, Some(rsm)) = (renewed.maps, &lighting.rsm) {
-            rsm::draw(&mut recorder, context, stage.surfaces(), light, rsm)?;
-        }
-        let occluders = match (
-            light_plan.shadow,
-            &lighting.rsm,
-            &lighting.shadow_map,
-            stage.ray_tree(),
-        ) {
-            (ShadowPlan::Rsm { .. }, Some(rsm), ..) => Occluders::Map(&rsm.position),
-            (ShadowPlan::Map { .. }, _, Some(map), _) => {
-                if renewed.maps {
-                    shadow::draw(&mut recorder, context, stage.surfaces(), light, map)?;
-                }
-                Occluders::Map(&map.position)
-            }
-            (ShadowPlan::Rays(kernel), .., Some(tree)) => Occluders::Rays(kernel, tree),
-            _ => {
-                return Err(Error::internal(
-                    "a light has nothing to find its shadows in",
-                ));
-            }
-        };
-        direct::shade(
-            &mut recorder,
-            context,
-            stage.surfaces(),
-            gbuffer,
-            light,
-            occluders,
-            &images.direct,
-        )?;
-        if let (true, Some(indirect), Some(rsm), Some(vpls)) =
-            (renewed.vpls, &plan.indirect, &lighting.rsm, &lighting.vpls)
-        {
-            vpl::extract(&mut recorder, context, indirect, light, rsm, vpls)?;
-        }
-        cost.submit(recorder)?;
-
-        if renewed.vpls {
-            lighting.take_vpls(index)?;
-        }
-        if let Some(observe) = observe.as_deref_mut() {
-            observe(context, &lighting, index)?;
-        }
-        cost.add_vpls(lighting.vpls_of(index));
-        if let Some(indirect) = &indirect {
-            indirect.gather_everywhere(index, &lighting, &images, progress, cost)?;
-        }
+    if dirty.vpls {
+        lights.take_vpls(context, index)?;
     }
+    Ok(())
+}
 
-    if let Some(indirect) = &indirect {
-        indirect.gather_where_it_varies(&stage, &lighting, &images, progress, cost)?;
-    }
-    // Radiance is, in numbers, the irradiance on the pixel.
+/// Energy, and radiance for a host: in numbers the irradiance on the pixel.
+fn expose(context: &Context, images: &FrameImages, cost: &mut Cost) -> Result<()> {
     for (factor, sum) in [
-        (plan.joule_per_irradiance, &images.energy),
+        (context.plan.joule_per_irradiance, &images.energy),
         (Some(1.0), &images.radiance),
     ] {
         let (Some(factor), Some(sum)) = (factor, sum) else {
             continue;
         };
         let (direct, indirect) = (&images.direct, images.indirect.as_ref());
-        let mut recorder = Recorder::new(device, TIMED_PASSES)?;
+        let mut recorder = Recorder::new(context.device, TIMED_PASSES)?;
         sensor::expose(&mut recorder, context, factor, direct, indirect, sum)?;
         cost.submit(recorder)?;
     }
-    kept.stage = Some(stage);
-    kept.lighting = Some(lighting);
-    Ok(images)
+    Ok(())
 }

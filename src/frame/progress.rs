@@ -23,8 +23,8 @@ pub(crate) struct ProgressReport<'a> {
     attempt: i32,
 }
 
-/// Of that share, where few pixels are gathered, for all lights together.
-const LIGHTS_SHARE_BEFORE_REFINEMENT: f64 = 0.05;
+/// Of that share, where indirect light is gathered, for all lights together.
+const LIGHTS_SHARE_BEFORE_GATHER: f64 = 0.05;
 /// Attempts that need another one.
 const FAILED_ATTEMPTS: f64 = 0.2;
 
@@ -32,14 +32,14 @@ impl<'a> ProgressReport<'a> {
     pub fn new(
         report: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
         light_count: usize,
-        is_refined: bool,
+        has_indirect: bool,
     ) -> Self {
         ProgressReport {
             report,
             light: 0,
             light_count,
-            lights_share: if is_refined {
-                LIGHTS_SHARE_BEFORE_REFINEMENT
+            lights_share: if has_indirect {
+                LIGHTS_SHARE_BEFORE_GATHER
             } else {
                 1.0
             },
@@ -61,7 +61,7 @@ impl<'a> ProgressReport<'a> {
         self.tell(pass, self.lights_share * of_lights)
     }
 
-    /// From here on the bounce is gathered, for the `attempt`-th time, counted from 0.
+    /// From here on indirect light is gathered, for the `attempt`-th time, counted from 0.
     pub fn begin_attempt(&mut self, attempt: u32) {
         self.attempt = attempt as i32;
     }

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 use crate::{
     Device, LocalSpace, Result, ShadowPlan,
     emission::{EmissionDomain, Projection},
-    frame::Lighting,
+    frame::Lights,
     passes::{Context, gbuffer::GBuffer},
     scene::Bands,
     vulkan::{Image, Readback},
@@ -82,11 +82,11 @@ impl Intermediates {
 }
 
 impl LightIntermediates {
-    pub(super) fn read(context: &Context, lighting: &Lighting, index: usize) -> Result<Self> {
+    pub(super) fn read(context: &Context, lights: &Lights, index: usize) -> Result<Self> {
         let Context { device, space, .. } = *context;
-        let light = lighting.light(index)?;
+        let light = lights.light(index)?;
         let mut rsm = Vec::new();
-        if let Some(images) = &lighting.rsm {
+        if let Some(images) = lights.rsm(index) {
             let read = read_images(device, &images.colors())?;
             let is_parallel = light.domain.projection == Projection::Orthographic;
             let unit = if is_parallel {
@@ -112,8 +112,8 @@ impl LightIntermediates {
                 .collect();
         }
         let shadow_map = match light.plan.shadow {
-            ShadowPlan::Rsm { .. } => lighting.rsm.as_ref().map(|rsm| &rsm.position),
-            ShadowPlan::Map { .. } => lighting.shadow_map.as_ref().map(|map| &map.position),
+            ShadowPlan::Rsm { .. } => lights.rsm(index).map(|rsm| &rsm.position),
+            ShadowPlan::Map { .. } => lights.shadow_map(index).map(|map| &map.position),
             ShadowPlan::Rays(_) => None,
         };
         let shadow_size = light.plan.shadow.map_size().unwrap_or_default();
@@ -127,7 +127,7 @@ impl LightIntermediates {
         Ok(LightIntermediates {
             domain: light.domain.clone(),
             rsm,
-            vpl_counts: lighting
+            vpl_counts: lights
                 .vpls_of(index)
                 .map_or([0; 2], |vpls| [vpls.lengths.matte, vpls.lengths.glossy]),
             shadow_size,

@@ -21,8 +21,8 @@ impl Renderer {
         options: &mut RenderOptions,
     ) -> Result<(Frame, Intermediates)> {
         let mut intermediates = Intermediates::default();
-        let drawn = self.draw_observed(scene, options, &mut |context, lighting, index| {
-            let light = LightIntermediates::read(context, lighting, index)?;
+        let drawn = self.draw_observed(scene, options, &mut |context, lights, index| {
+            let light = LightIntermediates::read(context, lights, index)?;
             intermediates.lights.push(light);
             Ok(())
         })?;
@@ -43,11 +43,11 @@ impl Renderer {
         options: &mut RenderOptions,
         seed: u64,
     ) -> Result<Frame> {
-        let drawn = self.draw_observed(scene, options, &mut |context, lighting, index| match (
-            &lighting.vpls,
-            lighting.vpls_of(index),
+        let drawn = self.draw_observed(scene, options, &mut |context, lights, index| match (
+            &lights.vpls,
+            lights.vpls_of(index),
         ) {
-            (Some(vpls), Some(listed)) if context.plan.bounce().is_none() => {
+            (Some(vpls), Some(listed)) if !context.plan.has_final_gather() => {
                 shuffle::shuffle(context.device, vpls, listed, seed)
             }
             _ => Ok(()),

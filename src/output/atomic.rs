@@ -1,9 +1,10 @@
 //! A file that appears under its name whole, or not at all.
 
 use std::fs::{self, File};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+
+use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
 
@@ -17,9 +18,7 @@ pub struct OutputFile {
     path: PathBuf,
     /// `path` behind its symbolic links, so that a commit replaces the file and not the link to it.
     target: PathBuf,
-    temporary: PathBuf,
-    /// `None` once closed.
-    file: Option<File>,
+    pub(super) temporary: NamedTempFile,
 }
 
 impl OutputFile {
@@ -34,31 +33,26 @@ impl OutputFile {
         let Some(name) = target.file_name() else {
             return Err(output_error(&path, "it names no file", "add a file name"));
         };
-        // Unique within the process by the count, between processes by the id; where ids come again, as in containers, a
-        // killed process may have left the name, so that the next count is tried.
-        static COUNT: AtomicU64 = AtomicU64::new(0);
-        let (temporary, file) = loop {
-            let count = COUNT.fetch_add(1, Ordering::Relaxed);
-            let mut hidden_name = std::ffi::OsString::from(".");
-            hidden_name.push(name);
-            hidden_name.push(format!(".{}-{count}.part", std::process::id()));
-            let temporary = target.with_file_name(hidden_name);
-            match File::options()
+        let mut prefix = std::ffi::OsString::from(".");
+        prefix.push(name);
+        prefix.push(".");
+        // Not the private file that `tempfile` makes by itself: the finished one is for whom the user's umask says.
+        let open = |path: &Path| {
+            File::options()
                 .read(true)
                 .write(true)
                 .create_new(true)
-                .open(&temporary)
-            {
-                Ok(file) => break (temporary, file),
-                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
-                Err(error) => return Err(creation_error(&path, &error)),
-            }
+                .open(path)
         };
+        let temporary = tempfile::Builder::new()
+            .prefix(&prefix)
+            .suffix(".part")
+            .make_in(folder_of(&target), open)
+            .map_err(|error| creation_error(&path, &error))?;
         Ok(OutputFile {
             path,
             target,
             temporary,
-            file: Some(file),
         })
     }
 
@@ -72,18 +66,15 @@ impl OutputFile {
     ///
     /// # Errors
     /// [`Error::Output`] when the file cannot be renamed; the target is as it was then.
-    pub fn commit(mut self) -> Result<()> {
-        drop(self.file.take());
-        fs::rename(&self.temporary, &self.target).map_err(|error| self.failed(&error))
+    pub fn commit(self) -> Result<()> {
+        let persisted = self.temporary.persist(&self.target);
+        persisted.map_err(|failed| write_error(&self.path, &failed.error))?;
+        Ok(())
     }
 
     /// The error to return when a write to this file failed.
-    pub fn failed(&self, error: &dyn std::fmt::Display) -> Error {
-        output_error(
-            &self.path,
-            error.to_string(),
-            "check the free space and the permissions of its folder",
-        )
+    pub(super) fn failed(&self, error: &dyn std::fmt::Display) -> Error {
+        write_error(&self.path, error)
     }
 
     /// Writes these bytes behind what is there, and gives the file its name.
@@ -91,44 +82,10 @@ impl OutputFile {
     /// # Errors
     /// [`Error::Output`] where either fails; then what had the name before is still there.
     pub fn commit_with(mut self, bytes: &[u8]) -> Result<()> {
-        self.write_all(bytes).map_err(|error| self.failed(&error))?;
+        self.temporary
+            .write_all(bytes)
+            .map_err(|error| self.failed(&error))?;
         self.commit()
-    }
-
-    fn open_file(&mut self) -> io::Result<&mut File> {
-        self.file
-            .as_mut()
-            .ok_or_else(|| io::Error::other("the file is closed"))
-    }
-}
-
-impl Read for OutputFile {
-    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
-        self.open_file()?.read(bytes)
-    }
-}
-
-impl Write for OutputFile {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.open_file()?.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.open_file()?.flush()
-    }
-}
-
-impl Seek for OutputFile {
-    fn seek(&mut self, position: SeekFrom) -> io::Result<u64> {
-        self.open_file()?.seek(position)
-    }
-}
-
-impl Drop for OutputFile {
-    fn drop(&mut self) {
-        drop(self.file.take());
-        // Gone already after a commit; there is nobody to tell where it fails.
-        let _ = fs::remove_file(&self.temporary);
     }
 }
 
@@ -158,12 +115,27 @@ fn resolve_target(path: &Path) -> Result<PathBuf> {
         .map_err(|error| output_error(path, error.to_string(), "name another file"))
 }
 
+fn folder_of(path: &Path) -> &Path {
+    let parent = path.parent().unwrap_or(Path::new(""));
+    match parent.as_os_str().is_empty() {
+        true => Path::new("."),
+        false => parent,
+    }
+}
+
 fn creation_error(path: &Path, error: &io::Error) -> Error {
-    let folder = match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.display().to_string(),
-        _ => "the current folder".to_owned(),
+    let folder = folder_of(path);
+    let is_there = folder.is_dir();
+    let folder = match folder == Path::new(".") {
+        true => "the current folder".into(),
+        false => folder.display().to_string(),
     };
     match error.kind() {
+        // Where a system shows its state as files, as in /proc.
+        io::ErrorKind::NotFound if is_there => {
+            let hint = format!("name a folder on a disk instead of {folder}");
+            output_error(path, "its folder takes no new files", hint)
+        }
         io::ErrorKind::NotFound => {
             let hint = format!("create {folder}, or name another one");
             output_error(path, "its folder does not exist", hint)
@@ -186,4 +158,12 @@ fn output_error(path: &Path, problem: impl Into<String>, hint: impl Into<String>
         problem: problem.into(),
         hint: hint.into(),
     }
+}
+
+fn write_error(path: &Path, error: &dyn std::fmt::Display) -> Error {
+    output_error(
+        path,
+        error.to_string(),
+        "check the free space and the permissions of its folder",
+    )
 }

@@ -1,7 +1,7 @@
 //! OpenEXR output: one file, one part, channel names with the layer as prefix.
 
 use std::collections::HashSet;
-use std::io::{Seek, SeekFrom};
+use std::io::Seek;
 
 use exr::block::BlockIndex;
 use exr::image::write::WritableImage;
@@ -16,12 +16,13 @@ use exr::prelude::Compression;
 use half::f16;
 
 use super::atomic::OutputFile;
+use super::exr_header_order;
 use super::frame::{Frame, Layer, LayerData};
-use super::{exr_header_order, header};
+use super::header::{self, Attribute};
 use crate::error::{Error, Result};
 
 /// What to put into an OpenEXR file. The default is every layer of the frame as 32-bit float.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct ExrOptions {
     /// Store `radiance`, `direct`, `indirect` and `N` as 16-bit float: 11 significant bits, from 6·10⁻⁸ up to 65 504;
     /// what is larger is stored as 65 504 and what is smaller as 0. The other layers stay 32-bit: an energy is around
@@ -31,8 +32,8 @@ pub struct ExrOptions {
     pub layers: Option<Vec<Layer>>,
     /// How pixels are packed; what is read back is the same.
     pub compression: ExrCompression,
-    /// More text for the header: names, which go behind `camlux.`, and what they say.
-    pub attributes: Vec<(String, String)>,
+    /// More for the header: names, which go behind `camlux.`, and values.
+    pub attributes: Vec<(String, Attribute)>,
 }
 
 /// How the pixels of a file are packed: without loss, each of them.
@@ -119,7 +120,7 @@ impl ExrOptions {
 ///
 /// The file has one part with the channels of [`Layer::channel_names`] (ids as UINT), and the frame's description in its
 /// header: standard attributes `software`, `worldToCamera`, `worldToNDC` and `expTime`, the rest under `camlux.`, such
-/// as `camlux.unit.radiance` = `W/sr/m^2`.
+/// as `camlux.unit.radiance` = `W/sr/m^2`. `docs/output.md` lists them.
 ///
 /// Unless asked for, the pixels are stored uncompressed, for any compression costs more time than the disk space is worth while the next
 /// frame waits. Measured with 22 channels of 800 × 800 (a Cornell box of 200 × 200 repeated, which flatters ZIP and
@@ -159,9 +160,9 @@ pub fn write_exr_hashed(
 ) -> Result<WrittenExr> {
     fill(&mut output, frame, options)?;
     let mut hasher = blake3::Hasher::new();
-    output
-        .seek(SeekFrom::Start(0))
-        .and_then(|_| hasher.update_reader(&mut output).map(|_| ()))
+    let file = &mut output.temporary;
+    file.rewind()
+        .and_then(|()| hasher.update_reader(file).map(|_| ()))
         .map_err(|error| output.failed(&error))?;
     output.commit()?;
     Ok(WrittenExr {
@@ -184,9 +185,9 @@ fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<
     let part = ExrPart::new((size[0], size[1]), attributes, encoding, channels);
     Image::from_layer(part)
         .write()
-        .to_unbuffered(&mut *output)
+        .to_unbuffered(&mut output.temporary)
         .map_err(|error| output.failed(&error))?;
-    exr_header_order::sort(output).map_err(|error| output.failed(&error))
+    exr_header_order::sort(&mut output.temporary).map_err(|error| output.failed(&error))
 }
 
 /// The channels of a frame in the order of the file, read in place: a copy per channel would take as long as the writing.

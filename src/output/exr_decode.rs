@@ -9,12 +9,12 @@ use std::path::Path;
 
 use exr::block::read as read_meta_data;
 use exr::meta::BlockDescription;
-use exr::meta::attribute::AttributeValue;
 use exr::meta::header::Header;
 use exr::prelude::Compression;
 
 use super::exr_blocks::read_layers;
 use super::exr_read::LayeredImage;
+use super::header::readable;
 use crate::input_file;
 
 /// What is wrong, and what to do about it.
@@ -142,18 +142,11 @@ fn check(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
 }
 
 fn attributes(header: &Header) -> BTreeMap<String, String> {
-    let readable = |value: AttributeValue| match value {
-        AttributeValue::Text(text) => Some(text.to_string()),
-        AttributeValue::I32(number) => Some(number.to_string()),
-        AttributeValue::F32(number) => Some(number.to_string()),
-        AttributeValue::F64(number) => Some(number.to_string()),
-        _ => None,
-    };
     header
         .all_named_attributes()
         .filter_map(|(name, value)| {
             let name = name.iter().map(|&byte| char::from(byte)).collect();
-            Some((name, readable(value)?))
+            Some((name, readable(&value)?))
         })
         .collect()
 }

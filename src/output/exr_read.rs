@@ -101,12 +101,12 @@ impl LayeredImage {
         Some(edge.iter().map(|&value| value > 0.0).collect())
     }
 
-    /// An attribute of the header that is a text or a number, by its full name, such as `camlux.scene_hash`.
+    /// An attribute of the header that is a text, a number or a list of f64, by its full name, such as `camlux.scene_hash`.
     pub fn attribute(&self, name: &str) -> Option<&str> {
         self.attributes.get(name).map(String::as_str)
     }
 
-    /// Every attribute that is a text or a number: name, value.
+    /// Every attribute that is a text, a number or a list of f64: name, value.
     pub fn attributes(&self) -> impl Iterator<Item = (&str, &str)> {
         self.attributes
             .iter()

@@ -165,6 +165,26 @@ impl Frame {
         }
     }
 
+    /// What is probably not meant and only the finished frame shows, one sentence each: nothing in view, a layer without light.
+    /// [`Scene::warnings`] has what can be known before.
+    pub fn warnings(&self) -> Vec<String> {
+        let is_black = |layer| {
+            let values = self.values(layer);
+            values.is_some_and(|values| values.iter().all(|&value| value == 0.0))
+        };
+        let ids = self.ids(Layer::MeshId);
+        let warning = if ids.is_some_and(|ids| ids.iter().all(|&id| id == 0)) {
+            "nothing is in view: every pixel shows the background; check the camera's position and look_at"
+        } else if is_black(Layer::Radiance) {
+            "no light reaches what is in view: the image is black; check where the lights are and what they shine at"
+        } else if is_black(Layer::Indirect) {
+            "no indirect light reaches what is in view: the layer indirect is black, and its error is not estimated"
+        } else {
+            return Vec::new();
+        };
+        vec![warning.into()]
+    }
+
     fn data(&self, layer: Layer) -> Option<&LayerData> {
         let (_, data) = self.layers.iter().find(|(kind, _)| *kind == layer)?;
         Some(data)

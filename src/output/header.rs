@@ -2,20 +2,89 @@
 
 use std::collections::HashSet;
 
-use exr::math::Vec2;
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::LayerAttributes;
 use glam::{DMat4, DVec3, DVec4};
 
 use super::frame::{Frame, FrameDescription, Layer};
-use crate::scene::{Camera, CameraBasis, Intrinsics, Light, SpotCone};
+use crate::scene::{Camera, CameraBasis, Intrinsics, LightParameter, Sensor};
 
-/// The attributes of a file that holds these layers of the frame. Lists and lights are written as in a scene file, where
-/// every digit of an f64 is kept; matrices are f32, as the format has them.
+/// A value in the header of an OpenEXR file.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Attribute {
+    /// `string`; what is not ASCII becomes a question mark.
+    Text(String),
+    /// `int`
+    Int(i32),
+    /// `float`, so rounded to f32: readers show `double` as a list of one.
+    Number(f64),
+    /// `v2d`
+    Vector2([f64; 2]),
+    /// `v3d`
+    Vector3([f64; 3]),
+    /// `m44d`, row by row for row vectors, as the format's own matrices: the columns for column vectors, one after the other.
+    Matrix4([f64; 16]),
+}
+
+impl Attribute {
+    fn to_exr(&self) -> AttributeValue {
+        match self {
+            Attribute::Text(value) => AttributeValue::Text(text(value)),
+            Attribute::Int(value) => AttributeValue::I32(*value),
+            Attribute::Number(value) => AttributeValue::F32(*value as f32),
+            Attribute::Vector2(values) => doubles("v2d", values),
+            Attribute::Vector3(values) => doubles("v3d", values),
+            Attribute::Matrix4(values) => doubles("m44d", values),
+        }
+    }
+}
+
+impl From<&str> for Attribute {
+    fn from(text: &str) -> Self {
+        Attribute::Text(text.into())
+    }
+}
+
+impl From<DVec3> for Attribute {
+    fn from(vector: DVec3) -> Self {
+        Attribute::Vector3(vector.to_array())
+    }
+}
+
+/// A type of the format that the `exr` crate has no variant for.
+fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
+    AttributeValue::Custom {
+        kind: text(kind),
+        bytes: values.iter().flat_map(|v| v.to_le_bytes()).collect(),
+    }
+}
+
+/// Numbers, vectors and matrices of the header as text, for who reads it: `[0.5, 1.0, 3.0]`.
+pub(super) fn readable(value: &AttributeValue) -> Option<String> {
+    Some(match value {
+        AttributeValue::Text(text) => text.to_string(),
+        AttributeValue::I32(number) => number.to_string(),
+        AttributeValue::F32(number) => number.to_string(),
+        AttributeValue::F64(number) => number.to_string(),
+        AttributeValue::Custom { kind, bytes } => {
+            let kind = kind.to_string();
+            if !["v2d", "v3d", "m44d"].contains(&kind.as_str()) {
+                return None;
+            }
+            let (numbers, _) = bytes.as_chunks();
+            let numbers: Vec<f64> = numbers.iter().map(|&b| f64::from_le_bytes(b)).collect();
+            format!("{numbers:?}")
+        }
+        _ => return None,
+    })
+}
+
+/// The attributes of a file that holds these layers of the frame. Those under `camlux.` keep every digit of positions and
+/// directions; the format's own matrices are f32.
 pub(super) fn attributes(
     frame: &Frame,
     written_layers: &HashSet<Layer>,
-    more: &[(String, String)],
+    more: &[(String, Attribute)],
 ) -> LayerAttributes {
     let FrameDescription {
         indirect,
@@ -32,23 +101,22 @@ pub(super) fn attributes(
         world_to_normalized_device: Some(matrix(world_to_ndc(camera))),
         ..LayerAttributes::default()
     };
-    let mut add = |name: &str, value: AttributeValue| {
-        header.other.insert(text(&format!("camlux.{name}")), value);
+    let mut add = |name: &str, value: Attribute| {
+        let name = text(&format!("camlux.{name}"));
+        header.other.insert(name, value.to_exr());
     };
-    let text_value = |value: &str| AttributeValue::Text(text(value));
-    let vector = |v: DVec3| text_value(&format!("{:?}", v.to_array()));
+    let count = |value: u32| Attribute::Int(i32::try_from(value).unwrap_or(i32::MAX));
 
-    add("version", text_value(env!("CARGO_PKG_VERSION")));
-    add("scene_hash", text_value(scene_hash));
-    add("device", text_value(&frame.stats.device));
-    add("driver", text_value(&frame.stats.driver));
+    add("version", env!("CARGO_PKG_VERSION").into());
+    add("scene_hash", scene_hash.as_str().into());
+    add("device", frame.stats.device.as_str().into());
+    add("driver", frame.stats.driver.as_str().into());
     for layer in written_layers {
-        add(&format!("unit.{}", layer.name()), text_value(layer.unit()));
+        add(&format!("unit.{}", layer.name()), layer.unit().into());
     }
-    let count = |value: u32| AttributeValue::I32(i32::try_from(value).unwrap_or(i32::MAX));
     match (indirect, reference) {
         (Some(indirect), _) => {
-            add("estimator", text_value(indirect.name()));
+            add("estimator", indirect.name().into());
             if let Some(rsm_size) = indirect.rsm_size() {
                 add("rsm_size", count(rsm_size));
             }
@@ -62,90 +130,49 @@ pub(super) fn attributes(
                 ),
             ] {
                 if let Some(error) = error {
-                    add(name, AttributeValue::F64(error));
+                    add(name, Attribute::Number(error));
                 }
             }
         }
         (None, Some(samples)) => {
-            add("estimator", text_value("path-sampled"));
+            add("estimator", "path-sampled".into());
             add("samples_per_pixel", count(samples.samples_per_pixel));
             add("samples_per_round", count(samples.samples_per_round));
         }
-        (None, None) => add("estimator", text_value("none")),
+        (None, None) => add("estimator", "none".into()),
     }
     for (index, light) in lights.iter().enumerate() {
-        add(
-            &format!("light.{index}"),
-            text_value(&describe_light(light)),
-        );
+        add(&format!("light.{index}.kind"), light.kind().into());
+        for (name, parameter) in light.parameters() {
+            let value = match parameter {
+                LightParameter::Number(number) => Attribute::Number(number),
+                LightParameter::Vector(vector) => Attribute::Vector3(vector),
+            };
+            add(&format!("light.{index}.{name}"), value);
+        }
     }
     if let Some(sensor) = sensor {
-        let pitch_um = sensor.pixel_pitch_um.map(|pitch_um| pitch_um as f32);
-        add(
-            "sensor.pixel_pitch_um",
-            AttributeValue::FloatVec2(Vec2(pitch_um[0], pitch_um[1])),
-        );
-        add(
-            "sensor.exposure_time_s",
-            AttributeValue::F64(sensor.exposure_time_s),
-        );
-        add("sensor.duty_cycle", AttributeValue::F64(sensor.duty_cycle));
+        let Sensor {
+            pixel_pitch_um,
+            exposure_time_s,
+            duty_cycle,
+        } = *sensor;
+        add("sensor.pixel_pitch_um", Attribute::Vector2(pixel_pitch_um));
+        add("sensor.exposure_time_s", Attribute::Number(exposure_time_s));
+        add("sensor.duty_cycle", Attribute::Number(duty_cycle));
     }
     let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
-    let resolution_px = format!("{:?}", camera.resolution_px);
-    add("camera.resolution_px", text_value(&resolution_px));
-    add(
-        "camera.intrinsics_px",
-        text_value(&format!("{:?}", [fx, fy, cx, cy])),
-    );
-    add("camera.position_m", vector(camera.position_m));
-    add("camera.look_at_m", vector(camera.look_at_m));
-    add("camera.up", vector(camera.up));
-    add(
-        "cameraToWorld",
-        AttributeValue::Matrix4x4(matrix(camera_to_world(camera))),
-    );
+    add("camera.focal_px", Attribute::Vector2([fx, fy]));
+    add("camera.principal_point_px", Attribute::Vector2([cx, cy]));
+    add("camera.position_m", camera.position_m.into());
+    add("camera.look_at_m", camera.look_at_m.into());
+    add("camera.up", camera.up.into());
+    let to_world = camera_to_world(camera).to_cols_array();
+    add("cameraToWorld", Attribute::Matrix4(to_world));
     for (name, value) in more {
-        add(name, text_value(value));
+        add(name, value.clone());
     }
     header
-}
-
-/// A light as a scene file has it.
-fn describe_light(light: &Light) -> String {
-    let kind = light.kind();
-    let list = |v: &DVec3| format!("{:?}", v.to_array());
-    match light {
-        Light::Point {
-            position_m,
-            power_w,
-        } => format!(
-            "kind = \"{kind}\", position = {}, power_w = {power_w:?}",
-            list(position_m)
-        ),
-        Light::Spot {
-            position_m,
-            direction,
-            cone:
-                SpotCone {
-                    inner_half_angle_deg,
-                    outer_half_angle_deg,
-                },
-            power_w,
-        } => format!(
-            "kind = \"{kind}\", position = {}, direction = {}, inner_half_angle_deg = {inner_half_angle_deg:?}, \
-             outer_half_angle_deg = {outer_half_angle_deg:?}, power_w = {power_w:?}",
-            list(position_m),
-            list(direction)
-        ),
-        Light::Directional {
-            direction,
-            irradiance_w_m2,
-        } => format!(
-            "kind = \"{kind}\", direction = {}, irradiance_w_m2 = {irradiance_w_m2:?}",
-            list(direction)
-        ),
-    }
 }
 
 /// From camera axes (x right, y down, z forward: those of the intrinsics) to the world. Column vectors.

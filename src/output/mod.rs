@@ -17,4 +17,5 @@ pub use exr_read::{ImageLayer, LayeredImage};
 pub use frame::{
     Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples,
 };
+pub use header::Attribute;
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};

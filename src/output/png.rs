@@ -50,7 +50,7 @@ pub struct PngPreview {
 /// [`Error::Output`] when the frame lacks a layer of the view or its layers do not fit its resolution, when the panels
 /// are too wide for the format, and when the file cannot be written. There is no file under the final name then, or the
 /// one from before.
-pub fn write_png(mut output: OutputFile, frame: &Frame, view: PngView) -> Result<PngPreview> {
+pub fn write_png(output: OutputFile, frame: &Frame, view: PngView) -> Result<PngPreview> {
     frame.check_for_output(output.path())?;
     let refuse = |problem: String, hint: &str| Error::Output {
         path: output.path().to_owned(),
@@ -92,11 +92,11 @@ pub fn write_png(mut output: OutputFile, frame: &Frame, view: PngView) -> Result
             );
         }
     }
-    let encoder = PngEncoder::new_with_quality(&mut output, CompressionType::Fast, FilterType::Up);
-    encoder
+    let mut bytes = Vec::new();
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Fast, FilterType::Up)
         .write_image(&srgb, image_width_px, height_px, ExtendedColorType::Rgb8)
         .map_err(|error| output.failed(&error))?;
-    output.commit()?;
+    output.commit_with(&bytes)?;
     Ok(PngPreview { white_radiance })
 }
 

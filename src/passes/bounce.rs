@@ -1,21 +1,20 @@
 //! Bounce pass: the single bounce at a list of receivers, by rays from both ends.
 
-use std::time::{Duration, Instant};
-
 use super::{
     Context,
-    compact::Run,
+    cost::{Cost, Work},
+    gatherer::{Gatherer, Results, Samples},
     gbuffer::GBuffer,
     hits::HitSurfaces,
     rays::RayTreeImages,
-    refine::Refinement,
+    receivers::{ReceiverRange, Receivers},
     vpl::VplLists,
     vpl_draws::{ListedLight, VplDraws},
 };
 use crate::{
     Error, RayKernel, Result, lattice,
     vulkan::{
-        Buffer, BufferUse, Device, MAX_GROUPS, PassTimes, Recorder, Resource, TexelList,
+        Buffer, BufferUse, Device, MAX_GROUPS, Recorder, Resource, TexelList,
         shaders::{self, BounceParameters, Module, bytes_of, values_in},
     },
 };
@@ -40,9 +39,6 @@ pub(crate) struct Bounce<'b> {
     lattice: Lattice,
     /// Whether the lists of draws have been copied to their images.
     is_copied: Copied,
-    submission_target: Duration,
-    rays_per_second: Option<f64>,
-    pub stats: BounceStats,
 }
 
 struct Lattice {
@@ -58,14 +54,6 @@ struct Copied {
     lattice: bool,
 }
 
-/// What it took.
-#[derive(Default)]
-pub(crate) struct BounceStats {
-    pub times: PassTimes,
-    pub submissions: u32,
-    pub rays: u64,
-}
-
 impl<'b> Bounce<'b> {
     pub fn new(
         context: &'b Context<'b>,
@@ -74,7 +62,6 @@ impl<'b> Bounce<'b> {
         vpls: &'b VplLists,
         lights: &[&ListedLight],
         kernel: RayKernel,
-        submission_target: Duration,
     ) -> Result<Bounce<'b>> {
         let device = context.device;
         let parameters: Vec<shaders::Light> = lights.iter().map(|light| light.parameters).collect();
@@ -95,49 +82,54 @@ impl<'b> Bounce<'b> {
             kernel,
             lattice: Lattice::new(device, 64)?,
             is_copied: Copied::default(),
-            submission_target,
-            rays_per_second: None,
-            stats: BounceStats::default(),
         })
     }
+}
 
-    /// Until [`Bounce::learn`], what VPLs bring is kept, for up to so many results.
-    pub fn begin_pilot(&mut self, results: u32, draws: u32) -> Result<()> {
-        let bytes = u64::from(results) * u64::from(draws) * size_of::<f32>() as u64;
+impl Gatherer for Bounce<'_> {
+    fn pass(&self) -> &'static str {
+        "bounce"
+    }
+
+    fn is_exact(&self) -> bool {
+        false
+    }
+
+    /// What VPLs bring to the pilot is kept.
+    fn begin_pilot(&mut self, results: u32, samples: u32) -> Result<()> {
+        let bytes = u64::from(results) * u64::from(samples) * size_of::<f32>() as u64;
         let device = self.context.device;
         self.brought = Some(Buffer::new(device, "pilot", bytes, BufferUse::Readback)?);
         Ok(())
     }
 
-    /// From here on VPLs are drawn by what they have brought to the pilot's results.
-    pub fn learn(&mut self, results: u32, draws: u32) -> Result<()> {
+    /// From here on VPLs are sampled by what they have brought to the pilot's results.
+    fn learn(&mut self, results: u32, samples: u32) -> Result<bool> {
         if let Some(brought) = self.brought.take() {
-            let brought = brought.mapped((results * draws) as usize)?;
+            let brought = brought.mapped((results * samples) as usize)?;
             let device = self.context.device;
             self.draws_of_vpls =
                 self.draws_of_vpls
-                    .learned(device, brought, draws, guide_cells()?)?;
+                    .learned(device, brought, samples, guide_cells()?)?;
             self.is_copied.draws_of_vpls = false;
         }
-        Ok(())
+        Ok(true)
     }
 
-    /// Gathers at the receivers of a run, with `draws` draws of each way. The results go to `first_result` and on: two vectors
-    /// a receiver, irradiance by the bounce and the same weighted by the Phong lobe.
-    pub fn gather(
+    /// With so many samples of each technique.
+    fn gather(
         &mut self,
-        refinement: &Refinement,
-        run: Run,
-        (results, first_result): (&Buffer, u32),
-        draws: u32,
-        seed: u32,
-        proceed: &mut dyn FnMut() -> Result<()>,
+        (receivers, range): (&Receivers, ReceiverRange),
+        results: Results,
+        Samples { count: draws, seed }: Samples,
+        cost: &mut Cost,
+        proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()> {
-        let Run {
+        let ReceiverRange {
             is_glossy,
             first,
             count,
-        } = run;
+        } = range;
         if count == 0 {
             return Ok(());
         }
@@ -181,15 +173,13 @@ impl<'b> Bounce<'b> {
             ),
             ("vpls", Resource::Image(&self.vpls.matte)),
             ("lattice", self.lattice.points.resource()),
-            ("receivers", Resource::Buffer(&refinement.receivers)),
-            ("bounced", Resource::Buffer(results)),
+            ("receivers", Resource::Buffer(&receivers.pixels)),
+            ("results", Resource::Buffer(results.buffer)),
         ]);
 
         let mut done = 0;
         while done < count {
-            let budget = self.rays_per_second.map_or(FIRST_SUBMISSION_RAYS, |speed| {
-                speed * self.submission_target.as_secs_f64()
-            });
+            let budget = cost.budget(pipeline.module.name, FIRST_SUBMISSION_RAYS);
             let rays_per_receiver = u64::from(draws) * rays_per_draw;
             let fit = (budget / rays_per_receiver as f64) as u32;
             let receiver_count = fit
@@ -211,7 +201,7 @@ impl<'b> Bounce<'b> {
                         camera_position: self.context.camera_position(),
                         first_receiver: first + done,
                         receiver_count,
-                        first_result: first_result + done,
+                        first_result: results.first + done,
                         first_draw,
                         draw_count: draws_per_dispatch.min(draws - first_draw),
                         draws,
@@ -228,14 +218,14 @@ impl<'b> Bounce<'b> {
                 }
                 Ok(())
             })?;
-            let start = Instant::now();
-            self.stats.times.extend(recorder.submit()?);
-            self.stats.submissions += 1;
-            let rays = u64::from(receiver_count) * rays_per_receiver;
-            self.stats.rays += rays;
-            self.rays_per_second = Some(rays as f64 / start.elapsed().as_secs_f64().max(1e-6));
+            let work = Work {
+                pass: "bounce",
+                kernel: pipeline.module.name,
+                amount: u64::from(receiver_count) * rays_per_receiver,
+            };
+            cost.submit_work(recorder, work)?;
             done += receiver_count;
-            proceed()?;
+            proceed(f64::from(done) / f64::from(count))?;
         }
         Ok(())
     }

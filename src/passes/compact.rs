@@ -42,7 +42,7 @@ impl Compactor {
         })
     }
 
-    /// The same, and [`Compactor::run_places`] can be asked for.
+    /// The same, and [`Compactor::run_places`] is there.
     pub fn with_run_places(device: &Device, item_count: u32) -> Result<Compactor> {
         let compactor = Compactor::new(device, item_count)?;
         let bytes = compactor.runs.bytes;
@@ -67,7 +67,8 @@ impl Compactor {
         Ok(())
     }
 
-    /// Records the three kernels of `pass`; `count_words` and `write_words` are the words of its permutations.
+    /// Records the three kernels of `pass`; `count_words` and `write_words` are the words of its permutations,
+    /// `grid_stride` is for the receivers pass.
     pub fn record<'r>(
         &'r self,
         recorder: &mut Recorder<'r>,
@@ -76,6 +77,7 @@ impl Compactor {
         count_words: &[&str],
         write_words: &[&str],
         resources: &[(&str, Resource<'r>)],
+        grid_stride: u32,
     ) -> Result<()> {
         let pipelines = context.pipelines;
         let count = pipelines.compute(pass, &[&["count"], count_words].concat())?;
@@ -89,6 +91,7 @@ impl Compactor {
         let parameters = Compaction {
             item_count: self.item_count,
             run_count: self.run_count,
+            grid_stride,
         };
         let groups = [
             self.run_count.div_ceil(count.module.workgroup_size[0]),
@@ -114,7 +117,7 @@ impl Compactor {
     pub fn run_places(&self) -> Result<&[ListLengths]> {
         let readback = self.runs_readback.as_ref();
         readback
-            .ok_or_else(|| Error::internal("nobody asked for the places of runs"))?
+            .ok_or_else(|| Error::internal("the places of runs were not requested"))?
             .mapped(self.run_count as usize)
     }
 
@@ -122,36 +125,5 @@ impl Compactor {
     pub fn lengths(&self) -> Result<ListLengths> {
         let lengths = self.readback.mapped::<ListLengths>(1)?;
         Ok(lengths.first().copied().unwrap_or_default())
-    }
-}
-
-/// Receivers next to each other in the list that all have a specular lobe, or all have none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Run {
-    pub is_glossy: bool,
-    pub first: u32,
-    pub count: u32,
-}
-
-impl Run {
-    /// The two runs of a list of pixels: matte ones, then glossy ones.
-    pub fn of_list(lengths: ListLengths) -> [Run; 2] {
-        let ListLengths { matte, glossy } = lengths;
-        let run = |is_glossy, first, count| Run {
-            is_glossy,
-            first,
-            count,
-        };
-        [run(false, 0, matte), run(true, matte, glossy)]
-    }
-
-    /// The same receivers in runs of at most `max_count`.
-    pub fn split(self, max_count: u32) -> impl Iterator<Item = Run> {
-        let starts = (0..self.count).step_by(max_count as usize);
-        starts.map(move |start| Run {
-            first: self.first + start,
-            count: max_count.min(self.count - start),
-            ..self
-        })
     }
 }

@@ -5,22 +5,24 @@ use crate::{
     vulkan::{Device, Pipelines},
 };
 
-pub(crate) mod appraise;
 pub(crate) mod bounce;
 pub(crate) mod compact;
+pub(crate) mod cost;
 pub(crate) mod direct;
+pub(crate) mod error_estimate;
 pub(crate) mod gather;
+pub(crate) mod gatherer;
 pub(crate) mod gbuffer;
 pub(crate) mod hits;
 pub(crate) mod light;
 pub(crate) mod predict;
 pub(crate) mod rays;
 pub(crate) mod receivers;
-pub(crate) mod refine;
+pub(crate) mod refinement;
 pub(crate) mod resolve;
 pub(crate) mod rsm;
+pub(crate) mod scatter;
 pub(crate) mod sensor;
-pub(crate) mod settle;
 pub(crate) mod shadow;
 pub(crate) mod smooth;
 pub(crate) mod surface;
@@ -105,18 +107,14 @@ mod tests {
                 asked.push(("vpl", vec!["count", brdf, list]));
             }
             asked.push(("vpl", vec!["write", brdf, "bounce"]));
-            asked.extend(["count", "write"].map(|kernel| ("refine", vec![kernel, brdf])));
-            asked.extend(["predict", "resolve", "appraise"].map(|pass| (pass, vec![brdf])));
-            asked.extend(["exact", "noisy"].map(|noise| ("settle", vec![brdf, noise])));
+            asked.extend(["predict", "resolve", "error_estimate"].map(|pass| (pass, vec![brdf])));
+            asked.extend(["exact", "noisy"].map(|noise| ("scatter", vec![brdf, noise])));
             asked.extend(["fit", "put"].map(|kernel| ("smooth", vec![kernel, brdf])));
             for estimator in VplSum::ALL.map(sum_word) {
                 asked.push(("vpl", vec!["write", brdf, estimator]));
                 for kernel in GatherKernel::ALL {
-                    let words =
-                        |vpl, sums| ("gather", vec![kernel.name(), estimator, brdf, vpl, sums]);
-                    for sums in ["", "list"] {
-                        asked.extend(["matte", "glossy"].map(|vpl| words(vpl, sums)));
-                    }
+                    let words = |vpl| ("gather", vec![kernel.name(), estimator, brdf, vpl]);
+                    asked.extend(["matte", "glossy"].map(words));
                 }
             }
         }

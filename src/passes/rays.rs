@@ -1,7 +1,7 @@
 //! The scene's triangles on the device for rays.
 
 use crate::{
-    Plan, Result, Scene,
+    Result, Scene,
     local_space::LocalSpace,
     ray_tree::RayTree,
     vulkan::{Device, Recorder, Resource, TexelList},
@@ -15,18 +15,6 @@ pub(crate) struct RayTreeImages {
 }
 
 impl RayTreeImages {
-    /// `None` where nothing casts rays.
-    pub fn for_plan(
-        device: &Device,
-        scene: &Scene,
-        plan: &Plan,
-        space: &LocalSpace,
-    ) -> Result<Option<RayTreeImages>> {
-        plan.has_rays()
-            .then(|| RayTreeImages::of(device, scene, space))
-            .transpose()
-    }
-
     pub fn of(device: &Device, scene: &Scene, space: &LocalSpace) -> Result<RayTreeImages> {
         let tree = RayTree::of(scene, space);
         Ok(RayTreeImages {

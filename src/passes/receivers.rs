@@ -1,54 +1,98 @@
-//! Receivers pass: the pixels that show a surface, those with a specular lobe apart.
+//! Receivers pass: lists the pixels to gather that show a surface, those with a specular lobe apart.
 
-use super::{
-    Context,
-    compact::{Compactor, Run},
-    gbuffer::GBuffer,
-};
+use super::{Context, compact::Compactor, gbuffer::GBuffer};
 use crate::{
     Result,
-    plan::Plan,
-    vulkan::{Buffer, BufferUse, Device, Recorder, Resource},
+    vulkan::{Buffer, BufferUse, Device, Recorder, Resource, shaders::ListLengths},
 };
 
-/// Pixels as column + 65536 · row: matte ones, then glossy ones.
+/// Pixels as column + 65536 · row.
 pub(crate) struct Receivers {
+    /// What the predict pass or the host proposes.
+    pub candidates: Buffer,
+    /// Those of the candidates that show a surface: matte ones, then glossy ones.
     pub pixels: Buffer,
     compactor: Compactor,
 }
 
 impl Receivers {
-    pub fn new(device: &Device, plan: &Plan) -> Result<Receivers> {
-        let [width, height] = plan.resolution_px;
-        let count = width * height;
+    /// Room for so many receivers, and so many candidates in a list.
+    pub fn new(device: &Device, capacity: u32, candidate_capacity: u32) -> Result<Receivers> {
+        let buffer =
+            |what, count| Buffer::new(device, what, 4 * u64::from(count), BufferUse::Device);
         Ok(Receivers {
-            pixels: Buffer::new(
-                device,
-                "list of pixels",
-                4 * u64::from(count),
-                BufferUse::Device,
-            )?,
-            compactor: Compactor::new(device, count)?,
+            candidates: buffer("candidates", candidate_capacity)?,
+            pixels: buffer("receivers", capacity)?,
+            compactor: Compactor::new(device, capacity)?,
         })
     }
 
-    /// The matte pixels and the glossy ones, after the submission.
-    pub fn runs(&self) -> Result<[Run; 2]> {
-        Ok(Run::of_list(self.compactor.lengths()?))
+    /// With candidates of the host's choice.
+    pub fn with_candidates(device: &Device, pixels: &[u32]) -> Result<Receivers> {
+        Ok(Receivers {
+            candidates: Buffer::upload(device, "candidates", pixels)?,
+            ..Receivers::new(device, pixels.len() as u32, 0)?
+        })
+    }
+
+    /// How many candidates there are from here on.
+    pub fn set_candidate_count(&mut self, count: u32) -> Result<()> {
+        self.compactor.set_item_count(count)
+    }
+
+    /// The matte receivers and the glossy ones, after the submission.
+    pub fn ranges(&self) -> Result<[ReceiverRange; 2]> {
+        let ListLengths { matte, glossy } = self.compactor.lengths()?;
+        let range = |is_glossy, first, count| ReceiverRange {
+            is_glossy,
+            first,
+            count,
+        };
+        Ok([range(false, 0, matte), range(true, matte, glossy)])
     }
 }
 
-/// Lists the pixels of the G-buffer that show a surface.
+/// Receivers next to each other in the list that all have a specular lobe, or all have none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct ReceiverRange {
+    pub is_glossy: bool,
+    pub first: u32,
+    pub count: u32,
+}
+
+impl ReceiverRange {
+    /// The same receivers in ranges of at most `max_count`.
+    pub fn split(self, max_count: u32) -> impl Iterator<Item = ReceiverRange> {
+        let starts = (0..self.count).step_by(max_count as usize);
+        starts.map(move |start| ReceiverRange {
+            first: self.first + start,
+            count: max_count.min(self.count - start),
+            ..self
+        })
+    }
+}
+
+/// Lists the receivers among the candidates: the points of a grid of every `grid_stride`-th pixel, or those of the list.
 pub(crate) fn list<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
     gbuffer: &'r GBuffer,
     receivers: &'r Receivers,
+    grid_stride: Option<u32>,
 ) -> Result<()> {
     let brdf = [context.plan.brdf_word()];
     let mut resources = gbuffer.resources();
-    resources.push(("receivers", Resource::Buffer(&receivers.pixels)));
-    receivers
-        .compactor
-        .record(recorder, context, "receivers", &brdf, &brdf, &resources)
+    resources.extend([
+        ("candidates", Resource::Buffer(&receivers.candidates)),
+        ("receivers", Resource::Buffer(&receivers.pixels)),
+    ]);
+    receivers.compactor.record(
+        recorder,
+        context,
+        "receivers",
+        &brdf,
+        &brdf,
+        &resources,
+        grid_stride.unwrap_or(0),
+    )
 }

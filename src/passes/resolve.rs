@@ -1,17 +1,17 @@
-//! Resolve pass: indirect radiance of every pixel from its bounce.
+//! Resolve pass: indirect radiance of every pixel from what was gathered or interpolated there.
 
-use super::{Context, gbuffer::GBuffer, predict::BounceImages};
+use super::{Context, gbuffer::GBuffer, refinement::RefinementImages};
 use crate::{
     Result,
     vulkan::{Image, Recorder, Resource},
 };
 
-/// L_{P→C} of the bounce, for every pixel with a surface.
+/// L_{P→C} by the bounce, for every pixel with a surface.
 pub(crate) fn resolve<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
     gbuffer: &'r GBuffer,
-    images: &'r BounceImages,
+    images: &'r RefinementImages,
     indirect_radiance: &'r Image,
 ) -> Result<()> {
     let pipeline = context

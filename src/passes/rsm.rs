@@ -28,17 +28,20 @@ pub(crate) struct Rsm {
 }
 
 impl Rsm {
-    /// Room for the light with the most faces; the others use the first layers.
-    pub fn new(device: &Device, plan: &Plan, size: u32, max_faces: u32) -> Result<Rsm> {
-        let shape = ImageShape::layers(size, max_faces);
+    /// Room for the light with the most faces; the others use the first layers. `None` without indirect light.
+    pub fn for_plan(device: &Device, plan: &Plan) -> Result<Option<Rsm>> {
+        let Some(indirect) = plan.indirect else {
+            return Ok(None);
+        };
+        let shape = ImageShape::layers(indirect.rsm_size, plan.max_faces());
         let image = |what| Image::new(device, what, shape);
-        Ok(Rsm {
+        Ok(Some(Rsm {
             position: image("RSM positions")?,
             normal: image("RSM normals")?,
             kd_irradiance: image("RSM k_d and irradiance")?,
             ks_shininess: plan.is_specular.then(|| image("RSM k_s")).transpose()?,
             depth: Image::new(device, "RSM depth", shape.depth())?,
-        })
+        }))
     }
 
     pub fn colors(&self) -> Vec<&Image> {

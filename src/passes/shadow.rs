@@ -17,7 +17,7 @@ pub(crate) struct ShadowMap {
 }
 
 impl ShadowMap {
-    /// Room that the lights use in turn; `None` where RSMs or rays serve them all.
+    /// Room for the light with the most faces; `None` where RSMs or rays serve them all.
     pub fn for_plan(device: &Device, plan: &Plan) -> Result<Option<ShadowMap>> {
         let Some(size) = plan.own_map_size() else {
             return Ok(None);

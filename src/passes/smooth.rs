@@ -1,16 +1,16 @@
-//! Smooth pass: the noise of the gathers on a lattice is lowered by what the pixels around them say.
+//! Smooth pass: lowers the noise of the gathers on a grid by what the pixels around them say.
 
 use super::{
     Context,
     gbuffer::GBuffer,
-    predict::{BounceImages, Judgement},
+    refinement::{RefinementCriteria, RefinementImages},
 };
 use crate::{
     Result,
     vulkan::{Buffer, BufferUse, Recorder, Resource, groups_in_rows, shaders::SmoothParameters},
 };
 
-/// A lattice over the image, and room for its new values.
+/// A grid over the image, and room for its new values.
 pub(crate) struct Smoothing {
     stride_px: u32,
     columns: u32,
@@ -32,20 +32,20 @@ impl Smoothing {
         })
     }
 
-    /// Replaces what was gathered on the lattice.
+    /// Replaces what was gathered on the grid.
     pub fn smooth<'r>(
         &'r self,
         recorder: &mut Recorder<'r>,
         context: &Context,
         gbuffer: &'r GBuffer,
-        images: &'r BounceImages,
-        judgement: Judgement,
+        images: &'r RefinementImages,
+        criteria: RefinementCriteria,
     ) -> Result<()> {
         let parameters = SmoothParameters {
             stride: self.stride_px,
             columns: self.columns,
             item_count: self.item_count,
-            variance_of_spread: judgement.variance_of_spread as f32,
+            variance_scale: criteria.variance_scale as f32,
         };
         let mut resources = gbuffer.resources();
         resources.extend(images.resources());

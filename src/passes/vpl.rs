@@ -3,7 +3,7 @@
 use super::{Context, compact::Compactor, light::DeviceLight, rsm::Rsm};
 use crate::{
     Result,
-    plan::{IndirectPlan, Plan},
+    plan::{GatherPlan, IndirectPlan, Plan},
     scene::VplSum,
     vulkan::{
         Device, Image, ImageShape, Recorder, Resource,
@@ -11,11 +11,11 @@ use crate::{
     },
 };
 
-/// VPLs, a layer per member: of one light, whose room the next one reuses, or of all lights, one behind the other.
+/// VPLs of all lights, one behind the other, a layer per member.
 pub(crate) struct VplLists {
     /// Where the lists are not kept apart: all of them.
     pub matte: Image,
-    /// Only where some material is specular.
+    /// Of sums, and only where some material is specular.
     pub glossy: Option<Image>,
     compactor: Compactor,
     /// From one light's place to the next one's, in the lists of all lights' VPLs and of the tiles of their RSMs.
@@ -23,66 +23,61 @@ pub(crate) struct VplLists {
 }
 
 impl VplLists {
-    /// Room for up to `texel_count` VPLs of either kind for each of `light_count` lights, rounded up to whole fetches of the gather.
-    pub fn new(
-        device: &Device,
-        plan: &Plan,
-        light_count: u32,
-        texel_count: u32,
-    ) -> Result<VplLists> {
-        let module = Module::find("gather", &["tile", "average", "lambert", "glossy"])?;
-        let fetch_vpls = module.constant("FETCH_VPLS")?;
+    /// Room for a VPL of either kind for each texel of the RSM of each light; `None` without indirect light.
+    pub fn for_plan(device: &Device, plan: &Plan) -> Result<Option<VplLists>> {
+        let Some(indirect) = plan.indirect else {
+            return Ok(None);
+        };
+        let texel_count = plan.max_faces() * indirect.rsm_size * indirect.rsm_size;
+        let light_count = plan.lights.len() as u32;
+        let module = Module::find("vpl", &["write", plan.brdf_word(), "bounce"])?;
         let columns = module.constant("VPLS_PER_ROW")?;
-        let rows = light_count * texel_count.next_multiple_of(fetch_vpls).div_ceil(columns);
+        let rows_per_light = texel_count.div_ceil(columns);
         let list = |what, layers| {
             let shape = ImageShape {
-                size_px: [columns, rows],
+                size_px: [columns, light_count * rows_per_light],
                 layers: Some(module.constant(layers)?),
                 is_depth: false,
             };
             Image::new(device, what, shape)
         };
-        Ok(VplLists {
-            matte: list("VPLs", "VPL_LAYERS")?,
-            glossy: plan
-                .is_specular
+        let (is_glossy_apart, matte_layers, compactor) = if indirect.is_final_gather() {
+            let layers = if plan.is_specular {
+                "GLOSSY_VPL_LAYERS"
+            } else {
+                "VPL_LAYERS"
+            };
+            (
+                false,
+                layers,
+                Compactor::with_run_places(device, texel_count)?,
+            )
+        } else {
+            (
+                plan.is_specular,
+                "VPL_LAYERS",
+                Compactor::new(device, texel_count)?,
+            )
+        };
+        Ok(Some(VplLists {
+            matte: list("VPLs", matte_layers)?,
+            glossy: is_glossy_apart
                 .then(|| list("glossy VPLs", "GLOSSY_VPL_LAYERS"))
                 .transpose()?,
-            compactor: Compactor::new(device, texel_count)?,
-            room_per_light: match light_count {
-                1 => [0; 2],
-                _ => [rows / light_count * columns, 0],
-            },
-        })
-    }
-
-    /// Room for the VPLs of `light_count` lights with up to `texel_count` each, in one list: for rays from P to all of them.
-    pub fn for_bounce(
-        device: &Device,
-        plan: &Plan,
-        light_count: u32,
-        texel_count: u32,
-    ) -> Result<VplLists> {
-        let module = Module::find("vpl", &["write", plan.brdf_word(), "bounce"])?;
-        let columns = module.constant("VPLS_PER_ROW")?;
-        let rows_per_light = texel_count.div_ceil(columns);
-        let compactor = Compactor::with_run_places(device, texel_count)?;
-        let layers = if plan.is_specular {
-            "GLOSSY_VPL_LAYERS"
-        } else {
-            "VPL_LAYERS"
-        };
-        let shape = ImageShape {
-            size_px: [columns, light_count * rows_per_light],
-            layers: Some(module.constant(layers)?),
-            is_depth: false,
-        };
-        Ok(VplLists {
-            matte: Image::new(device, "VPLs", shape)?,
-            glossy: None,
             room_per_light: [rows_per_light * columns, compactor.run_count()],
             compactor,
-        })
+        }))
+    }
+
+    /// Zeros: what lies behind a list is read, too, and must be numbers.
+    pub fn clear<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        for list in [Some(&self.matte), self.glossy.as_ref()]
+            .into_iter()
+            .flatten()
+        {
+            recorder.prepare_images(&[list]);
+            recorder.clear_image(list);
+        }
     }
 
     /// How many texels the light that comes next has.
@@ -90,7 +85,7 @@ impl VplLists {
         self.compactor.set_item_count(texel_count)
     }
 
-    /// With rays: how many VPLs each tile of the RSM has; after the submission.
+    /// With final gathering: how many VPLs each tile of the RSM has; after the submission.
     pub fn tile_lengths(&self) -> Result<Vec<u32>> {
         let places = self.compactor.run_places()?.iter().map(|place| place.matte);
         let ends = places.clone().skip(1).chain([self.lengths()?.matte]);
@@ -111,9 +106,7 @@ pub(crate) fn sum_word(sum: VplSum) -> &'static str {
     }
 }
 
-/// Lists the VPLs of an RSM. What is left of the last fetch is zero: a VPL without power.
-///
-/// Where the lights share lists, these keep what they have, and the light's VPLs go to a place of their own.
+/// Lists the VPLs of an RSM, in the light's own place among those of all lights.
 pub(crate) fn extract<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
@@ -122,15 +115,6 @@ pub(crate) fn extract<'r>(
     rsm: &'r Rsm,
     vpls: &'r VplLists,
 ) -> Result<()> {
-    if indirect.bounce().is_none() && light.parameters.first_vpl == 0 {
-        for list in [Some(&vpls.matte), vpls.glossy.as_ref()]
-            .into_iter()
-            .flatten()
-        {
-            recorder.prepare_images(&[list]);
-            recorder.clear_image(list);
-        }
-    }
     let mut resources = rsm.resources();
     resources.extend([
         ("emission", Resource::Buffer(&light.emission)),
@@ -141,9 +125,9 @@ pub(crate) fn extract<'r>(
         resources.push(("glossy_vpls", Resource::Image(glossy)));
     }
     let brdf = context.plan.brdf_word();
-    let (list, record) = match indirect.sum() {
-        None => ("bounce", "bounce"),
-        Some(sum) => ("apart", sum_word(sum)),
+    let (list, record) = match indirect.gather {
+        GatherPlan::FinalGather { .. } => ("bounce", "bounce"),
+        GatherPlan::VplSum { sum, .. } => ("apart", sum_word(sum)),
     };
     vpls.compactor.record(
         recorder,
@@ -152,5 +136,6 @@ pub(crate) fn extract<'r>(
         &[brdf, list],
         &[brdf, record],
         &resources,
+        0,
     )
 }

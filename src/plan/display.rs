@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{IndirectMethod, LightPlan, Plan, RefinementPlan, ShadowPlan, SumPlan};
+use super::{GatherPlan, LightPlan, Plan, ShadowPlan};
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -39,43 +39,40 @@ impl fmt::Display for Plan {
         }
         if let Some(indirect) = self.indirect {
             writeln!(f, "  vpl        texels with flux, compacted")?;
-            if let Some(RefinementPlan {
-                coarsest_stride, ..
-            }) = indirect.refinement()
-            {
-                writeln!(
+            let stride = indirect.refinement.coarsest_stride;
+            match indirect.refinement.target_error {
+                None => writeln!(f, "  receivers  every pixel with a surface")?,
+                Some(_) => writeln!(
                     f,
-                    "  predict    every {coarsest_stride}th pixel, and those between where they vary"
-                )?;
+                    "  predict    one of {stride} x {stride} pixels, and those between where they vary"
+                )?,
             }
-            match indirect.method {
-                IndirectMethod::Sum(SumPlan {
-                    sum,
-                    kernel,
-                    refinement,
-                }) => {
-                    let (name, kernel) = (sum.name(), kernel.name());
-                    if let Some(RefinementPlan { target_error, .. }) = refinement {
-                        writeln!(
-                            f,
-                            "  gather     {name}, no visibility, interpolation error {target_error}, kernel {kernel}"
-                        )?;
-                    } else {
-                        writeln!(f, "  receivers  pixels with a surface, compacted")?;
-                        writeln!(f, "  gather     {name}, no visibility, kernel {kernel}")?;
-                    }
-                }
-                IndirectMethod::Bounce(bounce) => {
-                    let kernel = bounce.kernel.name();
-                    let asked = bounce.refinement.target_error;
-                    writeln!(
-                        f,
-                        "  bounce     final-gather, visibility by rays, target error {asked}, kernel {kernel}"
-                    )?;
-                }
+            let (name, visibility, kernel, error) = match indirect.gather {
+                GatherPlan::VplSum { sum, kernel } => (
+                    sum.name(),
+                    "no visibility",
+                    kernel.name(),
+                    "interpolation error",
+                ),
+                GatherPlan::FinalGather { kernel } => (
+                    "final-gather",
+                    "visibility by rays",
+                    kernel.name(),
+                    "target error",
+                ),
+            };
+            let pass = if indirect.is_final_gather() {
+                "bounce"
+            } else {
+                "gather"
+            };
+            write!(f, "  {pass:<10} {name}, {visibility}, kernel {kernel}")?;
+            match indirect.refinement.target_error {
+                Some(target) => writeln!(f, ", {error} {target}")?,
+                None => writeln!(f)?,
             }
-            if indirect.refinement().is_some() {
-                writeln!(f, "  appraise   the error made, on a sample of pixels")?;
+            if indirect.refinement.target_error.is_some() {
+                writeln!(f, "  error_estimate  on a sample of pixels")?;
             }
         }
         if self.joule_per_irradiance.is_some() {
@@ -103,7 +100,7 @@ impl fmt::Display for Plan {
                 "sensor: the scene has no [sensor]",
             ),
             (
-                self.indirect.is_some_and(|i| i.bounce().is_none()),
+                self.indirect.is_some_and(|i| !i.is_final_gather()),
                 "visibility between VPLs and pixels: see docs/model.md",
             ),
         ];

@@ -64,10 +64,10 @@ impl Plan {
                 limits.max_storage_buffer_bytes,
                 smaller_image,
             )?;
-            if let Some(bounce) = indirect.bounce() {
+            if indirect.is_final_gather() {
                 check(
-                    "the light on the coarsest lattice (bytes)",
-                    self.smoothing_bytes(bounce.refinement.coarsest_stride),
+                    "the light on the coarsest grid (bytes)",
+                    self.smoothing_bytes(indirect.refinement.coarsest_stride),
                     limits.max_storage_buffer_bytes,
                     smaller_image,
                 )?;
@@ -79,15 +79,9 @@ impl Plan {
                 limits.max_allocation_bytes,
                 smaller_rsm,
             )?;
-            // Where few pixels are gathered, the lists of all lights are one.
-            let (lists, what, hint) = match indirect.refinement() {
-                None => (1, "the list of VPLs", smaller_rsm),
-                Some(_) => (
-                    self.lights.len() as u64,
-                    "the list of all lights' VPLs",
-                    "set a smaller rsm_size, or estimator = \"instant-radiosity\", in [indirect], use fewer lights, or choose another device",
-                ),
-            };
+            let what = "the list of all lights' VPLs";
+            let hint = "set a smaller rsm_size, use fewer lights, or choose another device";
+            let lists = self.lights.len() as u64;
             let rows = lists * texels.div_ceil(ROW_TEXELS);
             check(&format!("{what} (rows)"), rows, max_image_px, hint)?;
             // Members of a record are layers of an image.
@@ -155,7 +149,7 @@ impl Plan {
         )?;
         check("the number of triangles", triangles, MAX_TRIANGLES, fewer)?;
         let is_shadow_asked = scene.direct.shadow == Some(Shadow::Rays);
-        if self.bounce().is_some() {
+        if self.has_final_gather() {
             // Each with and without its texture, in three texels.
             let rows = (6 * scene.materials.len() as u64).div_ceil(ROW_TEXELS);
             check(
@@ -184,7 +178,7 @@ impl Plan {
             // Shadows are not asked of rays by themselves.
             (is_shadow_asked, "shadow = \"map\" in [direct]"),
             (
-                self.bounce().is_some(),
+                self.has_final_gather(),
                 "estimator = \"instant-radiosity\" in [indirect]",
             ),
         ];
@@ -212,7 +206,7 @@ impl Plan {
             largest_list(device),
             &hint,
         )?;
-        if self.bounce().is_none() {
+        if !self.has_final_gather() {
             return Ok(());
         }
         let texels: u64 = textures

@@ -1,6 +1,6 @@
 //! What a frame holds of the device's memory, pass for pass as `src/frame` makes it.
 
-use super::{IndirectMethod, IndirectPlan, PIXEL_BYTES, Plan, Step};
+use super::{GridStep, IndirectPlan, PIXEL_BYTES, Plan};
 use crate::{
     Error, Result,
     ray_tree::{max_box_texels, max_triangle_texels},
@@ -19,8 +19,10 @@ const RUN_BYTES: u64 = 8;
 const IMAGE_TILE_PX: u64 = 4;
 /// Views, uniforms, lengths of lists and other things of a few hundred bytes, each rounded up to a page.
 const SMALL_THINGS_BYTES: u64 = 256 << 10;
-/// What the refinement takes whatever the scene: the results of 65 536 receivers, and a sample of pixels.
-const REFINEMENT_BYTES: u64 = (2 << 20) + (256 << 10);
+/// Receivers whose results there is room for.
+const MAX_RESULTS: u64 = 1 << 20;
+/// What the refinement takes whatever the scene: a sample of pixels.
+const REFINEMENT_BYTES: u64 = 256 << 10;
 /// By rays also the lattice of up to 16 384 draws and the guide to those of VPLs, both with the ones that they replace.
 const DRAWS_BYTES: u64 = (1 << 20) + (256 << 10);
 
@@ -54,7 +56,7 @@ impl MemoryNeed {
 
 impl Plan {
     /// The most bytes of device memory that a frame of the scene holds at a time: an upper bound, but for what the driver adds to
-    /// images, and close to what is held (`tests/hard_device_memory.rs`).
+    /// images, and close to what is held (`tests/hard/device_memory.rs`).
     pub fn device_memory_bytes(&self, scene: &Scene) -> u64 {
         self.memory_need(scene).total()
     }
@@ -98,18 +100,16 @@ impl Plan {
         // The G-buffer with its depth, and radiance.
         let energy = u64::from(self.joule_per_irradiance.is_some());
         let images = (3 + specular + 1 + indirect + energy) * image;
-        let map = self.own_map_size();
-        let map = map.map_or(0, |size| map_bytes(size, self.max_faces(), 1));
         // Images go to the host through one buffer.
         let readback = self.pixels() * PIXEL_BYTES;
         MemoryNeed {
             image: images
                 + image * DEPTH_BYTES / PIXEL_BYTES
-                + map
                 + self.gathering_bytes().max(readback),
-            rsm: self
-                .indirect
-                .map_or(0, |indirect| self.rsm_bytes(&indirect)),
+            rsm: u64::from(self.map_sets) * self.map_set_bytes()
+                + self
+                    .indirect
+                    .map_or(0, |indirect| self.vpl_bytes(&indirect)),
             scene: self.scene_bytes(scene),
         }
     }
@@ -119,16 +119,21 @@ impl Plan {
         let Some(indirect) = self.indirect else {
             return 0;
         };
-        let all = list_bytes(self.pixels());
-        match (indirect.refinement(), indirect.method) {
-            (None, _) => all,
-            (Some(plan), IndirectMethod::Bounce(_)) => {
-                self.refinement_bytes(plan.coarsest_stride, true)
-            }
-            (Some(plan), IndirectMethod::Sum(_)) => {
-                self.refinement_bytes(plan.coarsest_stride, false).max(all)
-            }
-        }
+        self.refinement_bytes(
+            indirect.refinement.coarsest_stride,
+            indirect.is_final_gather(),
+        )
+    }
+
+    /// What one light sees: its RSM, and its shadow map.
+    pub(super) fn map_set_bytes(&self) -> u64 {
+        let faces = self.max_faces();
+        let rsm = self.indirect.map_or(0, |indirect| {
+            map_bytes(indirect.rsm_size, faces, 3 + u64::from(self.is_specular))
+        });
+        rsm + self
+            .own_map_size()
+            .map_or(0, |size| map_bytes(size, faces, 1))
     }
 
     fn pixels(&self) -> u64 {
@@ -163,7 +168,7 @@ impl Plan {
             bytes += texel_list_bytes(max_triangle_texels(triangles));
             bytes += texel_list_bytes(max_box_texels(triangles));
         }
-        if self.bounce().is_some() {
+        if self.has_final_gather() {
             let materials = 2 * 3 * scene.materials.len() as u64;
             bytes += texel_list_bytes(4 * triangles);
             bytes += texel_list_bytes(materials) + texel_list_bytes(texels);
@@ -171,24 +176,20 @@ impl Plan {
         bytes
     }
 
-    /// The RSM of the light with the most faces, and the lists of what its texels send.
-    fn rsm_bytes(&self, indirect: &IndirectPlan) -> u64 {
+    /// The lists of what the RSMs' texels send.
+    fn vpl_bytes(&self, indirect: &IndirectPlan) -> u64 {
         let size = indirect.rsm_size;
         let faces = self.max_faces();
         let texels = u64::from(faces) * u64::from(size) * u64::from(size);
-        let is_bounce = indirect.bounce().is_some();
-        let lists = match indirect.refinement() {
-            None => 1,
-            Some(_) => self.lights.len() as u64,
-        };
+        let is_bounce = indirect.is_final_gather();
+        let lists = self.lights.len() as u64;
         let members = match (self.is_specular, is_bounce) {
             (false, _) => 3,
             (true, true) => 5,
             (true, false) => 3 + 5,
         };
         let rows = lists * texels.div_ceil(ROW_TEXELS);
-        let mut bytes = map_bytes(size, faces, 3 + u64::from(self.is_specular));
-        bytes += members * image_bytes(ROW_TEXELS, rows);
+        let mut bytes = members * image_bytes(ROW_TEXELS, rows);
         // The tables of the emission, and the places of the lists.
         bytes += lists * texels * 8
             + texels.div_ceil(RUN_ITEMS) * RUN_BYTES * (1 + u64::from(is_bounce));
@@ -203,14 +204,12 @@ impl Plan {
     /// What the refinement holds beside the G-buffer and the result.
     fn refinement_bytes(&self, coarsest_stride: u32, is_noisy: bool) -> u64 {
         let images = 1 + u64::from(self.is_specular) + u64::from(is_noisy);
-        let steps = Step::all(coarsest_stride).into_iter();
-        let items = steps.map(|step| {
-            let [columns, rows] = step.extent(self.resolution_px).map(u64::from);
-            columns * rows
-        });
-        let candidates = items.max().unwrap_or_default();
+        let steps = GridStep::all(coarsest_stride).into_iter();
+        let items = steps.map(|step| u64::from(step.pixel_count(self.resolution_px)));
+        let most = items.clone().max().unwrap_or_default();
+        let candidates = items.skip(1).max().unwrap_or_default();
         let mut bytes = images * self.image_bytes();
-        bytes += candidates * WORD_BYTES + list_bytes(candidates);
+        bytes += candidates * WORD_BYTES + list_bytes(most) + most.min(MAX_RESULTS) * RESULT_BYTES;
         if is_noisy {
             bytes += self.smoothing_bytes(coarsest_stride) + DRAWS_BYTES;
         }

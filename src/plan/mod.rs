@@ -8,7 +8,7 @@ mod memory;
 mod steps;
 
 pub use kernels::{GatherKernel, RayKernel};
-pub(crate) use steps::Step;
+pub(crate) use steps::GridStep;
 
 use crate::{
     Result,
@@ -23,9 +23,11 @@ const PIXEL_BYTES: u64 = 16;
 const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
 /// Texels of such a map per triangle of the scene: fewer, and many triangles are not in the map.
 const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
-/// Points of the coarsest lattice along the shorter edge. By rays these are also to average their noise.
-const BOUNCE_POINTS: u32 = 50;
-const SUM_POINTS: u32 = 25;
+/// Points of the coarsest grid along the shorter edge. By rays these are also to average their noise.
+const RAY_GRID_POINTS: u32 = 50;
+const SUM_GRID_POINTS: u32 = 25;
+/// The maps of all lights are kept where they take no more than the device's memory over this.
+const MAPS_SHARE_OF_MEMORY: u64 = 8;
 /// Triangles that a pixel can tell apart: whole numbers that are exact in f32.
 const MAX_TRIANGLES: u64 = 1 << 24;
 
@@ -40,6 +42,8 @@ pub struct Plan {
     /// Some visible material has a texture.
     pub is_textured: bool,
     pub lights: Vec<LightPlan>,
+    /// Sets of images for what lights see: one a light where they fit, else one that the lights use in turn.
+    pub map_sets: u32,
     pub indirect: Option<IndirectPlan>,
     /// Joules per W/m² on the pixel, with a sensor.
     pub joule_per_irradiance: Option<f64>,
@@ -87,66 +91,41 @@ impl ShadowPlan {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IndirectPlan {
     pub rsm_size: u32,
-    pub method: IndirectMethod,
-}
-
-/// How pixels come to their indirect light.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum IndirectMethod {
-    /// Sums over all VPLs, and nothing is in the way of these.
-    Sum(SumPlan),
-    /// By rays, at as many pixels as it takes.
-    Bounce(BouncePlan),
-}
-
-/// How VPLs are summed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SumPlan {
-    pub sum: VplSum,
-    pub kernel: GatherKernel,
-    /// `None`: at every pixel.
-    pub refinement: Option<RefinementPlan>,
-}
-
-/// How the bounce is gathered by rays.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct BouncePlan {
-    pub kernel: RayKernel,
+    pub gather: GatherPlan,
     pub refinement: RefinementPlan,
 }
 
-/// How few pixels are gathered and the others interpolated.
+/// What gathers a pixel's indirect light.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum GatherPlan {
+    /// The sum over all VPLs, without visibility.
+    VplSum { sum: VplSum, kernel: GatherKernel },
+    /// Rays from P and to VPLs.
+    FinalGather { kernel: RayKernel },
+}
+
+/// Which pixels are gathered; the others are interpolated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RefinementPlan {
-    /// relRMSE of the indirect light that is asked for: of a sum against that at every pixel, by rays against the true bounce.
-    pub target_error: f64,
-    /// Pixels between the first ones that are gathered; a power of two.
+    /// relRMSE of the indirect light that is requested: of a sum against that at every pixel, of final gathering against the
+    /// true bounce. `None`: every pixel is gathered.
+    pub target_error: Option<f64>,
+    /// Pixels between the first ones that are gathered; a power of two, 1 where every pixel is gathered.
     pub coarsest_stride: u32,
 }
 
 impl IndirectPlan {
-    /// The formula of the sum over VPLs; `None` where the bounce is gathered by rays.
+    /// The formula of the sum over VPLs; `None` for final gathering.
     pub fn sum(&self) -> Option<VplSum> {
-        match self.method {
-            IndirectMethod::Sum(plan) => Some(plan.sum),
-            IndirectMethod::Bounce(_) => None,
+        match self.gather {
+            GatherPlan::VplSum { sum, .. } => Some(sum),
+            GatherPlan::FinalGather { .. } => None,
         }
     }
 
-    /// How the bounce is gathered, where it is by rays.
-    pub fn bounce(&self) -> Option<BouncePlan> {
-        match self.method {
-            IndirectMethod::Bounce(bounce) => Some(bounce),
-            IndirectMethod::Sum(_) => None,
-        }
-    }
-
-    /// How few pixels are gathered; `None`: all are. Where there is one, the VPLs of all lights are kept.
-    pub fn refinement(&self) -> Option<RefinementPlan> {
-        match self.method {
-            IndirectMethod::Sum(sum) => sum.refinement,
-            IndirectMethod::Bounce(bounce) => Some(bounce.refinement),
-        }
+    /// Whether rays find visibility.
+    pub fn is_final_gather(&self) -> bool {
+        matches!(self.gather, GatherPlan::FinalGather { .. })
     }
 }
 
@@ -200,20 +179,34 @@ impl Plan {
                 shadow,
             })
             .collect();
-        let plan = Plan {
+        let mut plan = Plan {
             resolution_px: scene.camera.resolution_px,
             is_specular: used().any(|material| material.is_specular()),
             is_smooth: scene.meshes.iter().any(|mesh| !mesh.normals.is_empty()),
             is_textured,
             lights,
+            map_sets: 1,
             indirect: scene.indirect.map(|indirect| IndirectPlan {
                 rsm_size: planned_rsm_size(indirect, scene.lights.len()),
-                method: planned_method(indirect, scene.camera.resolution_px, device),
+                gather: planned_gather(indirect, device),
+                refinement: planned_refinement(indirect, scene.camera.resolution_px),
             }),
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
         };
+        plan.map_sets = plan.planned_map_sets(device);
         plan.check_limits(scene, device)?;
         Ok(plan)
+    }
+
+    /// One set of maps a light where all together take but a part of the memory.
+    fn planned_map_sets(&self, device: &DeviceInfo) -> u32 {
+        let lights = self.lights.len().max(1) as u32;
+        let all = u64::from(lights) * self.map_set_bytes();
+        if all <= device.limits.memory_bytes / MAPS_SHARE_OF_MEMORY {
+            lights
+        } else {
+            1
+        }
     }
 
     /// The word of the shader permutations that tells whether there is a specular term.
@@ -239,53 +232,44 @@ impl Plan {
         self.lights.iter().any(is_by_rays)
     }
 
-    /// Whether direct light is tested in maps of what lights see.
-    pub(crate) fn has_shadow_maps(&self) -> bool {
-        let has_map = |light: &LightPlan| light.shadow.map_size().is_some();
-        self.lights.iter().any(has_map)
-    }
-
     /// Whether anything casts rays.
     pub(crate) fn has_rays(&self) -> bool {
-        self.has_shadow_rays() || self.bounce().is_some()
+        self.has_shadow_rays() || self.has_final_gather()
     }
 
-    /// How the bounce is gathered, where it is by rays.
-    pub(crate) fn bounce(&self) -> Option<BouncePlan> {
-        self.indirect.and_then(|indirect| indirect.bounce())
+    /// Whether indirect light is gathered by rays.
+    pub(crate) fn has_final_gather(&self) -> bool {
+        self.indirect.is_some_and(|plan| plan.is_final_gather())
     }
 }
 
-fn planned_method(
-    indirect: IndirectLight,
-    resolution_px: [u32; 2],
-    device: &DeviceInfo,
-) -> IndirectMethod {
-    let refinement = |target_error, points| RefinementPlan {
-        target_error,
-        coarsest_stride: coarsest_stride(resolution_px, points),
-    };
-    let sum_plan = |sum, refinement| {
-        IndirectMethod::Sum(SumPlan {
-            sum,
-            kernel: GatherKernel::best_for(device),
-            refinement,
-        })
+fn planned_gather(indirect: IndirectLight, device: &DeviceInfo) -> GatherPlan {
+    let vpl_sum = |sum| GatherPlan::VplSum {
+        sum,
+        kernel: GatherKernel::best_for(device),
     };
     match indirect {
+        IndirectLight::RsmAverage { .. } => vpl_sum(VplSum::RsmAverage),
+        IndirectLight::InstantRadiosity { .. } => vpl_sum(VplSum::InstantRadiosity),
+        IndirectLight::FinalGather { .. } => GatherPlan::FinalGather {
+            kernel: RayKernel::best_for(device),
+        },
+    }
+}
+
+fn planned_refinement(indirect: IndirectLight, resolution_px: [u32; 2]) -> RefinementPlan {
+    let (target_error, grid_points) = match indirect {
         IndirectLight::RsmAverage {
             interpolation_error,
             ..
-        } => sum_plan(
-            VplSum::RsmAverage,
-            interpolation_error.map(|error| refinement(error, SUM_POINTS)),
-        ),
-        // The 1/d² of a near VPL makes spikes of a pixel or two that neither the lattice nor a sample of pixels sees.
-        IndirectLight::InstantRadiosity { .. } => sum_plan(VplSum::InstantRadiosity, None),
-        IndirectLight::FinalGather { target_error, .. } => IndirectMethod::Bounce(BouncePlan {
-            kernel: RayKernel::best_for(device),
-            refinement: refinement(target_error, BOUNCE_POINTS),
-        }),
+        } => (interpolation_error, SUM_GRID_POINTS),
+        // The 1/d² of a near VPL makes spikes of a pixel or two that neither the grid nor a sample of pixels sees.
+        IndirectLight::InstantRadiosity { .. } => (None, SUM_GRID_POINTS),
+        IndirectLight::FinalGather { target_error, .. } => (Some(target_error), RAY_GRID_POINTS),
+    };
+    RefinementPlan {
+        target_error,
+        coarsest_stride: target_error.map_or(1, |_| coarsest_stride(resolution_px, grid_points)),
     }
 }
 

@@ -142,17 +142,17 @@ impl Assets {
             )
         })?;
         let material = self.material_from(entry)?;
-        Ok(self.push_material(material, entry.at.clone()))
+        Ok(self.push_material(material, entry.places.name.clone()))
     }
 
     fn material_from(&mut self, entry: &Entry) -> Result<Material> {
         let properties = &entry.properties;
         let incomplete = |problem: &str, hint: &str| {
             let problem = format!("material \"{}\" {problem}", properties.name);
-            Error::scene(&entry.at, problem, hint)
+            Error::scene(&entry.places.name, problem, hint)
         };
         let kd_texture = match &properties.diffuse_texture {
-            Some(path) => Some(self.texture(&entry.folder.join(path), &entry.at)?),
+            Some(path) => Some(self.texture(&entry.folder.join(path), &entry.places.texture)?),
             None => None,
         };
         let kd = match (properties.diffuse, kd_texture) {

@@ -78,11 +78,7 @@ impl Scene {
     }
 
     fn triangle_corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
-        self.meshes.iter().flat_map(|mesh| {
-            mesh.triangles
-                .iter()
-                .map(|triangle| triangle.map(|vertex| mesh.positions_m[vertex as usize]))
-        })
+        self.meshes.iter().flat_map(|mesh| mesh.corners_m())
     }
 }
 

@@ -4,7 +4,7 @@ use super::{
     Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Sensor,
     Shadow, SpotCone,
 };
-use crate::keys::Keys;
+use crate::keys::{Keys, Value};
 use crate::{Error, Result};
 
 pub(super) fn camera(keys: &mut Keys) -> Result<Camera> {
@@ -133,31 +133,55 @@ pub(super) fn direct(keys: &mut Keys) -> Result<Direct> {
 
 pub(super) fn indirect(keys: &mut Keys) -> Result<IndirectLight> {
     const RSM_SIZE: &str = "rsm_size = 64, texels along one face's edge";
+    refuse_visibility(keys)?;
+    keys.only(&[
+        "estimator",
+        "rsm_size",
+        "target_error",
+        "interpolation_error",
+    ])?;
     let names = IndirectLight::NAMES;
     let estimator = keys.need(
         "estimator",
         &format!("estimator = \"{}\"", names.join("\" or \"")),
     )?;
-    refuse_removed_keys(keys, estimator.text()?)?;
+    let target_error = keys.take("target_error");
+    let interpolation_error = keys.take("interpolation_error");
     match estimator.text()? {
         "final-gather" => {
-            keys.only(&["estimator", "rsm_size", "target_error"])?;
-            let target_error = keys.take("target_error").map(|v| v.number()).transpose()?;
+            refuse(
+                interpolation_error,
+                "counts against a sum over VPLs, which final-gather does not take",
+                "use target_error, which counts against the true bounce",
+            )?;
+            let target_error = target_error.map(|v| v.number()).transpose()?;
             Ok(IndirectLight::FinalGather {
                 target_error: target_error.unwrap_or(DEFAULT_TARGET_ERROR),
                 rsm_size: keys.take("rsm_size").map(|v| v.count()).transpose()?,
             })
         }
         "rsm-average" => {
-            keys.only(&["estimator", "rsm_size", "interpolation_error"])?;
-            let error = keys.take("interpolation_error");
+            refuse(
+                target_error,
+                "counts against the true bounce, to which rsm-average does not converge",
+                "use interpolation_error, which counts against the sum at every pixel",
+            )?;
             Ok(IndirectLight::RsmAverage {
                 rsm_size: keys.need("rsm_size", RSM_SIZE)?.count()?,
-                interpolation_error: error.map(|v| v.number()).transpose()?,
+                interpolation_error: interpolation_error.map(|v| v.number()).transpose()?,
             })
         }
         "instant-radiosity" => {
-            keys.only(&["estimator", "rsm_size"])?;
+            refuse(
+                target_error,
+                "counts against the true bounce, to which instant-radiosity does not converge",
+                &format!("remove it, or set {FINAL_GATHER}"),
+            )?;
+            refuse(
+                interpolation_error,
+                "belongs to rsm-average: instant-radiosity is summed at every pixel",
+                "remove it",
+            )?;
             let example = format!("{RSM_SIZE}; or set {FINAL_GATHER}");
             Ok(IndirectLight::InstantRadiosity {
                 rsm_size: keys.need("rsm_size", &example)?.count()?,
@@ -170,29 +194,18 @@ pub(super) fn indirect(keys: &mut Keys) -> Result<IndirectLight> {
 const FINAL_GATHER: &str =
     "estimator = \"final-gather\", which finds visibility by rays and meets a target_error";
 
-/// Names what replaces the keys of former versions.
-fn refuse_removed_keys(keys: &mut Keys, estimator: &str) -> Result<()> {
-    if let Some(visibility) = keys.take("visibility") {
-        let hint = match visibility.text() {
-            Ok("none") => "remove it: a sum over VPLs has no visibility".into(),
-            _ => format!("remove it, and set {FINAL_GATHER}"),
-        };
-        return Err(visibility.error("follows from the estimator", hint));
-    }
-    let hint = match estimator {
-        "rsm-average" => {
-            "use interpolation_error, which counts against the sum at every pixel".into()
-        }
-        "instant-radiosity" => format!("remove it, or set {FINAL_GATHER}"),
-        _ => return Ok(()),
+/// Names what replaces this key of former versions.
+fn refuse_visibility(keys: &mut Keys) -> Result<()> {
+    let visibility = keys.take("visibility");
+    let hint = match visibility.as_ref().map(|v| v.text()) {
+        Some(Ok("none")) => "remove it: rsm-average and instant-radiosity have none".into(),
+        _ => format!("remove it, and set {FINAL_GATHER}"),
     };
-    match keys.take("target_error") {
-        Some(error) => Err(error.error(
-            format!("counts against the true bounce, to which {estimator} does not converge"),
-            hint,
-        )),
-        None => Ok(()),
-    }
+    refuse(visibility, "follows from the estimator", &hint)
+}
+
+fn refuse(value: Option<Value>, problem: &str, hint: &str) -> Result<()> {
+    value.map_or(Ok(()), |value| Err(value.error(problem, hint)))
 }
 
 pub(super) fn material(keys: &mut Keys, name: String) -> Result<Material> {

@@ -1,8 +1,8 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, Shadow,
-    Shared, SpotCone, Texture,
+    Camera, Direct, IndirectLight, Intrinsics, Lens, Light, LightParameter, Material, Mesh, Scene,
+    Sensor, Shadow, Shared, Texture,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -138,38 +138,15 @@ impl Bytes {
     }
 
     fn light(&mut self, light: &Light) {
-        match light {
-            Light::Point {
-                position_m,
-                power_w,
-            } => {
-                self.whole(0);
-                self.numbers(&position_m.to_array());
-                self.numbers(power_w);
-            }
-            Light::Spot {
-                position_m,
-                direction,
-                cone,
-                power_w,
-            } => {
-                let SpotCone {
-                    inner_half_angle_deg,
-                    outer_half_angle_deg,
-                } = *cone;
-                self.whole(1);
-                self.numbers(&position_m.to_array());
-                self.numbers(&direction.to_array());
-                self.numbers(&[inner_half_angle_deg, outer_half_angle_deg]);
-                self.numbers(power_w);
-            }
-            Light::Directional {
-                direction,
-                irradiance_w_m2,
-            } => {
-                self.whole(2);
-                self.numbers(&direction.to_array());
-                self.numbers(irradiance_w_m2);
+        self.whole(match light {
+            Light::Point { .. } => 0,
+            Light::Spot { .. } => 1,
+            Light::Directional { .. } => 2,
+        });
+        for (_, parameter) in light.parameters() {
+            match parameter {
+                LightParameter::Number(number) => self.numbers(&[number]),
+                LightParameter::Vector(vector) => self.numbers(&vector),
             }
         }
     }

@@ -25,6 +25,14 @@ pub enum Light {
     },
 }
 
+/// A value of [`Light::parameters`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum LightParameter {
+    Number(f64),
+    /// A position, a direction, or a value per band.
+    Vector([f64; 3]),
+}
+
 /// Opening of a spot light: full intensity up to the inner half angle, falling to 0 at the outer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpotCone {
@@ -41,6 +49,39 @@ impl Light {
             Light::Point { .. } => "point",
             Light::Spot { .. } => "spot",
             Light::Directional { .. } => "directional",
+        }
+    }
+
+    /// What the light is, by the names that headers and manifests have.
+    pub fn parameters(&self) -> Vec<(&'static str, LightParameter)> {
+        use LightParameter::{Number, Vector};
+        match *self {
+            Light::Point {
+                position_m,
+                power_w,
+            } => vec![
+                ("position_m", Vector(position_m.to_array())),
+                ("power_w", Vector(power_w)),
+            ],
+            Light::Spot {
+                position_m,
+                direction,
+                cone,
+                power_w,
+            } => vec![
+                ("position_m", Vector(position_m.to_array())),
+                ("direction", Vector(direction.to_array())),
+                ("inner_half_angle_deg", Number(cone.inner_half_angle_deg)),
+                ("outer_half_angle_deg", Number(cone.outer_half_angle_deg)),
+                ("power_w", Vector(power_w)),
+            ],
+            Light::Directional {
+                direction,
+                irradiance_w_m2,
+            } => vec![
+                ("direction", Vector(direction.to_array())),
+                ("irradiance_w_m2", Vector(irradiance_w_m2)),
+            ],
         }
     }
 

@@ -35,6 +35,12 @@ impl Mesh {
         }
     }
 
+    /// The corners of each triangle. For a mesh of a validated scene.
+    pub(super) fn corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        let position_m = |vertex| self.positions_m[vertex as usize];
+        self.triangles.iter().map(move |t| t.map(position_m))
+    }
+
     /// The mesh turned about the world's origin and then moved.
     pub fn posed(&self, rotation: DQuat, translation_m: DVec3) -> Self {
         let mut posed = self.clone();

@@ -19,10 +19,18 @@ pub(super) struct Library {
 
 pub(super) struct Entry {
     pub properties: tobj::Material,
-    /// `newmtl`'s file and line.
-    pub at: String,
+    pub places: Places,
     /// The folder that map_Kd is relative to.
     pub folder: PathBuf,
+}
+
+/// Files and lines of a material.
+#[derive(Default)]
+pub(super) struct Places {
+    /// Of `newmtl`.
+    pub name: String,
+    /// Of `map_Kd`, where there is one.
+    pub texture: String,
 }
 
 impl Library {
@@ -69,17 +77,20 @@ impl Library {
             )
         })?;
         let folder = file.parent().unwrap_or(Path::new(""));
-        for (properties, at) in materials.into_iter().zip(places) {
+        for (properties, places) in materials.into_iter().zip(places) {
             let name = properties.name.clone();
             let entry = Entry {
                 properties,
-                at,
+                places,
                 folder: folder.to_owned(),
             };
             if let Some(earlier) = self.entries.get(&name) {
                 return Err(Error::scene(
-                    entry.at,
-                    format!("material \"{name}\" is already defined at {}", earlier.at),
+                    entry.places.name,
+                    format!(
+                        "material \"{name}\" is already defined at {}",
+                        earlier.places.name
+                    ),
                     "rename or remove one of them",
                 ));
             }
@@ -90,15 +101,18 @@ impl Library {
 }
 
 /// Checks an MTL line by line and keeps what is read, because `tobj` reports no lines and panics on a Kd of one number.
-/// Also gives the place of each material.
-fn check(text: &str, file: &Path) -> Result<(String, Vec<String>)> {
+/// Also gives the places of each material.
+fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
     let mut checked = String::new();
-    let mut places = Vec::new();
+    let mut places: Vec<Places> = Vec::new();
     for line in lines(text, file) {
         let keyword = line.keyword();
         let value = match keyword {
             "newmtl" => {
-                places.push(line.at());
+                places.push(Places {
+                    name: line.at(),
+                    ..Places::default()
+                });
                 line.name()?.to_owned()
             }
             "Kd" | "Ks" => match *line.numbers(1..=3)? {
@@ -111,8 +125,11 @@ fn check(text: &str, file: &Path) -> Result<(String, Vec<String>)> {
             "map_Kd" => texture_path(&line)?,
             _ => continue,
         };
-        if places.is_empty() {
+        let Some(places) = places.last_mut() else {
             return Err(line.error("stands before any material", "begin one with newmtl"));
+        };
+        if keyword == "map_Kd" {
+            places.texture = line.at();
         }
         checked.push_str(&format!("{keyword} {value}\n"));
     }

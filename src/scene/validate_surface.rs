@@ -1,59 +1,7 @@
-//! The part of [`Scene::validate`] that concerns materials, textures and meshes, and the warnings.
+//! The part of [`Scene::validate`] that concerns materials, textures and meshes.
 
 use super::validate::{Check, Part, has_direction, is_near};
-use super::{Bands, Material, Mesh, Scene, Texture};
-
-impl Scene {
-    /// What can be rendered but is probably not meant, one sentence each: materials that reflect more than they receive,
-    /// textures that cannot be seen, lights without power. Meaningful for a validated scene only.
-    pub fn warnings(&self) -> Vec<String> {
-        let materials = self.materials.iter();
-        let too_bright = materials
-            .filter(|material| {
-                let kd = self.brightest_kd(material);
-                (0..3).any(|band| kd[band] + material.ks[band] > 1.0)
-            })
-            .map(|material| {
-                format!(
-                    "material \"{}\" reflects more than it receives: kd + ks is above 1; lower kd {:?} or ks {:?}",
-                    material.name, material.kd, material.ks
-                )
-            });
-        let unseen = self.meshes.iter().filter_map(|mesh| {
-            let material = self.textured_material(mesh)?;
-            mesh.texcoords.is_empty().then(|| {
-                format!(
-                    "the texture of material \"{}\" cannot be seen on mesh \"{}\", which has no texture coordinates",
-                    material.name, mesh.name
-                )
-            })
-        });
-        let lights = self.lights.iter().enumerate();
-        let dark = lights
-            .filter(|(_, light)| light.emission() == [0.0; 3])
-            .map(|(i, light)| format!("light {i} ({}) emits nothing", light.kind()));
-        too_bright.chain(unseen).chain(dark).collect()
-    }
-
-    /// k_d per band at the brightest texel.
-    fn brightest_kd(&self, material: &Material) -> Bands {
-        let Some(texture) = material.kd_texture else {
-            return material.kd;
-        };
-        let texels = self.textures[texture].linear_rgb.iter();
-        let brightest = texels.fold([0.0_f32; 3], |most, texel| {
-            std::array::from_fn(|band| most[band].max(texel[band]))
-        });
-        std::array::from_fn(|band| material.kd[band] * f64::from(brightest[band]))
-    }
-
-    fn textured_material(&self, mesh: &Mesh) -> Option<&Material> {
-        let materials = mesh.triangle_materials.iter();
-        materials
-            .map(|&material| &self.materials[material as usize])
-            .find(|material| material.kd_texture.is_some())
-    }
-}
+use super::{Material, Mesh, Scene, Texture};
 
 pub(super) fn check(scene: &Scene) -> Check {
     for (i, texture) in scene.textures.iter().enumerate() {

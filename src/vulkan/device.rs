@@ -359,7 +359,7 @@ mod tests {
     use crate::{
         RenderOptions, Renderer, Result, Scene,
         output::Frame,
-        scene::{Indirect, VplSum},
+        scene::{IndirectLight, VplSum},
     };
 
     fn open() -> Device {

@@ -95,7 +95,7 @@ static camlux_scene *make_box(int with_indirect)
     OK(camlux_scene_set_camera(scene, &camera));
     lamp.power_w[0] = lamp.power_w[1] = lamp.power_w[2] = 40;
     OK(camlux_scene_add_light(scene, &lamp, NULL));
-    indirect.visibility = CAMLUX_VISIBILITY_NONE;
+    indirect.estimator = CAMLUX_ESTIMATOR_INSTANT_RADIOSITY;
     indirect.rsm_size = 8;
     OK(camlux_scene_set_indirect(scene, with_indirect ? &indirect : NULL));
     for (i = 0; i < 3; i++) {
@@ -193,6 +193,7 @@ static void count_messages(int32_t level, const char *message, void *user)
 static void check_errors(camlux_scene *scene, camlux_renderer *renderer)
 {
     camlux_camera camera = CAMLUX_CAMERA_INIT;
+    camlux_indirect sum = CAMLUX_INDIRECT_INIT;
     camlux_pose pose = CAMLUX_POSE_INIT;
     camlux_frame *frame = NULL;
     camlux_render_options options = CAMLUX_RENDER_OPTIONS_INIT;
@@ -214,6 +215,11 @@ static void check_errors(camlux_scene *scene, camlux_renderer *renderer)
     camera.struct_size = (uint32_t)sizeof camera;
     camera.fov_y_deg = -1;
     EXPECT(camlux_scene_set_camera(scene, &camera) == CAMLUX_ERROR_SCENE);
+    sum.estimator = CAMLUX_ESTIMATOR_INSTANT_RADIOSITY;
+    sum.rsm_size = 8;
+    sum.target_error = 0.05;
+    EXPECT(camlux_scene_set_indirect(scene, &sum) == CAMLUX_ERROR_SCENE);
+    EXPECT(strstr(camlux_last_error(), "target_error is 0.05") != NULL);
     pose.orientation_xyzw[3] = 2;
     EXPECT(camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose) == CAMLUX_ERROR_INVALID_ARGUMENT);
     options.progress = stop;

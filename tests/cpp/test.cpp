@@ -81,6 +81,13 @@ void values_begin_like_those_of_c()
     CHECK(same(camlux::detail::raw_of(camlux::light()), light));
     CHECK(same(camlux::detail::raw_of(camlux::exr_options()), exr));
     CHECK(camlux::render_options().submission_target_ms == render.submission_target_ms);
+    camlux::indirect average;
+    average.estimator = camlux::estimator::rsm_average;
+    average.rsm_size = 8;
+    average.interpolation_error = 0.05;
+    const camlux_indirect raw_average = camlux::detail::raw_of(average);
+    CHECK(raw_average.estimator == CAMLUX_ESTIMATOR_RSM_AVERAGE && raw_average.rsm_size == 8);
+    CHECK(raw_average.interpolation_error == 0.05 && raw_average.target_error == 0);
     camlux::exr_options depth;
     depth.layers = {camlux::layer::depth, camlux::layer::radiance};
     CHECK(camlux::detail::raw_of(depth).layers == (1u << CAMLUX_LAYER_DEPTH | 1u << CAMLUX_LAYER_RADIANCE));

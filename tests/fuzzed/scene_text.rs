@@ -167,16 +167,14 @@ impl Writer<'_> {
     fn indirect(&mut self) {
         self.line("[indirect]");
         self.key("estimator", |w| {
-            w.word(&["instant-radiosity", "rsm-average"])
+            w.word(&["final-gather", "rsm-average", "instant-radiosity"])
         });
         if self.happens(2) {
             self.key("rsm_size", |w| w.number("64"));
         }
         if self.happens(2) {
-            self.key("visibility", |w| w.word(&["none", "rays"]));
-        }
-        if self.happens(2) {
-            self.key("target_error", |w| w.number("0.05"));
+            let key = ["target_error", "interpolation_error"][usize::from(self.happens(2))];
+            self.key(key, |w| w.number("0.05"));
         }
     }
 

@@ -1,6 +1,5 @@
 //! `camlux doctor`: hard cases on the user's own device.
 
-use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -8,10 +7,10 @@ use std::time::Instant;
 
 use camlux::doctor::{Case, Examiner, Group, Measurement, Part};
 use camlux::output::{OutputFile, PngView, write_png};
-use camlux::{Device, DeviceOptions, RenderOptions, Renderer};
+use camlux::{Device, RenderOptions, Renderer};
 
-use crate::overrides::resize;
-use crate::render::device_choice;
+use crate::options::{DeviceArgs, resize};
+use crate::output::create_folder;
 use crate::{Failure, print, tell};
 
 #[derive(clap::Args)]
@@ -28,9 +27,8 @@ pub struct Args {
     /// Leave a picture of the last scene of each case in this folder, as a PNG
     #[arg(long, value_name = "FOLDER")]
     pub pictures: Option<PathBuf>,
-    /// Device by the number or by the name that `camlux info` lists
-    #[arg(long, value_name = "INDEX|NAME")]
-    pub device: Option<String>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
 }
 
 impl Args {
@@ -57,10 +55,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         )
         .into());
     }
-    let device = Device::open(&DeviceOptions {
-        choice: device_choice(args.device.as_deref()),
-        ..DeviceOptions::default()
-    })?;
+    let device = Device::open(&args.device.options())?;
     let info = device.info();
     tell(&format!("camlux: {} ({})", info.name, info.driver));
     let mut examiner = Examiner::new(&device)?;
@@ -119,12 +114,7 @@ fn write_picture(
     let size_px = [width, height].map(|length| (length * scale).round().max(1.0) as u32);
     scene.camera = resize(scene.camera, size_px);
     let frame = Renderer::new(device)?.render(&scene, &mut RenderOptions::default())?;
-    fs::create_dir_all(folder).map_err(|error| {
-        format!(
-            "--pictures {}: {error}; name a folder that can be made",
-            folder.display()
-        )
-    })?;
+    create_folder(folder)?;
     let path = folder.join(format!("{}.png", case.name));
     write_png(
         OutputFile::create(&path)?,

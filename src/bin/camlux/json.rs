@@ -1,18 +1,16 @@
 //! What a run did, for programs.
 
-use camlux::output::{Layer, OutputFile};
+use camlux::output::Layer;
 use serde_json::{Value, json};
 
-use crate::Failure;
-use crate::summary::Run;
+use crate::summary::RunSummary;
 
-/// Writes the statistics of a run as one JSON object.
-pub fn write(file: OutputFile, run: &Run) -> Result<(), Failure> {
-    let text = format!("{:#}\n", object(run));
-    Ok(file.commit_with(text.as_bytes())?)
+/// The statistics of a run as one JSON object.
+pub fn text(run: &RunSummary) -> String {
+    format!("{:#}\n", object(run))
 }
 
-fn object(run: &Run) -> Value {
+fn object(run: &RunSummary) -> Value {
     let stats = &run.frame.stats;
     let description = &run.frame.description;
     let passes: Vec<Value> = stats
@@ -68,5 +66,6 @@ fn object(run: &Run) -> Value {
             "write_png": run.wall.png_ms,
         },
         "files": files,
+        "warnings": run.warnings,
     })
 }

@@ -9,7 +9,8 @@ mod error_map;
 mod indirect;
 mod info;
 mod json;
-mod overrides;
+mod options;
+mod output;
 mod progress;
 mod reduced;
 mod reference;
@@ -18,7 +19,6 @@ mod report;
 mod summary;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -88,6 +88,16 @@ fn tell(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
+/// What can be done but is probably not meant.
+fn warn(text: impl std::fmt::Display) {
+    tell(&format!("camlux: warning: {text}"));
+}
+
+/// "1 frame is", "2 frames are".
+fn counted(count: u64, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
+}
+
 /// Text on stdout.
 fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
@@ -95,24 +105,4 @@ fn print(text: &str) -> Result<(), Failure> {
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
         .map_err(|error| format!("cannot write to stdout: {error}; check where it goes").into())
-}
-
-fn create_folder(path: &Path) -> Result<(), Failure> {
-    std::fs::create_dir_all(path).map_err(|error| {
-        let path = path.display();
-        format!("{path}: cannot create the folder: {error}; name another one with -o").into()
-    })
-}
-
-/// The file that a path leads to, one way of writing it for all: also where the file is not there yet.
-fn file_behind(path: &Path) -> PathBuf {
-    let by_folder = || {
-        let folder = match path.parent() {
-            Some(folder) if !folder.as_os_str().is_empty() => folder,
-            _ => Path::new("."),
-        };
-        Some(folder.canonicalize().ok()?.join(path.file_name()?))
-    };
-    let canonical = path.canonicalize().ok().or_else(by_folder);
-    canonical.unwrap_or_else(|| path.to_owned())
 }

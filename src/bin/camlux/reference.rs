@@ -8,8 +8,10 @@ use camlux::output::{ExrOptions, OutputFile, write_exr};
 use camlux::reference::{Goal, Reference};
 use camlux::{Error, Scene};
 
+use crate::options::{SizeArgs, warn_of};
+use crate::output::require_extension;
 use crate::progress::{Estimate, is_interrupted, stop_on_signals};
-use crate::{Failure, overrides, tell};
+use crate::{Failure, tell};
 
 /// An unfinished image is written this often.
 const TIME_BETWEEN_SAVES: Duration = Duration::from_secs(30);
@@ -29,9 +31,8 @@ pub struct Args {
     /// Standard error of the indirect light to be reached, over its root mean square: 0.01 is one percent
     #[arg(long, value_name = "SHARE", group = "goal", value_parser = parse_share)]
     pub stderr: Option<f64>,
-    /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
-    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
-    pub size: Option<Vec<u32>>,
+    #[command(flatten)]
+    pub size: SizeArgs,
 }
 
 /// A share above 0 and below 1.
@@ -50,16 +51,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         // clap requires one of the two.
         (None, None) => return Err("give --spp or --stderr".into()),
     };
-    overrides::require_exr(&args.output)?;
+    require_extension("--output", &args.output, "exr")?;
     // Before anything that takes time: a place that cannot be written is said at once.
     drop(OutputFile::create(&args.output)?);
-    let mut scene = Scene::load(&args.scene)?;
-    if let Some(&[width_px, height_px]) = args.size.as_deref() {
-        scene.camera = overrides::resize(scene.camera, [width_px, height_px]);
-    }
-    for warning in scene.warnings() {
-        tell(&format!("camlux: warning: {warning}"));
-    }
+    let scene = args.size.load(&args.scene)?;
+    warn_of(&scene, &args.scene.display());
     let path = &args.output;
     let resumed = path
         .exists()

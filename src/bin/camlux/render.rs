@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_png};
-use camlux::{Device, DeviceChoice, DeviceOptions, Plan, RenderOptions, Renderer, Scene};
+use camlux::{Device, Plan, RenderOptions, Renderer, Scene};
 
 use crate::indirect::IndirectArgs;
+use crate::options::{DeviceArgs, SizeArgs, check_layers};
+use crate::output::{TextOutput, file_behind, require_extension};
 use crate::progress::{ProgressDisplay, stop_on_signals};
-use crate::summary::{self, Run, WallTimes, Written};
-use crate::{Failure, file_behind, json, overrides, print, tell};
+use crate::summary::{self, RunSummary, WallTimes, Written};
+use crate::{Failure, json, print, tell, warn};
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -19,18 +21,16 @@ pub struct Args {
     /// OpenEXR file to write
     #[arg(short, long, value_name = "FILE.exr", required_unless_present = "plan")]
     pub output: Option<PathBuf>,
-    /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
-    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
-    pub size: Option<Vec<u32>>,
+    #[command(flatten)]
+    pub size: SizeArgs,
     #[command(flatten)]
     pub indirect: IndirectArgs,
-    /// Device by the number or by the name that `camlux info` lists
-    #[arg(long, value_name = "INDEX|NAME")]
-    pub device: Option<String>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
     /// Also write a preview: direct | indirect | total where there is indirect light, in one exposure
     #[arg(long, value_name = "FILE.png", requires = "output")]
     pub png: Option<PathBuf>,
-    /// Also write times and counts as JSON
+    /// Also write times, counts and warnings as JSON; - is stdout
     #[arg(long, value_name = "FILE.json", requires = "output")]
     pub stats: Option<PathBuf>,
     /// Print what will be computed and how; without --output, compute nothing
@@ -60,13 +60,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let load_start = Instant::now();
     let scene = load(args)?;
+    let mut warnings = scene.warnings();
+    warnings.iter().for_each(warn);
     let load_ms = milliseconds_since(load_start);
 
     let device_start = Instant::now();
-    let device = Device::open(&DeviceOptions {
-        choice: device_choice(args.device.as_deref()),
-        ..DeviceOptions::default()
-    })?;
+    let device = Device::open(&args.device.options())?;
     let plan = args
         .plan
         .then(|| Plan::new(&scene, device.info()))
@@ -104,9 +103,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         layers: args.layers.clone(),
         ..ExrOptions::default()
     };
-    for warning in exr_options.warnings(&frame) {
-        tell(&format!("camlux: warning: {warning}"));
-    }
+    let of_frame = [frame.warnings(), exr_options.warnings(&frame)].concat();
+    of_frame.iter().for_each(warn);
+    warnings.extend(of_frame);
     written.push(Written::new("OpenEXR", outputs.exr.path()));
     write_exr(outputs.exr, &frame, &exr_options)?;
     let exr_ms = milliseconds_since(write_start);
@@ -120,10 +119,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let png_ms = milliseconds_since(png_start);
 
-    if let Some(file) = &outputs.stats {
+    if let Some(TextOutput::File(file)) = &outputs.stats {
         written.push(Written::new("JSON", file.path()));
     }
-    let run = Run {
+    let run = RunSummary {
         args,
         frame: &frame,
         wall: WallTimes {
@@ -134,9 +133,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             png_ms,
         },
         written,
+        warnings,
     };
-    if let Some(file) = outputs.stats {
-        json::write(file, &run)?;
+    if let Some(output) = outputs.stats {
+        output.write(&json::text(&run))?;
     }
     tell(summary::text(&run).trim_end());
     Ok(())
@@ -146,7 +146,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 struct Outputs {
     exr: OutputFile,
     png: Option<OutputFile>,
-    stats: Option<OutputFile>,
+    stats: Option<TextOutput>,
 }
 
 impl Outputs {
@@ -155,7 +155,10 @@ impl Outputs {
         let Some(exr) = &args.output else {
             return Ok(None);
         };
-        overrides::require_exr(exr)?;
+        require_extension("--output", exr, "exr")?;
+        if let Some(png) = &args.png {
+            require_extension("--png", png, "png")?;
+        }
         let paths: Vec<&Path> = [Some(exr), args.png.as_ref(), args.stats.as_ref()]
             .into_iter()
             .flatten()
@@ -176,35 +179,20 @@ impl Outputs {
         Ok(Some(Outputs {
             exr: create(exr)?,
             png: args.png.as_ref().map(create).transpose()?,
-            stats: args.stats.as_ref().map(create).transpose()?,
+            stats: args.stats.as_deref().map(TextOutput::create).transpose()?,
         }))
     }
 }
 
 fn load(args: &Args) -> Result<Scene, Failure> {
-    let mut scene = Scene::load(&args.scene)?;
-    if let Some(&[width_px, height_px]) = args.size.as_deref() {
-        scene.camera = overrides::resize(scene.camera, [width_px, height_px]);
-    }
+    let mut scene = args.size.load(&args.scene)?;
     let (indirect, note) = args.indirect.apply(scene.indirect)?;
     scene.indirect = indirect;
-    for warning in scene.warnings() {
-        tell(&format!("camlux: warning: {warning}"));
-    }
     if let Some(note) = note {
         tell(&format!("camlux: note: {note}"));
     }
-    overrides::check_layers(&scene, args.layers.as_deref().unwrap_or_default())?;
+    check_layers(&scene, args.layers.as_deref().unwrap_or_default())?;
     Ok(scene)
-}
-
-pub fn device_choice(text: Option<&str>) -> DeviceChoice {
-    match text {
-        None => DeviceChoice::Best,
-        Some(text) => text
-            .parse()
-            .map_or_else(|_| DeviceChoice::Name(text.to_owned()), DeviceChoice::Index),
-    }
 }
 
 fn milliseconds_since(start: Instant) -> f64 {

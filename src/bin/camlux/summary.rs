@@ -8,11 +8,13 @@ use camlux::output::{Frame, PngPreview, PngView};
 use crate::render::Args;
 
 /// A finished run.
-pub struct Run<'run> {
+pub struct RunSummary<'run> {
     pub args: &'run Args,
     pub frame: &'run Frame,
     pub wall: WallTimes,
     pub written: Vec<Written>,
+    /// Of the scene, of the frame, and of what its file does not hold.
+    pub warnings: Vec<String>,
 }
 
 /// Wall times of the program's own steps.
@@ -53,7 +55,7 @@ pub fn describe_preview(view: PngView, preview: PngPreview) -> String {
 }
 
 /// A few lines: device, times, counts, files.
-pub fn text(run: &Run) -> String {
+pub fn text(run: &RunSummary) -> String {
     let stats = &run.frame.stats;
     let mut text = String::new();
     let mut line = |label: &str, content: String| {
@@ -70,11 +72,11 @@ pub fn text(run: &Run) -> String {
         .map(|pass| (pass.name, pass.milliseconds));
     line("GPU", list_times(passes));
     if let Some(indirect) = &run.frame.description.indirect {
-        let mut counts = format!(
-            "{}, {} pixel-VPL pairs",
-            stats.vpl_count,
-            with_prefix(stats.pixel_vpl_pairs as f64)
-        );
+        let mut counts = stats.vpl_count.to_string();
+        if stats.pixel_vpl_pairs > 0 {
+            let pairs = with_prefix(stats.pixel_vpl_pairs as f64);
+            let _ = write!(counts, ", {pairs} pixel-VPL pairs");
+        }
         if let Some(rate) = stats.pairs_per_second() {
             let _ = write!(counts, ", {} pairs/s", with_prefix(rate));
         }

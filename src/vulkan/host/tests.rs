@@ -9,7 +9,7 @@ use super::*;
 use crate::{
     DeviceOptions, Renderer, Scene,
     output::Layer,
-    scene::{Indirect, VplSum},
+    scene::{IndirectLight, VplSum},
 };
 
 /// What a host has switched on.

@@ -1256,8 +1256,7 @@ camlux_status camlux_frame_get_pass(struct camlux_frame *frame,
 
 #define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0 }
 
-#define CAMLUX_INDIRECT_INIT { (uint32_t)sizeof(camlux_indirect), CAMLUX_ESTIMATOR_INSTANT_RADIOSITY, \
-    CAMLUX_VISIBILITY_DEFAULT, 0, 0.0 }
+#define CAMLUX_INDIRECT_INIT { (uint32_t)sizeof(camlux_indirect), CAMLUX_ESTIMATOR_FINAL_GATHER, 0, 0, 0.0, 0.0 }
 
 #define CAMLUX_DIRECT_INIT { (uint32_t)sizeof(camlux_direct), CAMLUX_SHADOW_DEFAULT }
 
@@ -1286,7 +1285,7 @@ camlux_status camlux_frame_get_pass(struct camlux_frame *frame,
 
 #define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0 }
 
-#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0, 0, NULL, NULL }
+#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0, 0, NULL, NULL }
 
 #define CAMLUX_PASS_TIME_INIT { (uint32_t)sizeof(camlux_pass_time), 0, 0.0, NULL }
 

@@ -5,9 +5,9 @@ use std::path::Path;
 use camlux::output::{self, Layer, LayeredImage, OutputFile};
 
 use super::frames::Frames;
+use crate::output::{png, require_extension};
 use crate::reduced::Reduced;
-use crate::report::picture::png;
-use crate::{Failure, tell};
+use crate::{Failure, tell, warn};
 
 const MOST_FRAMES: usize = 64;
 /// Widest frame on the sheet.
@@ -21,6 +21,7 @@ impl ContactSheet {
     /// # Errors
     /// Where the file cannot be written, and where the job's frames have no radiance to show.
     pub fn create(path: &Path, frames: &Frames) -> Result<Self, Failure> {
+        require_extension("--contact-sheet", path, "png")?;
         let layers = frames.job.exr.layers.as_ref();
         if layers.is_some_and(|layers| !layers.contains(&Layer::Radiance)) {
             return Err(
@@ -43,7 +44,7 @@ impl ContactSheet {
             shown.push(Reduced::new(image.resolution_px(), radiance, WIDEST_PX));
         }
         if shown.is_empty() {
-            tell("camlux: warning: there is no frame for the contact sheet");
+            warn("there is no frame for the contact sheet");
             return Ok(());
         }
         let (size_px, rgb) = arrange(&shown);

@@ -7,9 +7,8 @@ use camlux::DeviceOptions;
 use camlux::output::{OutputFile, write_exr_hashed};
 
 use super::frames::Frames;
-use super::pose;
 use super::work::Engine;
-use crate::{Failure, print, tell};
+use crate::{Failure, print, tell, warn};
 
 /// Frames that are tried beside the first, whose time holds what is made once.
 const TRIED_FRAMES: usize = 3;
@@ -19,9 +18,13 @@ pub fn run(frames: &mut Frames, indices: &[u64], device: &DeviceOptions) -> Resu
     for &index in indices {
         let planned = frames.plan(index);
         let (position_m, rotation) = planned.camera_pose;
-        let pose = pose::text_of(position_m, rotation);
+        let (position_m, rotation) = (position_m.to_array(), rotation.to_array());
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{index} {} {pose}", planned.file);
+        let _ = writeln!(
+            text,
+            "{index} {} position = {position_m:?}, rotation = {rotation:?}",
+            planned.file
+        );
     }
     print(&text)?;
     if let (Some(&first), Some(estimate)) = (indices.first(), estimate(frames, indices, device)?) {
@@ -72,7 +75,7 @@ fn estimate(
     let measured: Vec<(Duration, u64)> = tried.iter().filter_map(|&i| one(i).ok()).collect();
     let count = measured.len();
     if count == 0 {
-        tell("camlux: warning: none of the frames that were tried could be rendered");
+        warn("none of the frames that were tried could be rendered");
         return Ok(None);
     }
     Ok(Some(Estimate {

@@ -3,15 +3,17 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use camlux::glam::{DQuat, DVec3};
-use camlux::scene::{Intrinsics, Light, Mesh, Shared};
+use camlux::glam::{DMat4, DQuat, DVec3};
+use camlux::output::Attribute;
+use camlux::scene::{Intrinsics, Light, LightParameter, Mesh, Shared};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
 use super::draws::Draws;
 use super::job::Job;
-use super::pose::{self, Aim, Pose, rotation_of};
-use crate::{Failure, overrides, tell};
+use super::pose::{Aim, Pose, rotation_of};
+use crate::Failure;
+use crate::options::{check_layers, resize, warn_of};
 
 /// A job with its scenes.
 pub struct Frames {
@@ -55,12 +57,10 @@ impl Frames {
         for (name, path) in &job.scenes {
             let mut scene = Scene::load(path)?;
             if let Some(size_px) = job.size_px {
-                scene.camera = overrides::resize(scene.camera, size_px);
+                scene.camera = resize(scene.camera, size_px);
             }
-            for warning in scene.warnings() {
-                tell(&format!("camlux: warning: {name}: {warning}"));
-            }
-            overrides::check_layers(&scene, job.exr.layers.as_deref().unwrap_or_default())?;
+            warn_of(&scene, name);
+            check_layers(&scene, job.exr.layers.as_deref().unwrap_or_default())?;
             job.lights
                 .iter()
                 .try_for_each(|light| light.check(&scene))?;
@@ -235,19 +235,14 @@ impl Frames {
 
 impl Planned {
     /// What the header of its file says beyond the frame itself.
-    pub fn attributes(&self) -> Vec<(String, String)> {
-        let (position_m, rotation) = self.camera_pose;
-        let mut attributes = vec![
-            ("batch.frame".to_owned(), self.index.to_string()),
-            (
-                "camera.pose".to_owned(),
-                pose::text_of(position_m, rotation),
-            ),
-        ];
+    pub fn attributes(&self) -> Vec<(String, Attribute)> {
+        let frame = i32::try_from(self.index).unwrap_or(i32::MAX);
+        let mut attributes = vec![("batch.frame".to_owned(), Attribute::Int(frame))];
         for &(mesh, position_m, rotation) in &self.mesh_poses {
+            let to_world = DMat4::from_rotation_translation(rotation, position_m);
             attributes.push((
-                format!("mesh.{mesh}.pose"),
-                pose::text_of(position_m, rotation),
+                format!("mesh.{mesh}.toWorld"),
+                Attribute::Matrix4(to_world.to_cols_array()),
             ));
         }
         attributes
@@ -259,32 +254,13 @@ impl Planned {
 }
 
 fn describe_light(light: &Light) -> Value {
-    let kind = light.kind();
-    match light {
-        Light::Point {
-            position_m,
-            power_w,
-        } => json!({ "kind": kind, "position_m": position_m.to_array(), "power_w": power_w }),
-        Light::Spot {
-            position_m,
-            direction,
-            cone,
-            power_w,
-        } => json!({
-            "kind": kind,
-            "position_m": position_m.to_array(),
-            "direction": direction.to_array(),
-            "inner_half_angle_deg": cone.inner_half_angle_deg,
-            "outer_half_angle_deg": cone.outer_half_angle_deg,
-            "power_w": power_w,
-        }),
-        Light::Directional {
-            direction,
-            irradiance_w_m2,
-        } => json!({
-            "kind": kind,
-            "direction": direction.to_array(),
-            "irradiance_w_m2": irradiance_w_m2,
-        }),
+    let mut object = Map::from_iter([("kind".to_owned(), json!(light.kind()))]);
+    for (name, parameter) in light.parameters() {
+        let value = match parameter {
+            LightParameter::Number(number) => json!(number),
+            LightParameter::Vector(vector) => json!(vector),
+        };
+        object.insert(name.into(), value);
     }
+    object.into()
 }

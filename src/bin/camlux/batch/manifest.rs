@@ -14,6 +14,9 @@ use serde_json::Value;
 
 use super::frames::Planned;
 
+/// The manifest of all frames.
+pub const WHOLE: &str = "manifest.jsonl";
+
 /// A line as it was read: the text is kept, so that its numbers stay to the last digit.
 #[derive(Clone)]
 pub struct Line {
@@ -103,7 +106,6 @@ impl Journal {
     }
 
     pub fn append(&mut self, line: &Value) -> Result<(), Error> {
-        // In one call: another process may add to the same file.
         let text = format!("{line}\n");
         self.file
             .write_all(text.as_bytes())

@@ -4,15 +4,15 @@ use std::fs;
 use std::path::Path;
 
 use super::frames::Frames;
-use super::manifest::{self, Lines};
-use crate::{Failure, tell};
+use super::manifest::{self, Lines, WHOLE};
+use crate::{Failure, counted, tell};
 
 /// Indices that a message names at most.
 const MOST_NAMED: usize = 10;
 
 /// Whether every frame is there.
 pub fn run(frames: &Frames, folder: &Path) -> Result<bool, Failure> {
-    let manifests = shard_manifests(folder)?;
+    let (manifests, shard_count) = manifests(folder)?;
     let mut merged = Lines::new();
     let (mut missing, mut failed) = (Vec::new(), Vec::new());
     for index in 0..frames.count() {
@@ -34,16 +34,27 @@ pub fn run(frames: &Frames, folder: &Path) -> Result<bool, Failure> {
             (None, None) => missing.push(index),
         }
     }
-    manifest::replace(&folder.join("manifest.jsonl"), &merged)?;
+    manifest::replace(&folder.join(WHOLE), &merged)?;
     tell(&format!(
-        "merged {} of {} frames from {} manifests",
+        "merged {} of {} from {}",
         merged.len() - failed.len(),
-        frames.count(),
-        manifests.len()
+        counted(frames.count(), "frame", "frames"),
+        match shard_count {
+            0 => WHOLE.into(),
+            count => counted(count, "shard", "shards"),
+        }
     ));
-    for (what, list) in [("missing or damaged", &missing), ("failed", &failed)] {
+    let missing_texts = [
+        "frame is missing or damaged",
+        "frames are missing or damaged",
+    ];
+    for (list, [one, many]) in [
+        (&missing, missing_texts),
+        (&failed, ["frame failed", "frames failed"]),
+    ] {
         if !list.is_empty() {
-            tell(&format!("{} frames are {what}: {}", list.len(), some(list)));
+            let count = counted(list.len() as u64, one, many);
+            tell(&format!("{count}: {}", some(list)));
         }
     }
     Ok(missing.is_empty() && failed.is_empty())
@@ -63,8 +74,8 @@ fn some(indices: &[u64]) -> String {
     named.join(", ") + rest
 }
 
-/// All manifests of the folder, those of shards first.
-fn shard_manifests(folder: &Path) -> Result<Vec<Lines>, Failure> {
+/// All manifests of the folder, those of shards first, and how many of these there are.
+fn manifests(folder: &Path) -> Result<(Vec<Lines>, u64), Failure> {
     let unreadable = |error| format!("{}: cannot be read: {error}", folder.display());
     let mut paths = Vec::new();
     for entry in fs::read_dir(folder).map_err(unreadable)? {
@@ -75,8 +86,8 @@ fn shard_manifests(folder: &Path) -> Result<Vec<Lines>, Failure> {
         }
     }
     paths.sort();
-    Ok(paths
-        .iter()
-        .map(|path| manifest::read(path))
-        .collect::<Result<_, _>>()?)
+    let shards = paths.iter().filter(|path| !path.ends_with(WHOLE));
+    let shard_count = shards.count() as u64;
+    let manifests = paths.iter().map(|path| manifest::read(path));
+    Ok((manifests.collect::<Result<_, _>>()?, shard_count))
 }

@@ -10,30 +10,31 @@ mod job;
 mod manifest;
 mod merge;
 mod motion;
-mod part;
 mod pose;
 mod progress;
+mod selection;
 mod trajectory;
 mod work;
 
 use std::collections::HashSet;
-use std::fs;
+use std::fs::{self, File, TryLockError};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use camlux::DeviceOptions;
 use camlux::output::ExrCompression;
 
+use crate::options::DeviceArgs;
+use crate::output::create_folder;
 use crate::progress::stop_on_signals;
-use crate::render::device_choice;
-use crate::{Failure, create_folder, tell};
+use crate::{Failure, counted, tell, warn};
 use contact_sheet::ContactSheet;
 use frames::Frames;
 use job::Job;
-use manifest::{Journal, Lines};
-use part::{Part, Range, Shard};
-use work::Manner;
+use manifest::{Journal, Lines, WHOLE};
+use selection::{FrameRange, Selection, Shard};
+use work::WorkOptions;
 
 /// Where a job does not say.
 const DEFAULT_COMPRESSION: ExrCompression = ExrCompression::Rle;
@@ -53,7 +54,7 @@ pub struct Args {
     pub output: Option<PathBuf>,
     /// These frames only, without the last one
     #[arg(long, value_name = "FIRST..END")]
-    pub frames: Option<Range>,
+    pub frames: Option<FrameRange>,
     /// The I-th of N equal shares: frames I-1, I-1+N, I-1+2N, ...; the manifest is manifest-I-of-N.jsonl
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
@@ -69,9 +70,8 @@ pub struct Args {
     /// Stop at the first frame that fails
     #[arg(long)]
     pub fail_fast: bool,
-    /// Device by the number or by the name that `camlux info` lists
-    #[arg(long, value_name = "INDEX|NAME")]
-    pub device: Option<String>,
+    #[command(flatten)]
+    pub device: DeviceArgs,
     /// Frames that may wait to be written while the next renders; 0: none, each is written first
     #[arg(long, value_name = "N", default_value_t = 2)]
     pub queue: usize,
@@ -79,15 +79,12 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut frames = Frames::load(Job::load(&args.job)?)?;
-    let part = Part {
+    let selection = Selection {
         range: args.frames,
         shard: args.shard,
     };
-    let indices: Vec<u64> = part.frames(frames.count()).collect();
-    let device = DeviceOptions {
-        choice: device_choice(args.device.as_deref()),
-        ..DeviceOptions::default()
-    };
+    let indices: Vec<u64> = selection.frames(frames.count())?.collect();
+    let device = args.device.options();
     if args.dry_run {
         dry_run::run(&mut frames, &indices, &device)?;
         return Ok(ExitCode::SUCCESS);
@@ -102,6 +99,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         None => Ok(()),
     };
     if args.merge {
+        let _lock = lock(&folder.join(WHOLE))?;
         let is_whole = merge::run(&frames, folder)?;
         dataset::write(&frames, folder)?;
         show(&frames)?;
@@ -111,15 +109,16 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     for scene in &frames.scenes {
         create_folder(&folder.join("frames").join(&scene.folder))?;
     }
+    let manifest = folder.join(selection.manifest_name());
+    let _lock = lock(&manifest)?;
     dataset::write(&frames, folder)?;
-    let manifest = folder.join(part.manifest_name());
     let (kept, missing) = sort_out(&frames, &indices, folder, &manifest)?;
     remove_unfinished(&frames, &missing, folder, &manifest);
     let there = indices.len() - missing.len();
     if there > 0 {
         tell(&format!(
-            "{there} of {} frames are there and sound",
-            indices.len()
+            "{there} of {} there and sound",
+            counted(indices.len() as u64, "frame is", "frames are")
         ));
     }
     let journal = Journal::begin(&manifest, &kept)?;
@@ -128,31 +127,69 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         show(&frames)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let manner = Manner {
+    let options = WorkOptions {
         folder,
         device: &device,
         queue: args.queue,
         fail_fast: args.fail_fast,
     };
     let start = Instant::now();
-    let (done, journal) = work::render(&mut frames, &missing, journal, manner)?;
+    let (done, journal) = work::render(&mut frames, &missing, journal, options)?;
     work::tell_summary(&done, start.elapsed());
     journal.finish()?;
     show(&frames)?;
+    if done.warned > 0 {
+        warn(format_args!(
+            "{} what is probably not meant; {} says what",
+            counted(done.warned, "frame shows", "frames show"),
+            manifest.display()
+        ));
+    }
     if done.failed > 0 {
         tell(&format!(
-            "camlux: error: {} frames failed; {} says why",
-            done.failed,
+            "camlux: error: {} failed; {} says why",
+            counted(done.failed, "frame", "frames"),
             manifest.display()
         ));
     }
     if !done.is_whole {
         let left = missing.len() as u64 - done.written - done.failed;
         tell(&format!(
-            "camlux: stopped with {left} frames to go; the same command goes on"
+            "camlux: stopped with {} to go; the same command goes on",
+            counted(left, "frame", "frames")
         ));
     }
     Ok(exit_code(done.is_whole && done.failed == 0))
+}
+
+/// Keeps a manifest to one run, until it ends: also where that is by a kill.
+fn lock(manifest: &Path) -> Result<File, Failure> {
+    let name = manifest.file_name().unwrap_or_default().display();
+    let path = manifest.with_file_name(format!(".{name}.lock"));
+    let failed = |error| {
+        let path = path.display();
+        format!("{path}: cannot be locked: {error}; check the permissions of its folder")
+    };
+    let mut options = File::options();
+    let file = options.create(true).write(true).truncate(false).open(&path);
+    let file = file.map_err(failed)?;
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => {
+            return Err(format!(
+                "{}: another run is at work on it; wait for its end, or give each run a --shard of its own",
+                manifest.display()
+            )
+            .into());
+        }
+        Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
+            warn(
+                "this file system has no locks: see to it that no other run writes the same frames",
+            );
+        }
+        Err(TryLockError::Error(error)) => return Err(failed(error).into()),
+    }
+    Ok(file)
 }
 
 fn exit_code(is_success: bool) -> ExitCode {

@@ -115,12 +115,6 @@ impl Pose {
     }
 }
 
-/// For people and for headers, with all digits.
-pub fn text_of(position_m: DVec3, rotation: DQuat) -> String {
-    let (position_m, rotation) = (position_m.to_array(), rotation.to_array());
-    format!("position = {position_m:?}, rotation = {rotation:?}")
-}
-
 /// A camera's own axes as a rotation to the world.
 pub fn rotation_of(camera: &Camera) -> DQuat {
     let CameraBasis {

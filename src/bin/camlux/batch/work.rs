@@ -13,13 +13,13 @@ use super::frames::{Frames, Planned};
 use super::manifest::Journal;
 use super::progress::FrameProgress;
 use crate::progress::is_interrupted;
-use crate::{Failure, tell};
+use crate::{Failure, counted, tell};
 
 /// How to work.
 #[derive(Clone, Copy)]
-pub struct Manner<'m> {
-    pub folder: &'m Path,
-    pub device: &'m DeviceOptions,
+pub struct WorkOptions<'o> {
+    pub folder: &'o Path,
+    pub device: &'o DeviceOptions,
     /// Frames that may wait to be written; 0: each is written before the next one renders.
     pub queue: usize,
     pub fail_fast: bool,
@@ -30,6 +30,8 @@ pub struct Manner<'m> {
 pub struct Done {
     pub written: u64,
     pub failed: u64,
+    /// Frames that look as if they were not meant so: the manifest says why.
+    pub warned: u64,
     pub bytes: u64,
     pub gpu: Duration,
     /// Of the renderer, and of packing and writing: together more than the wall time where they overlap.
@@ -92,12 +94,12 @@ pub fn render(
     frames: &mut Frames,
     indices: &[u64],
     journal: Journal,
-    manner: Manner,
+    options: WorkOptions,
 ) -> Result<(Done, Journal), Failure> {
-    let mut engine = Engine::open(manner.device)?;
+    let mut engine = Engine::open(options.device)?;
     let mut writer = Writer {
         exr: frames.job.exr.clone(),
-        folder: manner.folder,
+        folder: options.folder,
         device: engine.device_name().to_owned(),
         journal,
         progress: FrameProgress::new(indices.len() as u64),
@@ -113,7 +115,7 @@ pub fn render(
             let planned = frames.plan(index);
             let start = Instant::now();
             let frame = engine.render(frames, &planned);
-            let stops = frame.is_err() && manner.fail_fast;
+            let stops = frame.is_err() && options.fail_fast;
             let time = start.elapsed();
             let written = take(Rendered {
                 planned,
@@ -129,10 +131,10 @@ pub fn render(
         }
         Ok::<bool, Failure>(true)
     };
-    let is_whole = if manner.queue == 0 {
+    let is_whole = if options.queue == 0 {
         source(&mut |rendered| Ok(writer.write(rendered)?))?
     } else {
-        let (sender, receiver) = sync_channel(manner.queue);
+        let (sender, receiver) = sync_channel(options.queue);
         // Those that nobody takes back are dropped.
         let (give_back, written) = sync_channel(1);
         thread::scope(|scope| {
@@ -209,6 +211,9 @@ impl Writer<'_> {
                     let key = "estimated_interpolation_error".into();
                     line.insert(key, json!(interpolation_error));
                 }
+                let warnings = [frame.warnings(), self.exr.warnings(&frame)].concat();
+                self.done.warned += u64::from(!warnings.is_empty());
+                line.insert("warnings".into(), json!(warnings));
                 self.done.written += 1;
                 self.done.bytes += written.bytes;
                 let gpu_ms: f64 = frame.stats.passes.iter().map(|p| p.milliseconds).sum();
@@ -244,8 +249,8 @@ pub fn tell_summary(done: &Done, wall: Duration) {
     let rate = done.written as f64 / wall_s;
     let share = |part: Duration| 100.0 * part.as_secs_f64() / wall_s;
     tell(&format!(
-        "rendered {} frames in {wall_s:.2} s: {rate:.2} frames/s, {:.1} MB; of the wall time GPU {:.0} %, rendering {:.0} %, writing {:.0} %",
-        done.written,
+        "rendered {} in {wall_s:.2} s: {rate:.2} frames/s, {:.1} MB; of the wall time GPU {:.0} %, rendering {:.0} %, writing {:.0} %",
+        counted(done.written, "frame", "frames"),
         done.bytes as f64 * 1e-6,
         share(done.gpu),
         share(done.rendering),

@@ -10,7 +10,8 @@ use camlux::metrics::{Comparison, Pixels};
 use camlux::output::{LayeredImage, OutputFile};
 
 use crate::error_map::{self, ErrorMap};
-use crate::{Failure, file_behind, print, tell};
+use crate::output::{file_behind, require_extension};
+use crate::{Failure, print, warn};
 use layers::LayerPair;
 
 #[derive(clap::Args)]
@@ -82,8 +83,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .into());
     }
     if let Some(differ) = layers::differing_scenes(&image, &reference) {
-        tell(&format!(
-            "camlux: warning: the headers of the images differ in {differ}: are they of one scene?"
+        warn(format_args!(
+            "the headers of the images differ in {differ}: are they of one scene?"
         ));
     }
     let valid = reference.surface_pixels();
@@ -98,8 +99,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         let non_finite = with_edges.as_ref().unwrap_or(&comparison).non_finite_image;
         if non_finite > 0 {
-            tell(&format!(
-                "camlux: warning: {non_finite} values of layer {} of {} are not finite numbers; they are left out",
+            warn(format_args!(
+                "{non_finite} values of layer {} of {} are not finite numbers; they are left out",
                 pair.name,
                 args.image.display()
             ));
@@ -151,13 +152,7 @@ fn pixels<'a>(pair: &'a LayerPair, valid: &'a [bool], edges: Option<&'a [bool]>)
 }
 
 fn create_map(path: &Path, args: &Args) -> Result<OutputFile, Failure> {
-    let is_png = path
-        .extension()
-        .is_some_and(|extension| extension.eq_ignore_ascii_case("png"));
-    if !is_png {
-        let path = path.display();
-        return Err(format!("--error-map {path}: it is a PNG; end the name in .png").into());
-    }
+    require_extension("--error-map", path, "png")?;
     for input in [&args.image, &args.reference] {
         if file_behind(path) == file_behind(input) {
             let path = path.display();

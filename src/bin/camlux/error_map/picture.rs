@@ -10,11 +10,11 @@ use embedded_graphics::mono_font::MonoTextStyle;
 use embedded_graphics::mono_font::ascii::{FONT_7X13, FONT_7X13_BOLD};
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::text::{Alignment, Text};
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder, Rgb, RgbImage};
+use image::{Rgb, RgbImage};
 
 use super::{ErrorMap, diverging};
 use crate::Failure;
+use crate::output::png;
 
 const PAPER: Rgb<u8> = Rgb([255; 3]);
 const INK: Rgb888 = Rgb888::new(34, 34, 34);
@@ -37,13 +37,10 @@ const BAR_HEIGHT_PX: u32 = 14;
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_png(mut file: OutputFile, map: &ErrorMap, title: &Title) -> Result<(), Failure> {
+pub fn write_png(file: OutputFile, map: &ErrorMap, title: &Title) -> Result<(), Failure> {
     let picture = picture(map, title);
-    let (width, height) = picture.dimensions();
-    PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Up)
-        .write_image(&picture, width, height, ExtendedColorType::Rgb8)
-        .map_err(|error| file.failed(&error))?;
-    Ok(file.commit()?)
+    let size_px = [picture.width(), picture.height()].map(|px| px as usize);
+    Ok(file.commit_with(&png(size_px, &picture)?)?)
 }
 
 fn picture(map: &ErrorMap, title: &Title) -> RgbImage {

@@ -24,15 +24,16 @@ mod truth;
 use std::path::{Path, PathBuf};
 
 use camlux::output::OutputFile;
-use camlux::{Device, DeviceOptions, Renderer, Scene};
+use camlux::{Device, Renderer, Scene};
 
 use self::machine::Machine;
 use self::results::{Peers, Report, SceneReport};
 use self::steps::Steps;
 use self::sweep::{Extent, Sweep};
+use crate::options::{DeviceArgs, SizeArgs, resize, warn_of};
+use crate::output::create_folder;
 use crate::progress::stop_on_signals;
-use crate::render::device_choice;
-use crate::{Failure, create_folder, overrides, print, tell};
+use crate::{Failure, print, tell};
 
 /// Longer edge of the images of a quick report.
 const QUICK_SIZE_PX: u32 = 160;
@@ -48,12 +49,10 @@ pub struct Args {
     /// Under a minute a scene: images of 160 pixels, coarse RSMs, a truth of 3 %
     #[arg(long)]
     pub quick: bool,
-    /// Resolution instead of the scenes'; keeps the field of view and scales measured intrinsics
-    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
-    pub size: Option<Vec<u32>>,
-    /// Device by the number or by the name that `camlux info` lists
-    #[arg(long, value_name = "INDEX|NAME")]
-    pub device: Option<String>,
+    #[command(flatten)]
+    pub size: SizeArgs,
+    #[command(flatten)]
+    pub device: DeviceArgs,
     /// Program that renders the scenes with other engines (benches/peers/run); the report says what became of it
     #[arg(long, value_name = "PROGRAM")]
     pub peers: Option<PathBuf>,
@@ -79,10 +78,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let subjects = load(args)?;
     share_threads()?;
 
-    let device = Device::open(&DeviceOptions {
-        choice: device_choice(args.device.as_deref()),
-        ..DeviceOptions::default()
-    })?;
+    let device = Device::open(&args.device.options())?;
     let mut renderer = Renderer::new(&device)?;
     let mut report = Report {
         machine: Machine::look(device.info()),
@@ -197,16 +193,11 @@ fn examine(
 fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
     let mut subjects: Vec<Subject> = Vec::new();
     for file in &args.scenes {
-        let mut scene = Scene::load(file)?;
-        let size = match args.size.as_deref() {
-            Some(&[width_px, height_px]) => [width_px, height_px],
-            _ if args.quick => quick_size(scene.camera.resolution_px),
-            _ => scene.camera.resolution_px,
-        };
-        scene.camera = overrides::resize(scene.camera, size);
-        for warning in scene.warnings() {
-            tell(&format!("camlux: warning: {}: {warning}", file.display()));
+        let mut scene = args.size.load(file)?;
+        if args.quick && args.size.size_px().is_none() {
+            scene.camera = resize(scene.camera, quick_size(scene.camera.resolution_px));
         }
+        warn_of(&scene, &file.display());
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();
         // Two folders may hold scenes of one name.
         let names = |name: &String| subjects.iter().any(|subject| subject.name == *name);

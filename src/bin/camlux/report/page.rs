@@ -42,8 +42,8 @@ slowest. Its error is that of the indirect light over all pixels with a surface 
 chance: relRMSE = √(Σ(x−t)²/Σt²), against the \
 path-sampled single bounce; the noise of that truth is subtracted. Where the noise hides the error, the point is hollow and \
 stands at what the error is at most. A point below the dashed line of the truth's noise leans on that subtraction. \
-The camlux reference is measured by its own spread. <b>instant-radiosity</b> casts rays until its indirect light should have \
-the error that was asked for; a bar joined to its point is the error as the engine itself estimates it, without the truth. \
+The camlux reference is measured by its own spread. <b>final-gather</b> casts rays until its indirect light should have \
+the error that was requested; a bar joined to its point is the error as the engine itself estimates it, without the truth. \
 <b>Model error</b> is the distance to the truth; \
 <b>kernel error</b>, of plain sums only, is the rounding of the device's f32 against the same formulas on the same VPLs in \
 f64.</p>\n";
@@ -118,7 +118,7 @@ fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
     text += "<figcaption>Kernel error against time: what the rounding of f32 adds.</figcaption></figure>\n";
     text += "<h3>Figures</h3>\n";
     text += &errors_table(&scene.entries);
-    text += &asked_table(&scene.entries);
+    text += &requested_table(&scene.entries);
     text += &direct_only(scene);
     text += "<details><summary>Times of the engine's passes</summary>\n";
     text += &passes_table(&scene.entries);
@@ -200,18 +200,18 @@ fn errors_table(entries: &[Entry]) -> String {
     table(&head, &rows)
 }
 
-/// What was asked of the engine, what it says that it reached, and what it did reach. Empty where nothing was asked.
-fn asked_table(entries: &[Entry]) -> String {
-    let asked = entries.iter().filter_map(|entry| {
+/// The error that was requested, the one that the engine estimates, and the measured one. Empty where none was requested.
+fn requested_table(entries: &[Entry]) -> String {
+    let requested = entries.iter().filter_map(|entry| {
         let engine = entry.engine.as_ref()?;
         Some((entry, engine, engine.target_error?))
     });
-    let rows: Vec<Vec<String>> = asked
-        .map(|(entry, engine, asked)| {
+    let rows: Vec<Vec<String>> = requested
+        .map(|(entry, engine, requested)| {
             let measured = entry.indirect.as_ref();
             vec![
                 format!("{} {}", entry.series, entry.label),
-                percent(asked),
+                percent(requested),
                 engine.estimated_error.map_or(NOTHING.into(), percent),
                 measured.map_or(NOTHING.into(), relative_rmse),
                 count(engine.ray_count as f64),
@@ -225,7 +225,7 @@ fn asked_table(entries: &[Entry]) -> String {
     }
     let head = [
         "relRMSE of the indirect light",
-        "asked",
+        "requested",
         "the engine's estimate",
         "measured",
         "rays",

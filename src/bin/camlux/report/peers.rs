@@ -19,7 +19,7 @@ use serde::Deserialize;
 use super::results::{Entry, Kind, Part, Peers, Seconds, Unsupported};
 use super::steps::Steps;
 use super::truth::{Measured, TruthImage};
-use crate::{Failure, tell};
+use crate::{Failure, warn};
 
 /// A line of the program. What is not named here is for other readers.
 #[derive(Deserialize)]
@@ -70,7 +70,7 @@ impl Run<'_> {
             Ok(()) => format!("ran {}", self.program.display()),
             Err(problem) => {
                 let status = format!("{} failed: {problem}", self.program.display());
-                tell(&format!("camlux: warning: {}: peers: {status}", self.name));
+                warn(format_args!("{}: peers: {status}", self.name));
                 status
             }
         };

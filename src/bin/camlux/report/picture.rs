@@ -1,12 +1,11 @@
 //! Small pictures for the page: indirect light in the truth's exposure, and its error on one scale.
 
 use camlux::metrics::Pixels;
-use camlux::output;
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
+use camlux::output::{srgb_byte, white_radiance};
 
 use crate::Failure;
 use crate::error_map::{ErrorMap, diverging};
+use crate::output::png;
 use crate::reduced::Reduced;
 
 /// Widest picture. Larger images are averaged over squares of pixels.
@@ -50,7 +49,7 @@ impl Gallery {
             truth: truth.to_vec(),
             valid: valid.to_vec(),
             edges: edges.to_vec(),
-            white: output::white_radiance(truth),
+            white: white_radiance(truth),
         }
     }
 
@@ -83,9 +82,7 @@ impl Gallery {
     fn pictures(&self, indirect: &[f32], map: Option<ErrorMap>) -> Result<Pictures, Failure> {
         let image = Reduced::new(self.resolution_px, indirect, WIDEST_PX);
         let values = image.rgb.as_flattened().iter();
-        let exposed: Vec<u8> = values
-            .map(|value| output::srgb_byte(value / self.white))
-            .collect();
+        let exposed: Vec<u8> = values.map(|value| srgb_byte(value / self.white)).collect();
         let error = map.map(|map| png(image.size_px, &map.rgb(ERROR_RANGE, WIDEST_PX)));
         Ok(Pictures {
             indirect: png(image.size_px, &exposed)?,
@@ -105,15 +102,4 @@ pub fn color_bar() -> Result<ColorBar, Failure> {
         png: png(COLOR_BAR_PX, &row.repeat(height))?,
         size_px: COLOR_BAR_PX,
     })
-}
-
-/// # Errors
-/// Where the PNG cannot be encoded.
-pub fn png(size_px: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Failure> {
-    let mut bytes = Vec::new();
-    let encoder =
-        PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
-    let [width, height] = size_px.map(|px| px as u32);
-    encoder.write_image(rgb, width, height, ExtendedColorType::Rgb8)?;
-    Ok(bytes)
 }

@@ -337,7 +337,7 @@ mod tests {
             y,
             is_upper_bound: false,
             own_estimate,
-            label: "asked 5 %",
+            label: "requested 5 %",
         };
         let points = vec![point(0.1, 0.2, None), point(0.2, 0.1, own_estimate)];
         let series = Series {

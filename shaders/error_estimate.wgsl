@@ -1,0 +1,36 @@
+// How far the image is from two independent gathers t₁, t₂ of a pixel: (x − t₁)(x − t₂) is the square of its error but for noise
+// that has no mean.
+
+#import reflect
+
+struct ErrorEstimateParameters {
+    receiver_count: u32,
+    // Where the results of the second gather begin.
+    second_result: u32,
+}
+
+var indirect_radiance: texture_storage_2d<rgba32float, read>;
+var<storage, read> receivers: array<u32>;
+// Two a receiver: diffuse, specular; and their sums of squared differences. Where gathers have no noise, the second may be the first.
+var<storage, read> results: array<vec4<f32>>;
+// Σ over bands of (x − t₁)(x − t₂), t₁·t₂, (t₁ − t₂)²; the squared differences of both.
+var<storage, read_write> estimates: array<vec4<f32>>;
+var<immediate> parameters: ErrorEstimateParameters;
+
+@compute @workgroup_size(64)
+fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let count = parameters.receiver_count;
+    if (id.x >= count) {
+        return;
+    }
+    let packed = receivers[id.x];
+    let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
+    let first = 2u * id.x;
+    let second = 2u * (id.x + parameters.second_result);
+    let first_radiance = reflect(pixel, results[first].rgb, results[first + 1u].rgb);
+    let second_radiance = reflect(pixel, results[second].rgb, results[second + 1u].rgb);
+    let difference = first_radiance - second_radiance;
+    let image = textureLoad(indirect_radiance, pixel).rgb;
+    estimates[id.x] = vec4<f32>(dot(image - first_radiance, image - second_radiance), dot(first_radiance, second_radiance), dot(difference, difference),
+        reflect_squares(pixel, vec2<f32>(results[first].w + results[second].w, results[first + 1u].w + results[second + 1u].w)));
+}

@@ -1,0 +1,41 @@
+// What is known of a pixel between the passes of the refinement.
+
+// Where a list of pixels has none. Pixels are column + 65536 · row.
+const NO_PIXEL: u32 = 0xffffffffu;
+
+// Kinds of pixels. Images begin cleared, so 0 is the first.
+const UNKNOWN: u32 = 0u;
+// To be gathered: the images hold what its neighbours predict.
+const PREDICTED: u32 = 1u;
+// Gathered after it was predicted: `error` is that of the prediction.
+const GATHERED: u32 = 2u;
+// Gathered without a prediction to compare with.
+const GATHERED_UNPREDICTED: u32 = 3u;
+// `error` is the one expected.
+const INTERPOLATED: u32 = 4u;
+
+struct PixelState {
+    kind: u32,
+    // Over the image's radiance, at least 0.
+    error: f32,
+}
+
+// The kind lies in the lowest bits of 1 + error, which is a normal number whatever the error.
+fn encode_state(state: PixelState) -> f32 {
+    return bitcast<f32>((bitcast<u32>(1.0 + state.error) & ~7u) | state.kind);
+}
+
+fn decode_state(encoded: f32) -> PixelState {
+    let bits = bitcast<u32>(encoded);
+    return PixelState(bits & 7u, max(bitcast<f32>(bits & ~7u) - 1.0, 0.0));
+}
+
+fn is_gathered(state: PixelState) -> bool {
+    return state.kind == GATHERED || state.kind == GATHERED_UNPREDICTED;
+}
+
+// The share of a deviation from what is expected that is more than noise: `signal` is the square of the deviation less the
+// variance of the noise.
+fn wiener_gain(signal: f32, variance: f32) -> f32 {
+    return select(1.0, signal / (signal + variance), signal + variance > 0.0);
+}

@@ -1,0 +1,70 @@
+// Scatters the results of a gather to the pixels of its receivers, with what they say of the prediction's error.
+
+#import refinement
+#import reflect
+
+struct ScatterParameters {
+    first_receiver: u32,
+    receiver_count: u32,
+    // Over the image's, 1/(W/sr/m²).
+    inverse_radiance: f32,
+    // 1: the receivers belong to the grid that is gathered whatever the light.
+    is_grid: u32,
+    // Variance of a gather over its sum of squared differences.
+    variance_scale: f32,
+}
+
+#if PHONG
+var gathered_specular: texture_storage_2d<rgba32float, read_write>;
+#endif
+var gathered_diffuse: texture_storage_2d<rgba32float, read_write>;
+var<storage, read> receivers: array<u32>;
+// Two a receiver: diffuse, specular; and the sums of squared differences of their samples.
+var<storage, read> results: array<vec4<f32>>;
+#if NOISY
+var squared_differences: texture_storage_2d<rgba32float, write>;
+#endif
+var<immediate> parameters: ScatterParameters;
+
+// What chance does to a prediction's error, over the variance of the gather: two standard deviations.
+const NOISE_SQUARED: f32 = 4.0;
+
+@compute @workgroup_size(64)
+fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x >= parameters.receiver_count) {
+        return;
+    }
+    let packed = receivers[parameters.first_receiver + id.x];
+    let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
+    let predicted = textureLoad(gathered_diffuse, pixel);
+    let is_predicted = decode_state(predicted.w).kind == PREDICTED;
+    var diffuse = results[2u * id.x].rgb;
+    var specular = vec3<f32>(0.0);
+    var predicted_specular = vec3<f32>(0.0);
+#if PHONG
+    specular = results[2u * id.x + 1u].rgb;
+    predicted_specular = textureLoad(gathered_specular, pixel).rgb;
+#endif
+    let deviation = length(reflect(pixel, diffuse - predicted.rgb, specular - predicted_specular));
+    var error = deviation;
+#if NOISY
+    let squares = vec2<f32>(results[2u * id.x].w, results[2u * id.x + 1u].w);
+    textureStore(squared_differences, pixel, vec4<f32>(squares, 0.0, 0.0));
+    let variance = parameters.variance_scale * reflect_squares(pixel, squares);
+    error = sqrt(max(deviation * deviation - NOISE_SQUARED * variance, 0.0));
+    if (parameters.is_grid == 0u && is_predicted) {
+        // The smooth pass does it for the grid.
+        let gain = wiener_gain(max(deviation * deviation - variance, 0.0), variance);
+        diffuse = mix(predicted.rgb, diffuse, gain);
+        specular = mix(predicted_specular, specular, gain);
+    }
+#endif
+#if PHONG
+    textureStore(gathered_specular, pixel, vec4<f32>(specular, 0.0));
+#endif
+    var state = PixelState(GATHERED_UNPREDICTED, 0.0);
+    if (is_predicted) {
+        state = PixelState(GATHERED, error * 0.57735027 * parameters.inverse_radiance);
+    }
+    textureStore(gathered_diffuse, pixel, vec4<f32>(diffuse, encode_state(state)));
+}

@@ -1,0 +1,130 @@
+//! Options that several commands have.
+
+use std::path::Path;
+
+use camlux::output::Layer;
+use camlux::scene::{Camera, Intrinsics, Lens};
+use camlux::{DeviceChoice, DeviceOptions, Scene};
+
+use crate::{Failure, warn};
+
+#[derive(clap::Args)]
+pub struct SizeArgs {
+    /// Resolution instead of the scene's; keeps the field of view and scales measured intrinsics
+    #[arg(long, num_args = 2, action = clap::ArgAction::Set, value_names = ["WIDTH", "HEIGHT"], value_parser = clap::value_parser!(u32).range(1..))]
+    size: Option<Vec<u32>>,
+}
+
+impl SizeArgs {
+    /// The scene of a file in this size.
+    pub fn load(&self, file: &Path) -> Result<Scene, Failure> {
+        let mut scene = Scene::load(file)?;
+        if let Some(size_px) = self.size_px() {
+            scene.camera = resize(scene.camera, size_px);
+        }
+        Ok(scene)
+    }
+
+    pub fn size_px(&self) -> Option<[u32; 2]> {
+        self.size.as_deref()?.try_into().ok()
+    }
+}
+
+#[derive(clap::Args)]
+pub struct DeviceArgs {
+    /// Device by the number or by the name that `camlux info` lists
+    #[arg(long, value_name = "INDEX|NAME")]
+    device: Option<String>,
+}
+
+impl DeviceArgs {
+    pub fn options(&self) -> DeviceOptions {
+        let by_name = |text: &str| DeviceChoice::Name(text.to_owned());
+        let choice = self.device.as_deref().map(|text| {
+            let number = text.parse().map(DeviceChoice::Index);
+            number.unwrap_or_else(|_| by_name(text))
+        });
+        DeviceOptions {
+            choice: choice.unwrap_or(DeviceChoice::Best),
+            ..DeviceOptions::default()
+        }
+    }
+}
+
+/// Warns of what is probably not meant in a scene.
+pub fn warn_of(scene: &Scene, name: &dyn std::fmt::Display) {
+    for warning in scene.warnings() {
+        warn(format_args!("{name}: {warning}"));
+    }
+}
+
+/// Returns the camera at another resolution: a field of view stays as it is, measured intrinsics are scaled with the width
+/// (fx, cx) and the height (fy, cy), so that the frame shows the same part of the scene.
+pub fn resize(camera: Camera, resolution_px: [u32; 2]) -> Camera {
+    let scale =
+        |axis: usize| f64::from(resolution_px[axis]) / f64::from(camera.resolution_px[axis]);
+    let lens = match camera.lens {
+        Lens::FovY { fov_y_deg } => Lens::FovY { fov_y_deg },
+        Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => Lens::Intrinsics(Intrinsics {
+            fx: fx * scale(0),
+            fy: fy * scale(1),
+            cx: cx * scale(0),
+            cy: cy * scale(1),
+        }),
+    };
+    Camera {
+        resolution_px,
+        lens,
+        ..camera
+    }
+}
+
+/// Refuses layers that a frame of this scene will not have, before the time for it is spent.
+pub fn check_layers(scene: &Scene, layers: &[Layer]) -> Result<(), Failure> {
+    let Some(missing) = layers.iter().find(|layer| !layer.is_made_for(scene)) else {
+        return Ok(());
+    };
+    let hint = match missing {
+        Layer::Energy => "add [sensor] to the scene",
+        _ => "add [indirect] to the scene, or --estimator",
+    };
+    let name = missing.name();
+    Err(
+        format!("--layers: a frame of this scene has no layer {name}; {hint}, or leave it out")
+            .into(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn camera(lens: Lens) -> Camera {
+        Camera {
+            resolution_px: [800, 600],
+            position_m: DVec3::ZERO,
+            look_at_m: DVec3::Z,
+            up: DVec3::Y,
+            lens,
+        }
+    }
+
+    #[test]
+    fn resized_camera_sees_the_same() {
+        let intrinsics = Intrinsics {
+            fx: 700.0,
+            fy: 710.0,
+            cx: 390.0,
+            cy: 310.0,
+        };
+        for lens in [Lens::FovY { fov_y_deg: 50.0 }, Lens::Intrinsics(intrinsics)] {
+            let full = camera(lens);
+            let half = resize(full, [400, 300]);
+            assert_eq!(half.resolution_px, [400, 300]);
+            // The same corner of the image in both; f64 rounding of a few operations on values below 2.
+            let apart = full.ray_direction(800.0, 0.0) - half.ray_direction(400.0, 0.0);
+            assert!(apart.length() < 1e-14, "{lens:?}: {apart}");
+        }
+    }
+}

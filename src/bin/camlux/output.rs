@@ -1,0 +1,75 @@
+//! Where results go.
+
+use std::path::{Path, PathBuf};
+
+use camlux::output::OutputFile;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use crate::{Failure, print};
+
+/// A text file under construction, or stdout.
+pub enum TextOutput {
+    Stdout,
+    File(OutputFile),
+}
+
+impl TextOutput {
+    /// `-` is stdout.
+    pub fn create(path: &Path) -> Result<Self, Failure> {
+        match path.as_os_str() == "-" {
+            true => Ok(TextOutput::Stdout),
+            false => Ok(TextOutput::File(OutputFile::create(path)?)),
+        }
+    }
+
+    pub fn write(self, text: &str) -> Result<(), Failure> {
+        match self {
+            TextOutput::Stdout => print(text),
+            TextOutput::File(file) => Ok(file.commit_with(text.as_bytes())?),
+        }
+    }
+}
+
+/// Refuses the name of an image that promises another format than the one that is written, and `-`: images go to files.
+pub fn require_extension(option: &str, path: &Path, extension: &str) -> Result<(), Failure> {
+    let own = path.extension().unwrap_or_default();
+    if own.eq_ignore_ascii_case(extension) {
+        return Ok(());
+    }
+    let path = path.display();
+    Err(format!("{option} {path}: an image is written there; end the name in .{extension}").into())
+}
+
+pub fn create_folder(path: &Path) -> Result<(), Failure> {
+    std::fs::create_dir_all(path).map_err(|error| {
+        let path = path.display();
+        format!("{path}: cannot create the folder: {error}; name another one").into()
+    })
+}
+
+/// The file that a path leads to, one way of writing it for all: also where the file is not there yet.
+pub fn file_behind(path: &Path) -> PathBuf {
+    let by_folder = || {
+        let folder = match path.parent() {
+            Some(folder) if !folder.as_os_str().is_empty() => folder,
+            _ => Path::new("."),
+        };
+        Some(folder.canonicalize().ok()?.join(path.file_name()?))
+    };
+    let canonical = path.canonicalize().ok().or_else(by_folder);
+    canonical.unwrap_or_else(|| path.to_owned())
+}
+
+/// A PNG file of 8-bit RGB, row by row from the top.
+///
+/// # Errors
+/// Where it cannot be encoded.
+pub fn png(size_px: [usize; 2], rgb: &[u8]) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    let encoder =
+        PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive);
+    let [width, height] = size_px.map(|px| px as u32);
+    encoder.write_image(rgb, width, height, ExtendedColorType::Rgb8)?;
+    Ok(bytes)
+}

@@ -1,0 +1,223 @@
+//! What the lights of a scene see and the VPLs they make: what frames share until a light or a surface changes.
+
+use super::cache::Cached;
+use crate::{
+    Error, LightPlan, Result,
+    passes::{
+        Context, direct::Occluders, gather::ListedVpls, light::DeviceLight, rsm::Rsm,
+        shadow::ShadowMap, vpl::VplLists, vpl_draws::ListedLight,
+    },
+    plan::ShadowPlan,
+    scene::{Light, VplSum},
+    vulkan::Recorder,
+};
+
+/// Lights, their maps and their VPLs.
+pub(crate) struct Lights {
+    /// The VPLs of all lights; with indirect light.
+    pub vpls: Option<VplLists>,
+    /// One set a light, or one that the lights use in turn.
+    map_sets: Vec<MapSet>,
+    /// In the order of the scene.
+    lights: Vec<Cached<LightKey, LitLight>>,
+}
+
+/// All that the room for maps and lists, and the form of what lies in it, depend on.
+#[derive(PartialEq)]
+pub(crate) struct LightsKey {
+    /// The sum, `None` for final gathering; and the RSM's size.
+    indirect: Option<(Option<VplSum>, u32)>,
+    own_map_size: Option<u32>,
+    max_faces: u32,
+    light_count: usize,
+    map_sets: u32,
+    is_specular: bool,
+}
+
+/// What a light and its VPLs depend on; `generation` is that of the surfaces.
+#[derive(PartialEq)]
+struct LightKey {
+    light: Light,
+    plan: LightPlan,
+    generation: u64,
+}
+
+/// Room for what a light sees.
+#[derive(Default)]
+struct MapSet {
+    /// With indirect light.
+    rsm: Option<Rsm>,
+    rsm_shows: Option<LightKey>,
+    /// Where neither RSMs nor rays serve the shadow test.
+    shadow_map: Option<ShadowMap>,
+    shadow_map_shows: Option<LightKey>,
+}
+
+/// A light on the device.
+struct LitLight {
+    device: DeviceLight,
+    /// After [`Lights::take_vpls`].
+    listed: Option<ListedVpls>,
+    /// The same for the samples of final gathering.
+    listed_light: Option<ListedLight>,
+}
+
+/// What of a light has to be made in this frame.
+#[derive(Clone, Copy)]
+pub(crate) struct Dirty {
+    pub rsm: bool,
+    pub shadow_map: bool,
+    pub vpls: bool,
+}
+
+impl LightsKey {
+    pub fn new(context: &Context) -> LightsKey {
+        let plan = context.plan;
+        LightsKey {
+            indirect: plan.indirect.map(|plan| (plan.sum(), plan.rsm_size)),
+            own_map_size: plan.own_map_size(),
+            max_faces: plan.max_faces(),
+            light_count: plan.lights.len(),
+            map_sets: plan.map_sets,
+            is_specular: plan.is_specular,
+        }
+    }
+}
+
+impl Lights {
+    /// Room for the lights of the context's scene.
+    pub fn new(context: &Context) -> Result<Lights> {
+        let Context { device, plan, .. } = *context;
+        let map_set = |_| {
+            Ok(MapSet {
+                rsm: Rsm::for_plan(device, plan)?,
+                shadow_map: ShadowMap::for_plan(device, plan)?,
+                ..MapSet::default()
+            })
+        };
+        Ok(Lights {
+            vpls: VplLists::for_plan(device, plan)?,
+            map_sets: (0..plan.map_sets).map(map_set).collect::<Result<_>>()?,
+            lights: plan.lights.iter().map(|_| Cached::default()).collect(),
+        })
+    }
+
+    /// Fills what is new, before anything reads it.
+    pub fn record_clears<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        if let Some(vpls) = &self.vpls {
+            vpls.clear(recorder);
+        }
+    }
+
+    /// Puts the light of this number on the device, and says what else of it is to be made.
+    pub fn update(&mut self, context: &Context, index: usize, generation: u64) -> Result<Dirty> {
+        let light = &context.scene.lights[index];
+        let plan = &context.plan.lights[index];
+        let key = |light: Light| LightKey {
+            light,
+            plan: plan.clone(),
+            generation,
+        };
+        let place = match &self.vpls {
+            Some(vpls) => vpls.room_per_light.map(|room| index as u32 * room),
+            None => [0; 2],
+        };
+        let (lit, vpls) = self.lights[index].get_or_make(key(light.clone()), || {
+            Ok(LitLight {
+                device: DeviceLight::new(context, light, plan, place)?,
+                listed: None,
+                listed_light: None,
+            })
+        })?;
+        if let Some(vpls) = &mut self.vpls {
+            vpls.set_texel_count(lit.device.texel_count)?;
+        }
+        // What a light sees does not depend on what it emits.
+        let shows = || Some(key(light.with_emission([1.0; 3])));
+        let map_count = self.map_sets.len();
+        let maps = &mut self.map_sets[index % map_count];
+        let reads_rsm = vpls || matches!(plan.shadow, ShadowPlan::Rsm { .. });
+        let rsm = maps.rsm.is_some() && reads_rsm && maps.rsm_shows != shows();
+        let shadow_map = maps.shadow_map.is_some() && maps.shadow_map_shows != shows();
+        if rsm {
+            maps.rsm_shows = shows();
+        }
+        if shadow_map {
+            maps.shadow_map_shows = shows();
+        }
+        Ok(Dirty {
+            rsm,
+            shadow_map,
+            vpls,
+        })
+    }
+
+    /// The light of this number, after [`Lights::update`].
+    pub fn light(&self, index: usize) -> Result<&DeviceLight> {
+        let lit = self.lights.get(index).and_then(Cached::get);
+        lit.map(|lit| &lit.device)
+            .ok_or_else(|| Error::internal("a light is not on the device"))
+    }
+
+    pub fn rsm(&self, index: usize) -> Option<&Rsm> {
+        self.map_sets[index % self.map_sets.len()].rsm.as_ref()
+    }
+
+    pub fn shadow_map(&self, index: usize) -> Option<&ShadowMap> {
+        self.map_sets[index % self.map_sets.len()]
+            .shadow_map
+            .as_ref()
+    }
+
+    /// Where a light's shadow test looks for occluders, if in a map.
+    pub fn occluders(&self, index: usize, shadow: ShadowPlan) -> Option<Occluders<'_>> {
+        match shadow {
+            ShadowPlan::Rsm { .. } => self.rsm(index).map(|rsm| Occluders::Map(&rsm.position)),
+            ShadowPlan::Map { .. } => {
+                let map = self.shadow_map(index);
+                map.map(|map| Occluders::Map(&map.position))
+            }
+            ShadowPlan::Rays(_) => None,
+        }
+    }
+
+    /// After the submission that listed a light's VPLs.
+    pub fn take_vpls(&mut self, context: &Context, index: usize) -> Result<()> {
+        let (Some(vpls), Some(lit)) = (&self.vpls, self.lights[index].get_mut()) else {
+            return Ok(());
+        };
+        let listed = ListedVpls {
+            first: lit.device.parameters.first_vpl,
+            lengths: vpls.lengths()?,
+        };
+        lit.listed = Some(listed);
+        if context.plan.has_final_gather() {
+            lit.listed_light = Some(ListedLight::new(&lit.device, vpls)?);
+        }
+        Ok(())
+    }
+
+    /// Where the VPLs of a light lie; `None` without indirect light.
+    pub fn vpls_of(&self, index: usize) -> Option<ListedVpls> {
+        self.lights.get(index)?.get()?.listed
+    }
+
+    /// Where the VPLs of all lights lie.
+    pub fn listed(&self) -> Vec<ListedVpls> {
+        let lights = self.lights.iter().filter_map(Cached::get);
+        lights.filter_map(|light| light.listed).collect()
+    }
+
+    /// VPLs that carry flux, over all lights.
+    pub fn vpl_count(&self) -> u64 {
+        self.listed().iter().map(|l| u64::from(l.count())).sum()
+    }
+
+    /// The same for the samples of final gathering.
+    pub fn listed_lights(&self) -> Vec<&ListedLight> {
+        let lights = self.lights.iter().filter_map(Cached::get);
+        lights
+            .filter_map(|light| light.listed_light.as_ref())
+            .collect()
+    }
+}

@@ -1,0 +1,156 @@
+//! The surfaces of a scene on the device: what frames share until a mesh, a material or a texture changes.
+
+use std::sync::Arc;
+
+use super::cache::Cached;
+use crate::{
+    Error, LocalSpace, Result,
+    passes::{
+        Context,
+        hits::HitSurfaces,
+        rays::RayTreeImages,
+        surface::{Surfaces, Textures},
+    },
+    scene::{Material, Mesh, Shared, Texture},
+    vulkan::Recorder,
+};
+
+/// Surfaces as the passes see them, in parts that change apart.
+#[derive(Default)]
+pub(crate) struct SceneResources {
+    textures: Cached<TexturesKey, Arc<Textures>>,
+    surfaces: Cached<SurfacesKey, Surfaces>,
+    /// Only where something casts rays.
+    ray_tree: Cached<RayTreeKey, RayTreeImages>,
+    /// Only where final gathering does.
+    hit_surfaces: Cached<SurfacesKey, HitSurfaces>,
+    dirty: Dirty,
+    /// Of the surfaces: another number, other surfaces.
+    pub generation: u64,
+}
+
+/// What this frame has made, whose images are to be filled.
+#[derive(Default)]
+struct Dirty {
+    textures: bool,
+    ray_tree: bool,
+    hit_surfaces: bool,
+}
+
+#[derive(Clone, PartialEq)]
+struct TexturesKey {
+    is_textured: bool,
+    textures: SameValues<Texture>,
+}
+
+#[derive(Clone, PartialEq)]
+struct SurfacesKey {
+    space: LocalSpace,
+    is_smooth: bool,
+    materials: Vec<Material>,
+    meshes: SameValues<Mesh>,
+    textures: TexturesKey,
+}
+
+#[derive(PartialEq)]
+struct RayTreeKey {
+    space: LocalSpace,
+    meshes: SameValues<Mesh>,
+}
+
+/// Equal where all are the very same: values that cannot change as long as they are kept. Others are taken for different ones
+/// without a look at them.
+#[derive(Clone)]
+struct SameValues<T>(Vec<Shared<T>>);
+
+impl<T> PartialEq for SameValues<T> {
+    fn eq(&self, other: &Self) -> bool {
+        let pairs = self.0.iter().zip(&other.0);
+        self.0.len() == other.0.len() && pairs.into_iter().all(|(a, b)| a.is_one(b))
+    }
+}
+
+impl SceneResources {
+    /// Copies to the device what has changed since the frame before.
+    pub fn update(&mut self, context: &Context) -> Result<()> {
+        let Context {
+            device,
+            scene,
+            plan,
+            space,
+            ..
+        } = *context;
+        let meshes = SameValues(scene.meshes.clone());
+        let textures_key = TexturesKey {
+            is_textured: plan.is_textured,
+            textures: SameValues(scene.textures.clone()),
+        };
+        let surfaces_key = SurfacesKey {
+            space: *space,
+            is_smooth: plan.is_smooth,
+            materials: scene.materials.clone(),
+            meshes: meshes.clone(),
+            textures: textures_key.clone(),
+        };
+        let ray_tree_key = RayTreeKey {
+            space: *space,
+            meshes,
+        };
+        self.textures.drop_unless(&textures_key);
+        self.surfaces.drop_unless(&surfaces_key);
+        self.ray_tree.drop_unless(&ray_tree_key);
+        self.hit_surfaces.drop_unless(&surfaces_key);
+        if !plan.has_rays() {
+            self.ray_tree.take();
+        }
+        if !plan.has_final_gather() {
+            self.hit_surfaces.take();
+        }
+
+        let (textures, is_new) = self.textures.get_or_make(textures_key, || {
+            Ok(Arc::new(Textures::upload(device, scene, plan)?))
+        })?;
+        self.dirty.textures = is_new;
+        let (_, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
+            Surfaces::upload(device, scene, plan, space, textures)
+        })?;
+        self.generation += u64::from(is_new);
+        if plan.has_rays() {
+            let tree = || RayTreeImages::of(device, scene, space);
+            (_, self.dirty.ray_tree) = self.ray_tree.get_or_make(ray_tree_key, tree)?;
+        }
+        if plan.has_final_gather() {
+            let hits = || HitSurfaces::upload(device, scene, plan);
+            (_, self.dirty.hit_surfaces) = self.hit_surfaces.get_or_make(surfaces_key, hits)?;
+        }
+        Ok(())
+    }
+
+    /// Fills the images that are new, before anything reads them.
+    pub fn record_copies<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        if let (true, Some(textures)) = (self.dirty.textures, self.textures.get()) {
+            textures.record_copies(recorder);
+        }
+        if let (true, Some(tree)) = (self.dirty.ray_tree, self.ray_tree.get()) {
+            tree.record_copy(recorder);
+        }
+        if let (true, Some(surfaces)) = (self.dirty.hit_surfaces, self.hit_surfaces.get()) {
+            surfaces.record_copy(recorder);
+        }
+    }
+
+    pub fn surfaces(&self) -> Result<&Surfaces> {
+        let surfaces = self.surfaces.get();
+        surfaces.ok_or_else(|| Error::internal("the surfaces are not on the device"))
+    }
+
+    pub fn ray_tree(&self) -> Result<&RayTreeImages> {
+        let tree = self.ray_tree.get();
+        tree.ok_or_else(|| Error::internal("there are no triangles for rays"))
+    }
+
+    pub fn hit_surfaces(&self) -> Result<&HitSurfaces> {
+        let surfaces = self.hit_surfaces.get();
+        surfaces.ok_or_else(|| Error::internal("rays have no surfaces to hit"))
+    }
+}

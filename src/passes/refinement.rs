@@ -1,0 +1,70 @@
+//! What the passes of the refinement share: the images they work on, and the criteria.
+
+use crate::{
+    Result,
+    plan::Plan,
+    vulkan::{Device, Image, ImageShape, Recorder, Resource},
+};
+
+/// What was gathered or interpolated at each pixel, as `shaders/refinement.wgsl` describes it.
+pub(crate) struct RefinementImages {
+    /// Irradiance, W/m²; and the pixel's state.
+    diffuse: Image,
+    /// The same weighted by the Phong lobe; only where some material is specular.
+    specular: Option<Image>,
+    /// Of the samples of gathered pixels, diffuse and specular; only where gathers have noise.
+    squared_differences: Option<Image>,
+}
+
+impl RefinementImages {
+    pub fn new(device: &Device, plan: &Plan, is_noisy: bool) -> Result<RefinementImages> {
+        let image = |what| Image::new(device, what, ImageShape::plain(plan.resolution_px));
+        Ok(RefinementImages {
+            diffuse: image("gathered diffuse light")?,
+            specular: plan
+                .is_specular
+                .then(|| image("gathered specular light"))
+                .transpose()?,
+            squared_differences: is_noisy.then(|| image("squared differences")).transpose()?,
+        })
+    }
+
+    /// Nothing is known.
+    pub fn clear<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        let others = self.specular.iter().chain(&self.squared_differences);
+        for image in others.chain([&self.diffuse]) {
+            recorder.prepare_images(&[image]);
+            recorder.clear_image(image);
+        }
+    }
+
+    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let mut resources = vec![("gathered_diffuse", Resource::Image(&self.diffuse))];
+        if let Some(specular) = &self.specular {
+            resources.push(("gathered_specular", Resource::Image(specular)));
+        }
+        if let Some(squared_differences) = &self.squared_differences {
+            resources.push(("squared_differences", Resource::Image(squared_differences)));
+        }
+        resources
+    }
+
+    /// The word of the kernel that fills them.
+    pub fn noise_word(&self) -> &'static str {
+        match self.squared_differences {
+            Some(_) => "noisy",
+            None => "exact",
+        }
+    }
+}
+
+/// When a pixel may be interpolated.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RefinementCriteria {
+    /// That of the image, W/sr/m²: errors count over it.
+    pub radiance: f64,
+    /// What an interpolated pixel may be off by; `None`: none is interpolated.
+    pub tolerance: Option<f64>,
+    /// Variance of a gather over its sum of squared differences; 0: gathers have no noise.
+    pub variance_scale: f64,
+}

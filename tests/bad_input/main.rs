@@ -1,0 +1,9 @@
+//! Files and values that are wrong: each is refused with a message that says what, where, and how to mend it.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod image_file;
+mod mesh_file;
+mod scene_file;
+mod scene_values;

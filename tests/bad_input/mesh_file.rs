@@ -1,0 +1,268 @@
+//! Every bad mesh, material library or texture is refused with a message that says what, in which line, and how to
+//! mend it.
+
+use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE, assert_says};
+
+#[track_caller]
+fn refuses_obj(obj: &str, parts: &[&str]) {
+    let folder = SceneFolder::new();
+    assert_says(&folder.error(folder.load_obj(obj)), parts);
+}
+
+#[track_caller]
+fn refuses_mtl(mtl: &str, parts: &[&str]) {
+    let folder = SceneFolder::new();
+    folder.write("mesh.mtl", mtl);
+    assert_says(&folder.error(folder.load_obj(TRIANGLE)), parts);
+}
+
+#[test]
+fn missing_files() {
+    let folder = SceneFolder::new();
+    let toml = format!("{CAMERA}{LIGHT}{}", MESH.replace("mesh.obj", "other.obj"));
+    assert_says(
+        &folder.error(folder.load(&toml)),
+        &[
+            "scene.toml:12: cannot read the mesh other.obj",
+            "relative to the file that names it",
+        ],
+    );
+    refuses_obj(
+        &TRIANGLE.replace("mesh.mtl", "other.mtl"),
+        &[
+            "mesh.obj:1: cannot read the material library other.mtl",
+            "correct the path",
+        ],
+    );
+    refuses_mtl(
+        "newmtl white\nmap_Kd none.png\n",
+        &[
+            "mesh.mtl:2: cannot read the texture none.png",
+            "PNG or JPEG",
+        ],
+    );
+}
+
+#[test]
+fn unreadable_texture() {
+    let folder = SceneFolder::new();
+    folder
+        .write("wood.png", "this is no image")
+        .write("mesh.mtl", "newmtl white\nmap_Kd wood.png\n");
+    assert_says(
+        &folder.error(folder.load_obj(TRIANGLE)),
+        &[
+            "mesh.mtl:2: cannot read the texture wood.png",
+            "PNG or JPEG",
+        ],
+    );
+    // The beginning of a PNG, and nothing behind it.
+    folder.write("wood.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
+    assert_says(
+        &folder.error(folder.load_obj(TRIANGLE)),
+        &["mesh.mtl:2: cannot read the texture wood.png"],
+    );
+}
+
+#[test]
+fn bad_obj_files() {
+    let three = "mtllib mesh.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
+    for (statement, parts) in [
+        ("v nan 0 0", ["\"v\" has \"nan\" for a number", "finite"]),
+        ("v 0 inf 0", ["\"v\" has \"inf\" for a number", "finite"]),
+        (
+            "v 0 1e999 0",
+            ["\"v\" has \"1e999\" for a number", "finite"],
+        ),
+        ("v 0 0", ["\"v\" has 2 numbers", "3 to 7"]),
+        ("v 0 zero 0", ["\"v\" has \"zero\" for a number", "finite"]),
+        ("vn 0 nan 1", ["\"vn\" has \"nan\" for a number", "finite"]),
+        ("vt nan 1", ["\"vt\" has \"nan\" for a number", "finite"]),
+        ("f 1 2 4", ["\"f\" refers to 4 of 3 vertices", "begin at 1"]),
+        ("f 1 2 0", ["\"f\" refers to 0 of 3 vertices", "begin at 1"]),
+        (
+            "f 1 2 -4",
+            ["\"f\" refers to -4 of 3 vertices", "begin at 1"],
+        ),
+        (
+            "f 1 2 9223372036854775807",
+            ["refers to 9223372036854775807", "begin at 1"],
+        ),
+        (
+            "f 1 2 -9223372036854775808",
+            ["refers to -9223372036854775808", "begin at 1"],
+        ),
+        (
+            "f 1 2 99999999999999999999",
+            ["refers to 99999999999999999999", "begin at 1"],
+        ),
+        ("f 1 2 x", ["\"f\" refers to x of 3 vertices", "begin at 1"]),
+        (
+            "f 1//1 2//1 3//1",
+            ["\"f\" refers to 1 of 0 normals", "begin at 1"],
+        ),
+        (
+            "f 1/-1 2/-1 3/-1",
+            ["\"f\" refers to -1 of 0 texture coordinates", "begin at 1"],
+        ),
+        (
+            "f 1/1/1/1 2 3",
+            ["\"f\" has the corner \"1/1/1/1\"", "v/vt/vn"],
+        ),
+        ("f /1 2 3", ["\"f\" has the corner \"/1\"", "v/vt/vn"]),
+        ("f 1 2", ["\"f\" has 2 corners", "at least three"]),
+        ("f", ["\"f\" has 0 corners", "at least three"]),
+        (
+            "vn 0 0 1\nf 1//1 2 3",
+            [
+                "mesh.obj:7: \"f\" has corners with and without",
+                "same parts",
+            ],
+        ),
+        ("usemtl", ["\"usemtl\" names nothing", "write a name"]),
+        (
+            "surf 0 1 0 1 1 2 3",
+            ["\"surf\" is not a statement", "as polygons"],
+        ),
+    ] {
+        let at = if statement.contains('\n') {
+            "mesh.obj:7: "
+        } else {
+            "mesh.obj:6: "
+        };
+        refuses_obj(&format!("{three}{statement}\n"), &[at, parts[0], parts[1]]);
+    }
+    refuses_obj("\u{89}PNG\n", &["mesh.obj:1", "is not a statement"]);
+}
+
+/// A star shape: no corner sees all others, so no fan of triangles fills it.
+#[test]
+fn polygon_that_no_fan_fills() {
+    let mut obj = String::from("mtllib mesh.mtl\nusemtl white\n");
+    for i in 0..10 {
+        let radius = if i % 2 == 0 { 1.0 } else { 0.2 };
+        let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 10.0).sin_cos();
+        obj += &format!("v {} {} 0\n", radius * cos, radius * sin);
+    }
+    obj += "f 1 2 3 4 5 6 7 8 9 10\n";
+    refuses_obj(
+        &obj,
+        &["mesh.obj:13: \"f\" is a concave polygon", "triangulate"],
+    );
+}
+
+#[test]
+fn bad_materials_of_meshes() {
+    refuses_obj(
+        &TRIANGLE.replace("usemtl white", "usemtl whit"),
+        &[
+            "mesh.obj:2: material \"whit\" is in no MTL file",
+            "did you mean \"white\"?",
+        ],
+    );
+    refuses_obj(
+        &TRIANGLE.replace("mtllib mesh.mtl", "#"),
+        &["mesh.obj:2: material \"white\" is in no MTL file", "mtllib"],
+    );
+    refuses_obj(
+        &TRIANGLE.replace("usemtl white", "#"),
+        &[
+            "mesh.obj:6: a face has no material",
+            "usemtl",
+            "material = ",
+        ],
+    );
+    for (mtl, parts) in [
+        (
+            "newmtl white\n",
+            [
+                "mesh.mtl:1: material \"white\" has neither Kd nor map_Kd",
+                "Kd 0.8",
+            ],
+        ),
+        (
+            "newmtl white\nKd 1 1 1\nKs 0.1\n",
+            ["mesh.mtl:1: material \"white\" has Ks without Ns", "Ns 20"],
+        ),
+        (
+            "newmtl white\nKd 1 1\n",
+            ["mesh.mtl:2: \"Kd\" has two numbers", "one or three"],
+        ),
+        (
+            "newmtl white\nKd\n",
+            ["mesh.mtl:2: \"Kd\" has 0 numbers", "1 to 3"],
+        ),
+        (
+            "newmtl white\nKd spectral a.rfl\n",
+            ["mesh.mtl:2: \"Kd\" has \"spectral\" for a number", "1 to 3"],
+        ),
+        (
+            "newmtl white\nKd 1 nan 1\n",
+            ["mesh.mtl:2: \"Kd\" has \"nan\"", "finite"],
+        ),
+        (
+            "Kd 1 1 1\n",
+            ["mesh.mtl:1: \"Kd\" stands before any material", "newmtl"],
+        ),
+        (
+            "newmtl\n",
+            ["mesh.mtl:1: \"newmtl\" names nothing", "write a name"],
+        ),
+        (
+            "newmtl white\nKd 1\nnewmtl white\n",
+            [
+                "mesh.mtl:3: material \"white\" is already defined at",
+                "mesh.mtl:1",
+            ],
+        ),
+        (
+            "newmtl white\nmap_Kd -s 2 2 2 a.png\n",
+            ["mesh.mtl:2: \"map_Kd\" has options", "bake"],
+        ),
+        (
+            "newmtl white\nKd 1\nNs -3\n",
+            [
+                "mesh.mtl:1, material 0 (\"white\"): shininess is -3",
+                "0 or more",
+            ],
+        ),
+    ] {
+        refuses_mtl(mtl, &parts);
+    }
+    refuses_mtl(
+        "# first\nnewmtl white\nKd 1 2 0\n",
+        &["mesh.mtl:2, material 0 (\"white\"): kd is [1.0, 2.0, 0.0]"],
+    );
+}
+
+#[test]
+fn textured_face_without_texture_coordinates_beside_faces_with_them() {
+    let folder = SceneFolder::new();
+    image::RgbImage::new(1, 1)
+        .save(folder.path("a.png"))
+        .unwrap();
+    folder.write("mesh.mtl", "newmtl white\nmap_Kd a.png\n");
+    let obj = format!("{TRIANGLE}vt 0 0\nf 1/1 2/1 3/1\n");
+    assert_says(
+        &folder.error(folder.load_obj(&obj)),
+        &[
+            "mesh.obj:6: a face of the textured material \"white\" has no texture coordinates",
+            "vt",
+        ],
+    );
+}
+
+#[test]
+fn nothing_to_see_is_no_error() {
+    let folder = SceneFolder::new();
+    let scene = folder.load(&format!("{CAMERA}{LIGHT}")).unwrap();
+    assert!(scene.meshes.is_empty());
+    assert_eq!(scene.bounding_box(), None);
+    assert_eq!(scene.bounding_sphere(), None);
+
+    for obj in ["", "# nothing\n", "v 0 0 0\nl 1 1 1\np 1\n"] {
+        let scene = folder.load_obj(obj).unwrap();
+        assert_eq!(scene.meshes.len(), 1);
+        assert!(scene.meshes[0].triangles.is_empty());
+    }
+}

@@ -1,0 +1,356 @@
+//! Every bad value of a scene from slices is refused with a message that names the part and the value.
+
+use camlux::scene::{
+    Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor,
+    SpotCone, Texture, VplSum,
+};
+use glam::DVec3;
+
+/// A valid scene of one triangle, from slices.
+fn scene() -> Scene {
+    Scene {
+        camera: Camera {
+            resolution_px: [8, 6],
+            position_m: DVec3::new(0.0, 0.0, 3.0),
+            look_at_m: DVec3::ZERO,
+            up: DVec3::Y,
+            lens: Lens::FovY { fov_y_deg: 50.0 },
+        },
+        sensor: Some(Sensor {
+            pixel_pitch_um: [12.0, 12.0],
+            exposure_time_s: 1e-3,
+            duty_cycle: 0.5,
+        }),
+        lights: vec![Light::Point {
+            position_m: DVec3::Y,
+            power_w: [1.0; 3],
+        }],
+        meshes: vec![
+            Mesh::from_slices(
+                "floor",
+                &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]],
+                &[[0, 1, 2]],
+                0,
+            )
+            .into(),
+        ],
+        materials: vec![Material::lambert("clay", [0.5; 3])],
+        textures: vec![
+            Texture {
+                name: "wood".into(),
+                size_px: [1, 1],
+                linear_rgb: vec![[0.5; 3]],
+            }
+            .into(),
+        ],
+        direct: Direct::default(),
+        indirect: Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8)),
+    }
+}
+
+fn final_gather(rsm_size: Option<u32>, target_error: f64) -> IndirectLight {
+    IndirectLight::FinalGather {
+        target_error,
+        rsm_size,
+    }
+}
+
+fn interpolated_average(interpolation_error: f64) -> IndirectLight {
+    IndirectLight::RsmAverage {
+        rsm_size: 8,
+        interpolation_error: Some(interpolation_error),
+    }
+}
+
+#[test]
+fn every_error_in_range_is_taken_and_final_gathering_needs_no_size() {
+    let mut scene = scene();
+    for error in [0.002, 0.02, 0.5] {
+        for indirect in [
+            final_gather(None, error),
+            final_gather(Some(8), error),
+            interpolated_average(error),
+        ] {
+            scene.indirect = Some(indirect);
+            scene.validate().unwrap();
+        }
+    }
+    for sum in VplSum::ALL {
+        scene.indirect = Some(IndirectLight::vpl_sum(sum, 8));
+        scene.validate().unwrap();
+    }
+}
+
+#[test]
+fn scenes_from_slices_are_validated() {
+    const NAN: f64 = f64::NAN;
+    scene().validate().unwrap();
+
+    let spot = |direction: DVec3, inner: f64, outer: f64, power: f64| Light::Spot {
+        position_m: DVec3::Y,
+        direction,
+        cone: SpotCone {
+            inner_half_angle_deg: inner,
+            outer_half_angle_deg: outer,
+        },
+        power_w: [power; 3],
+    };
+    let intrinsics = |fx, fy, cx| {
+        Lens::Intrinsics(Intrinsics {
+            fx,
+            fy,
+            cx,
+            cy: 3.0,
+        })
+    };
+    let down = -DVec3::Y;
+    type Edit = Box<dyn Fn(&mut Scene)>;
+    let cases: Vec<(Edit, &str)> = vec![
+        (
+            Box::new(|s| s.camera.resolution_px = [8, 0]),
+            "camera: resolution is 8 x 0",
+        ),
+        (
+            Box::new(|s| s.camera.resolution_px = [0, 6]),
+            "camera: resolution is 0 x 6",
+        ),
+        (
+            Box::new(|s| s.camera.position_m.x = NAN),
+            "camera: position is [NaN, 0, 3]",
+        ),
+        (
+            Box::new(|s| s.camera.look_at_m.x = f64::INFINITY),
+            "camera: look_at is [inf",
+        ),
+        (
+            Box::new(|s| s.camera.look_at_m = s.camera.position_m),
+            "camera: position and look_at are both",
+        ),
+        (
+            Box::new(|s| s.camera.up = DVec3::ZERO),
+            "camera: up is [0, 0, 0], which has no direction",
+        ),
+        (
+            Box::new(|s| s.camera.up = DVec3::new(1e-9, 0.0, -2.0)),
+            "is parallel to the view",
+        ),
+        (
+            Box::new(|s| s.camera.lens = Lens::FovY { fov_y_deg: 0.0 }),
+            "camera: fov_y_deg is 0",
+        ),
+        (
+            Box::new(|s| s.camera.lens = Lens::FovY { fov_y_deg: 180.0 }),
+            "camera: fov_y_deg is 180",
+        ),
+        (
+            Box::new(|s| s.camera.lens = Lens::FovY { fov_y_deg: NAN }),
+            "camera: fov_y_deg is NaN",
+        ),
+        (
+            Box::new(move |s| s.camera.lens = intrinsics(0.0, 9.0, 4.0)),
+            "camera: intrinsics_px fx is 0",
+        ),
+        (
+            Box::new(move |s| s.camera.lens = intrinsics(9.0, NAN, 4.0)),
+            "camera: intrinsics_px fy is NaN",
+        ),
+        (
+            Box::new(move |s| s.camera.lens = intrinsics(9.0, 9.0, NAN)),
+            "camera: intrinsics_px cx, cy are NaN, 3",
+        ),
+        (
+            Box::new(|s| s.sensor.as_mut().unwrap().pixel_pitch_um[1] = 0.0),
+            "sensor: pixel_pitch_um height is 0",
+        ),
+        (
+            Box::new(|s| s.sensor.as_mut().unwrap().exposure_time_s = -1.0),
+            "sensor: exposure_time_s is -1",
+        ),
+        (
+            Box::new(|s| s.sensor.as_mut().unwrap().duty_cycle = 1.01),
+            "sensor: duty_cycle is 1.01",
+        ),
+        (
+            Box::new(|s| s.sensor.as_mut().unwrap().duty_cycle = NAN),
+            "sensor: duty_cycle is NaN",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 0))),
+            "indirect: rsm_size is 0",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 0))),
+            "indirect: rsm_size is 0",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(interpolated_average(0.001))),
+            "indirect: interpolation_error is 0.001; give a relRMSE from 0.002 to 0.5",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(interpolated_average(NAN))),
+            "indirect: interpolation_error is NaN",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(final_gather(Some(0), 0.02))),
+            "indirect: rsm_size is 0",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(final_gather(None, 0.0019))),
+            "indirect: target_error is 0.0019; give a relRMSE from 0.002 to 0.5",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(final_gather(None, 0.501))),
+            "indirect: target_error is 0.501",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(final_gather(None, NAN))),
+            "indirect: target_error is NaN",
+        ),
+        (
+            Box::new(|s| s.lights.clear()),
+            "scene: there is no light; add a [[light]]",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(DVec3::ZERO, 1.0, 2.0, 1.0)),
+            "light 0 (spot): direction is [0, 0, 0]",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down * NAN, 1.0, 2.0, 1.0)),
+            "light 0 (spot): direction is [NaN",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, 3.0, 2.0, 1.0)),
+            "inner_half_angle_deg 3 is larger than outer_half_angle_deg 2",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, -1.0, 2.0, 1.0)),
+            "inner_half_angle_deg is -1",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, NAN, 2.0, 1.0)),
+            "inner_half_angle_deg is NaN",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, 0.0, 0.0, 1.0)),
+            "outer_half_angle_deg is 0",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, 0.0, 181.0, 1.0)),
+            "outer_half_angle_deg is 181",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, -1.0)),
+            "light 0 (spot): power_w is [-1.0",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, 0.0, 1e-160, 1.0)),
+            "give degrees above 0 (1e-4 at least)",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, 1e40)),
+            "up to 1e24",
+        ),
+        (Box::new(|s| s.materials[0].shininess = 1e39), "up to 1e9"),
+        (
+            Box::new(|s| s.meshes[0].texcoords = vec![[0.0, 1e39]; 3]),
+            "within -1e6 and 1e6",
+        ),
+        (
+            Box::new(move |s| s.lights[0] = spot(down, 1.0, 2.0, f64::INFINITY)),
+            "light 0 (spot): power_w is [inf",
+        ),
+        (
+            Box::new(|s| s.meshes[0].positions_m[1].y = NAN),
+            "mesh 0 (\"floor\"): vertex 1 is [1, NaN, 0]",
+        ),
+        (
+            Box::new(|s| s.meshes[0].positions_m[2].z = f64::INFINITY),
+            "mesh 0 (\"floor\"): vertex 2 is [0, 1, inf]",
+        ),
+        (
+            Box::new(|s| s.meshes[0].triangles[0][2] = 3),
+            "mesh 0 (\"floor\"): triangle 0 has vertices [0, 1, 3] of 3",
+        ),
+        (
+            Box::new(|s| s.meshes[0].triangle_materials[0] = 1),
+            "triangle 0 has material 1 of 1",
+        ),
+        (
+            Box::new(|s| s.meshes[0].triangle_materials.clear()),
+            "0 triangle_materials for 1 triangles",
+        ),
+        (
+            Box::new(|s| s.meshes[0].normals = vec![DVec3::Z]),
+            "1 normals for 3 vertices",
+        ),
+        (
+            Box::new(|s| s.meshes[0].texcoords = vec![[0.0; 2]; 4]),
+            "4 texcoords for 3 vertices",
+        ),
+        (
+            Box::new(|s| s.meshes[0].normals = vec![DVec3::Z, DVec3::ZERO, DVec3::Z]),
+            "normal of vertex 1 is [0, 0, 0]",
+        ),
+        (
+            Box::new(|s| s.meshes[0].normals = vec![DVec3::Z, DVec3::Z, DVec3::NAN]),
+            "normal of vertex 2 is [NaN, NaN, NaN]",
+        ),
+        (
+            Box::new(|s| s.meshes[0].texcoords = vec![[0.0; 2], [0.0, NAN], [0.0; 2]]),
+            "texture coordinate of vertex 1 is [0.0, NaN]",
+        ),
+        (
+            Box::new(|s| s.materials[0].kd[1] = -0.1),
+            "material 0 (\"clay\"): kd is [0.5, -0.1, 0.5]",
+        ),
+        (
+            Box::new(|s| s.materials[0].ks[2] = 1.1),
+            "material 0 (\"clay\"): ks is [0.0, 0.0, 1.1]",
+        ),
+        (
+            Box::new(|s| s.materials[0].kd[0] = NAN),
+            "material 0 (\"clay\"): kd is [NaN",
+        ),
+        (
+            Box::new(|s| s.materials[0].shininess = -1.0),
+            "material 0 (\"clay\"): shininess is -1",
+        ),
+        (
+            Box::new(|s| s.materials[0].shininess = f64::INFINITY),
+            "material 0 (\"clay\"): shininess is inf",
+        ),
+        (
+            Box::new(|s| s.materials[0].kd_texture = Some(1)),
+            "kd_texture is Some(1) of 1 textures",
+        ),
+        (
+            Box::new(|s| s.textures[0].size_px = [2, 1]),
+            "texture 0 (\"wood\"): size_px is 2 x 1, but there are 1 texels",
+        ),
+        (
+            Box::new(|s| {
+                s.textures[0] = Texture {
+                    name: "wood".into(),
+                    size_px: [0, 0],
+                    linear_rgb: vec![],
+                }
+                .into()
+            }),
+            "texture 0 (\"wood\"): size_px is 0 x 0",
+        ),
+        (
+            Box::new(|s| s.textures[0].linear_rgb[0][1] = f32::NAN),
+            "texture 0 (\"wood\"): texel 0 is [0.5, NaN, 0.5]",
+        ),
+    ];
+    for (edit, expected) in cases {
+        let mut scene = scene();
+        edit(&mut scene);
+        let error = scene.validate().expect_err(expected).to_string();
+        // What is wrong, and behind the semicolon how to mend it.
+        assert!(
+            error.contains(expected) && error.contains("; "),
+            "{expected:?} is missing in: {error}"
+        );
+    }
+}

@@ -1,0 +1,401 @@
+//! Frames through the C interface: those of the engine bit for bit, with what has moved, and with what was cancelled.
+
+use std::{
+    ffi::{CStr, c_char, c_void},
+    ptr::{null, null_mut},
+    time::{Duration, Instant},
+};
+
+use crate::host::*;
+use camlux::{
+    RenderOptions, Renderer, Scene,
+    capi::*,
+    glam::{DQuat, DVec3},
+    scene::{Light, Mesh},
+};
+
+const SIZE_PX: [u32; 2] = [24, 20];
+
+/// The frame of a scene without the interface.
+fn engine_frame(scene: &Scene) -> Vec<(i32, Vec<u32>)> {
+    let device = camlux::Device::open(&Default::default()).expect("a device");
+    let mut renderer = Renderer::new(&device).expect("a renderer");
+    let frame = renderer.render(scene, &mut RenderOptions::default());
+    layers_of(&frame.expect("the scene renders"))
+}
+
+fn engine_scene(name: &str) -> Scene {
+    let path = scene_file(name);
+    let path = std::path::Path::new(path.to_str().expect("a UTF-8 path"));
+    let mut scene = Scene::load(path).expect("a demo scene loads");
+    scene.camera.resolution_px = SIZE_PX;
+    scene
+}
+
+#[test]
+fn a_scene_from_arrays_is_that_of_the_file() {
+    let device = Device::open();
+    for name in ["cornell", "textured"] {
+        let expected = engine_scene(name);
+        let loaded = load(name);
+        resize(loaded, SIZE_PX[0], SIZE_PX[1]);
+        let built = from_arrays(&expected);
+        let renderer = device.renderer();
+        let [of_file, of_arrays] = [loaded, built].map(|scene| render(renderer, scene));
+        assert!(layers(of_file) == layers(of_arrays), "{name}");
+        assert!(layers(of_file) == engine_frame(&expected), "{name}");
+        ok(camlux_renderer_release(renderer));
+        for frame in [of_file, of_arrays] {
+            ok(camlux_frame_release(frame));
+        }
+        for scene in [loaded, built] {
+            ok(camlux_scene_release(scene));
+        }
+    }
+}
+
+/// What a frame does not estimate is no number: no sum can be read as if it were 0 % off the true bounce.
+#[test]
+fn each_estimator_estimates_its_own_error() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let scene = load("cornell");
+    resize(scene, SIZE_PX[0], SIZE_PX[1]);
+    let mut estimated = |indirect: camlux_indirect| {
+        // SAFETY: it points to a struct of that size.
+        ok(unsafe { camlux_scene_set_indirect(scene, &indirect) });
+        let frame = render(renderer, scene);
+        let stats = stats(frame);
+        ok(camlux_frame_release(frame));
+        [stats.estimated_error, stats.estimated_interpolation_error].map(f64::is_nan)
+    };
+    let average = init!(camlux_indirect {
+        estimator: CAMLUX_ESTIMATOR_RSM_AVERAGE,
+        rsm_size: 8
+    });
+    let radiosity = init!(camlux_indirect {
+        estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
+        rsm_size: 8
+    });
+    assert_eq!([average, radiosity].map(&mut estimated), [[true; 2]; 2]);
+    let interpolated = camlux_indirect {
+        interpolation_error: 0.1,
+        ..average
+    };
+    assert_eq!(estimated(interpolated), [true, false]);
+    let gathered = init!(camlux_indirect { target_error: 0.1 });
+    assert_eq!(estimated(gathered), [false, true]);
+    ok(camlux_scene_release(scene));
+    ok(camlux_renderer_release(renderer));
+}
+
+fn set_pose(scene: *mut camlux_scene, part: i32, index: u32, position_m: DVec3, turn: DQuat) {
+    let pose = init!(camlux_pose {
+        position_m: position_m.to_array(),
+        orientation_xyzw: turn.to_array(),
+    });
+    // SAFETY: it points to a struct of that size.
+    ok(unsafe { camlux_scene_set_pose(scene, part, index, &pose) });
+}
+
+#[test]
+fn a_moved_camera_is_a_scene_built_that_way_and_draws_no_maps() {
+    let device = Device::open();
+    let scene = load("cornell");
+    resize(scene, SIZE_PX[0], SIZE_PX[1]);
+    let renderer = device.renderer();
+    let first = render(renderer, scene);
+    assert!(passes(first).iter().any(|pass| pass == "rsm"));
+    // Half a turn about x: the optical frame's +z looks along -z, its y goes up to down.
+    let position_m = DVec3::new(0.1, 1.1, 3.0);
+    set_pose(
+        scene,
+        CAMLUX_PART_CAMERA,
+        0,
+        position_m,
+        DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0),
+    );
+    let second = render(renderer, scene);
+    for pass in passes(second) {
+        assert!(pass != "rsm" && pass != "vpl", "{pass}");
+    }
+    let mut expected = engine_scene("cornell");
+    expected.camera.position_m = position_m;
+    expected.camera.look_at_m = position_m - DVec3::Z;
+    expected.camera.up = DVec3::Y;
+    assert!(layers(second) == engine_frame(&expected));
+    assert!(layers(second) != layers(first));
+    ok(camlux_renderer_release(renderer));
+    for frame in [first, second] {
+        ok(camlux_frame_release(frame));
+    }
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn a_moved_light_is_a_scene_built_that_way() {
+    let device = Device::open();
+    let scene = load("cornell_spot");
+    resize(scene, SIZE_PX[0], SIZE_PX[1]);
+    let renderer = device.renderer();
+    let first = render(renderer, scene);
+    // A quarter turn about x takes +z to -y.
+    let turn = DQuat::from_xyzw(0.5_f64.sqrt(), 0.0, 0.0, 0.5_f64.sqrt());
+    let moved_m = DVec3::new(0.2, 1.5, -0.1);
+    set_pose(scene, CAMLUX_PART_LIGHT, 0, moved_m, turn);
+    let second = render(renderer, scene);
+    assert!(passes(second).iter().any(|pass| pass == "rsm"));
+    let mut expected = engine_scene("cornell_spot");
+    let Light::Spot {
+        position_m,
+        direction,
+        ..
+    } = &mut expected.lights[0]
+    else {
+        panic!("the scene has a spot light");
+    };
+    *position_m = moved_m;
+    // Rounding of the quaternion shows: the axis is what the interface says it is.
+    let mut light = init!(camlux_light {});
+    // SAFETY: it points to a struct of that size.
+    ok(unsafe { camlux_scene_get_light(scene, 0, &mut light) });
+    *direction = DVec3::from(light.direction);
+    assert!(direction.distance(DVec3::NEG_Y) < 1e-15, "{direction}");
+    assert!(layers(second) == engine_frame(&expected));
+    assert!(layers(second) != layers(first));
+    ok(camlux_renderer_release(renderer));
+    for frame in [first, second] {
+        ok(camlux_frame_release(frame));
+    }
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn a_moved_instance_is_a_scene_built_that_way() {
+    let device = Device::open();
+    let mut expected = engine_scene("glossy");
+    let scene = from_arrays(&expected);
+    let renderer = device.renderer();
+    let first = render(renderer, scene);
+    // Half a turn about y: x and z change their signs, exactly.
+    let by_m = DVec3::new(0.25, 0.5, -0.125);
+    let last = expected.meshes.len() - 1;
+    set_pose(
+        scene,
+        CAMLUX_PART_INSTANCE,
+        last as u32,
+        by_m,
+        DQuat::from_xyzw(0.0, 1.0, 0.0, 0.0),
+    );
+    let second = render(renderer, scene);
+    let turned = |v: &DVec3| DVec3::new(-v.x, v.y, -v.z);
+    let mesh = Mesh::clone(&expected.meshes[last]);
+    expected.meshes[last] = Mesh {
+        positions_m: mesh.positions_m.iter().map(|p| turned(p) + by_m).collect(),
+        normals: mesh.normals.iter().map(turned).collect(),
+        ..mesh
+    }
+    .into();
+    assert!(layers(second) == engine_frame(&expected));
+    assert!(layers(second) != layers(first));
+    // Back home, the frame is the first again.
+    set_pose(
+        scene,
+        CAMLUX_PART_INSTANCE,
+        last as u32,
+        DVec3::ZERO,
+        DQuat::IDENTITY,
+    );
+    let third = render(renderer, scene);
+    assert!(layers(third) == layers(first));
+    // And what has not moved is used again.
+    let fourth = render(renderer, scene);
+    assert!(passes(fourth).iter().all(|pass| pass != "rsm"));
+    ok(camlux_renderer_release(renderer));
+    for frame in [first, second, third, fourth] {
+        ok(camlux_frame_release(frame));
+    }
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn a_view_is_what_a_copy_and_the_files_have() {
+    let device = Device::open();
+    let scene = load("cornell");
+    resize(scene, SIZE_PX[0], SIZE_PX[1]);
+    let renderer = device.renderer();
+    let frame = render(renderer, scene);
+    // The frame outlives what it was made with.
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+    let of_view = &layers(frame)[0].1;
+    let row = SIZE_PX[0] as usize * 3;
+    let stride = row + 5;
+    let mut copied = vec![7.0_f32; stride * SIZE_PX[1] as usize];
+    let bytes = size_of_val(copied.as_slice());
+    // SAFETY: as large as it says.
+    ok(unsafe {
+        camlux_frame_copy(
+            frame,
+            CAMLUX_LAYER_RADIANCE,
+            copied.as_mut_ptr().cast(),
+            bytes,
+            stride * 4,
+        )
+    });
+    for (line, of_view) in copied.chunks(stride).zip(of_view.chunks(row)) {
+        assert!(
+            line[..row]
+                .iter()
+                .map(|v| v.to_bits())
+                .eq(of_view.iter().copied())
+        );
+        assert_eq!(line[row..], [7.0; 5]);
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    for name in ["all.exr", "one.exr", "look.png"] {
+        let path = folder.path().join(name);
+        let path = std::ffi::CString::new(path.to_str().expect("UTF-8")).expect("no NUL");
+        let one = init!(camlux_exr_options {
+            layers: 1 << CAMLUX_LAYER_DEPTH
+        });
+        // SAFETY: a string, and no options or a struct of that size.
+        ok(unsafe {
+            match name {
+                "all.exr" => camlux_frame_write_exr(frame, path.as_ptr(), null()),
+                "one.exr" => camlux_frame_write_exr(frame, path.as_ptr(), &one),
+                _ => camlux_frame_write_png(frame, path.as_ptr()),
+            }
+        });
+    }
+    let read = |name: &str| camlux::output::LayeredImage::read(folder.path().join(name));
+    let all = read("all.exr").expect("an image");
+    let values = all.layer("radiance").expect("the layer").values.iter();
+    assert!(
+        values
+            .map(|value| value.to_bits())
+            .eq(of_view.iter().copied())
+    );
+    assert_eq!(read("one.exr").expect("an image").layers().len(), 1);
+    let png = std::fs::read(folder.path().join("look.png")).expect("a file");
+    assert!(png.starts_with(b"\x89PNG"));
+    // SAFETY: strings of the library.
+    let text = |text: *const c_char| unsafe { CStr::from_ptr(text) }.to_owned();
+    let depth = view(frame, CAMLUX_LAYER_DEPTH);
+    assert_eq!(
+        (text(depth.name), text(depth.unit)),
+        (c"depth".into(), c"m".into())
+    );
+    assert_eq!((depth.channels, depth.format), (1, CAMLUX_FORMAT_F32));
+    assert_eq!(
+        view(frame, CAMLUX_LAYER_INSTANCE_ID).format,
+        CAMLUX_FORMAT_U32
+    );
+    ok(camlux_frame_release(frame));
+}
+
+/// What a progress callback has seen, and when it has had enough.
+#[derive(Default)]
+struct Watch {
+    reports: u32,
+    last_fraction: f64,
+    stop_after: Option<u32>,
+    /// Cancels or renders with it, from inside.
+    renderer: usize,
+    scene: usize,
+    busy: i32,
+}
+
+unsafe extern "C" fn watch(fraction: f64, pass: *const c_char, user: *mut c_void) -> i32 {
+    // SAFETY: the test's own, and nobody else's during the render.
+    let watch = unsafe { &mut *user.cast::<Watch>() };
+    assert!((0.0..=1.0).contains(&fraction) && fraction >= watch.last_fraction);
+    // SAFETY: a string for as long as the call.
+    assert!(!unsafe { CStr::from_ptr(pass) }.is_empty());
+    watch.reports += 1;
+    watch.last_fraction = fraction;
+    if watch.renderer != 0 {
+        let mut frame = null_mut();
+        let renderer = std::ptr::without_provenance_mut(watch.renderer);
+        let scene = std::ptr::without_provenance_mut(watch.scene);
+        // SAFETY: it points to a pointer.
+        watch.busy = unsafe { camlux_renderer_render(renderer, scene, null(), &mut frame) };
+    }
+    i32::from(Some(watch.reports) == watch.stop_after)
+}
+
+#[test]
+fn progress_is_told_and_can_end_a_render() {
+    let device = Device::open();
+    let scene = load("cornell");
+    resize(scene, SIZE_PX[0], SIZE_PX[1]);
+    let renderer = device.renderer();
+    let whole = render(renderer, scene);
+    for stop_after in [None, Some(1), Some(2)] {
+        let mut seen = Watch {
+            stop_after,
+            renderer: renderer.addr(),
+            scene: scene.addr(),
+            ..Watch::default()
+        };
+        let options = init!(camlux_render_options {
+            progress: Some(watch),
+            progress_user: (&raw mut seen).cast(),
+        });
+        let mut frame = null_mut();
+        // SAFETY: a struct of that size, and a pointer to a pointer.
+        let status = unsafe { camlux_renderer_render(renderer, scene, &options, &mut frame) };
+        assert_eq!(seen.busy, CAMLUX_ERROR_BUSY);
+        match stop_after {
+            None => {
+                ok(status);
+                assert!(seen.reports > 2);
+                assert!(layers(frame) == layers(whole));
+                ok(camlux_frame_release(frame));
+            }
+            Some(reports) => {
+                fails(status, CAMLUX_CANCELLED, "cancelled");
+                assert_eq!(seen.reports, reports);
+                assert!(frame.is_null());
+            }
+        }
+    }
+    ok(camlux_frame_release(whole));
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn a_cancel_ends_the_render_under_way_and_no_other() {
+    let device = Device::open();
+    let scene = load("cornell");
+    // Minutes, unless it is cancelled.
+    resize(scene, 700, 700);
+    plain_sum(scene, 256);
+    let renderer = device.renderer();
+    let handle = renderer.addr();
+    // Nothing is under way: nothing happens.
+    ok(camlux_renderer_cancel(renderer));
+    let options = init!(camlux_render_options {
+        submission_target_ms: 50
+    });
+    let mut frame = null_mut();
+    let start = Instant::now();
+    let status = std::thread::scope(|scope| {
+        scope.spawn(move || {
+            std::thread::sleep(Duration::from_millis(700));
+            ok(camlux_renderer_cancel(std::ptr::without_provenance_mut(
+                handle,
+            )));
+        });
+        // SAFETY: a struct of that size, and a pointer to a pointer.
+        unsafe { camlux_renderer_render(renderer, scene, &options, &mut frame) }
+    });
+    fails(status, CAMLUX_CANCELLED, "cancelled");
+    assert!(start.elapsed() < Duration::from_secs(60));
+    resize(scene, 8, 8);
+    plain_sum(scene, 8);
+    ok(camlux_frame_release(render(renderer, scene)));
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}

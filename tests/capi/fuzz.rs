@@ -1,0 +1,480 @@
+//! Calls of the C interface in random order, with handles and arguments that are right, wrong, and gone.
+
+use std::{
+    collections::BTreeMap,
+    ptr::{null, null_mut, without_provenance_mut},
+};
+
+use crate::host::*;
+use camlux::capi::*;
+
+/// Deterministic (SplitMix64): a failure can be had again.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    fn below(&mut self, count: usize) -> usize {
+        (self.next() % count as u64) as usize
+    }
+
+    fn one_in(&mut self, count: usize) -> bool {
+        self.below(count) == 0
+    }
+
+    fn pick<T: Copy>(&mut self, values: &[T]) -> T {
+        values[self.below(values.len())]
+    }
+
+    /// Mostly fine, now and then not.
+    fn real(&mut self) -> f64 {
+        match self.below(40) {
+            0 => self.pick(&[f64::NAN, f64::INFINITY, -1e300, 1e300, 1e13, -0.0, 5e-324]),
+            _ => self.below(2001) as f64 / 500.0 - 2.0,
+        }
+    }
+
+    fn reals<const N: usize>(&mut self) -> [f64; N] {
+        std::array::from_fn(|_| self.real())
+    }
+
+    fn whole(&mut self) -> u32 {
+        match self.below(20) {
+            0 => self.pick(&[u32::MAX, 1 << 31, 1000]),
+            _ => self.below(4) as u32,
+        }
+    }
+
+    fn choice(&mut self) -> i32 {
+        match self.below(20) {
+            0 => self.pick(&[-1, i32::MAX, i32::MIN, 100]),
+            _ => self.below(5) as i32,
+        }
+    }
+
+    /// A struct's pointer, or none, or one that is no place for it.
+    fn pointer<T>(&mut self, value: &mut T) -> *mut T {
+        match self.below(40) {
+            0 => null_mut(),
+            1 => (&raw mut *value).wrapping_byte_add(1),
+            _ => value,
+        }
+    }
+}
+
+/// The handles that a sequence has, by the references it owes, and some that are none any more.
+struct Sequence {
+    random: Random,
+    live: BTreeMap<(usize, usize), u32>,
+    gone: Vec<usize>,
+    renders: usize,
+    statuses: BTreeMap<i32, usize>,
+}
+
+const DEVICE: usize = 0;
+const SCENE: usize = 1;
+const RENDERER: usize = 2;
+const FRAME: usize = 3;
+
+/// Not more at a time, and not more of them: most calls are to be cheap.
+const MOST_LIVE: usize = 6;
+
+impl Sequence {
+    fn count(&self, kind: usize) -> usize {
+        self.live.keys().filter(|(k, _)| *k == kind).count()
+    }
+
+    fn handle<T>(&mut self, kind: usize) -> *mut T {
+        let of_kind: Vec<usize> = self
+            .live
+            .keys()
+            .filter(|(k, _)| *k == kind)
+            .map(|(_, h)| *h)
+            .collect();
+        let number = match self.random.below(16) {
+            0 => 0,
+            1 => self.random.next() as usize,
+            2 => {
+                let all: Vec<usize> = self.live.keys().map(|(_, h)| *h).collect();
+                if all.is_empty() {
+                    7
+                } else {
+                    self.random.pick(&all)
+                }
+            }
+            3 if !self.gone.is_empty() => {
+                let gone = self.gone.clone();
+                self.random.pick(&gone)
+            }
+            _ if of_kind.is_empty() => 0,
+            _ => self.random.pick(&of_kind),
+        };
+        without_provenance_mut(number)
+    }
+
+    fn born<T>(&mut self, kind: usize, status: camlux_status, handle: *mut T) {
+        if status == CAMLUX_OK {
+            self.live.insert((kind, handle.addr()), 1);
+        } else {
+            assert!(handle.is_null());
+        }
+    }
+
+    fn retain(&mut self, kind: usize) -> camlux_status {
+        let handle = self.handle::<()>(kind);
+        let status = match kind {
+            DEVICE => camlux_device_retain(handle.cast()),
+            SCENE => camlux_scene_retain(handle.cast()),
+            RENDERER => camlux_renderer_retain(handle.cast()),
+            _ => camlux_frame_retain(handle.cast()),
+        };
+        let known = self.live.get_mut(&(kind, handle.addr()));
+        assert_eq!(status == CAMLUX_OK, known.is_some());
+        if let Some(references) = known {
+            *references += 1;
+        }
+        status
+    }
+
+    fn release_one(kind: usize, handle: usize) -> camlux_status {
+        match kind {
+            DEVICE => camlux_device_release(without_provenance_mut(handle)),
+            SCENE => camlux_scene_release(without_provenance_mut(handle)),
+            RENDERER => camlux_renderer_release(without_provenance_mut(handle)),
+            _ => camlux_frame_release(without_provenance_mut(handle)),
+        }
+    }
+
+    fn release(&mut self, kind: usize) -> camlux_status {
+        let handle = self.handle::<()>(kind).addr();
+        if self.live.get(&(DEVICE, handle)) == Some(&1) {
+            // The test's own reference.
+            return CAMLUX_OK;
+        }
+        let status = Self::release_one(kind, handle);
+        match self.live.get_mut(&(kind, handle)) {
+            Some(references) => {
+                assert_eq!(status, CAMLUX_OK);
+                *references -= 1;
+                if *references == 0 {
+                    self.live.remove(&(kind, handle));
+                    self.gone.push(handle);
+                }
+            }
+            None => assert_eq!(status == CAMLUX_OK, handle == 0),
+        }
+        status
+    }
+
+    /// Releases all but the test's own reference of the device.
+    fn end(mut self, device: &Device) -> BTreeMap<i32, usize> {
+        let owed = self.live.remove(&(DEVICE, device.0.addr()));
+        for _ in 1..owed.expect("the test's own reference is left") {
+            ok(camlux_device_release(device.0));
+        }
+        for ((kind, handle), references) in std::mem::take(&mut self.live) {
+            for _ in 0..references {
+                ok(Self::release_one(kind, handle));
+            }
+            assert_eq!(Self::release_one(kind, handle), CAMLUX_ERROR_INVALID_HANDLE);
+        }
+        self.statuses
+    }
+
+    /// Any call, with any arguments of the right types.
+    fn step(&mut self, device: *mut camlux_device) {
+        // Frames are few and dear: in the sequences that have some, they come soon.
+        let call = match self.renders > 0 && self.random.one_in(6) {
+            true => 33,
+            false => self.random.below(34),
+        };
+        // SAFETY: pointers are null, misaligned, or point to structs of at least the size that they say.
+        let status = unsafe { self.call(call, device) };
+        assert_ne!(
+            status,
+            CAMLUX_ERROR_INTERNAL,
+            "call {call}: {}",
+            last_error()
+        );
+        *self.statuses.entry(status).or_default() += 1;
+    }
+
+    unsafe fn call(&mut self, call: usize, device: *mut camlux_device) -> camlux_status {
+        let scene = self.handle(SCENE);
+        let frame: *mut camlux_frame = self.handle(FRAME);
+        let (scenes, renderers) = (self.count(SCENE), self.count(RENDERER));
+        let kind = self.random.below(4);
+        let r = &mut self.random;
+        let index = r.whole();
+        let mut number = 0;
+        let number = r.pointer(&mut number);
+        // SAFETY: see `step`.
+        unsafe {
+            match call {
+                0 | 1 if scenes < MOST_LIVE => {
+                    let mut made = null_mut();
+                    let status = camlux_scene_create(&mut made);
+                    self.born(SCENE, status, made);
+                    status
+                }
+                2 if renderers < MOST_LIVE => {
+                    let mut made = null_mut();
+                    let owner = if r.one_in(8) { frame.cast() } else { device };
+                    let status = camlux_renderer_create(owner, &mut made);
+                    self.born(RENDERER, status, made);
+                    status
+                }
+                3..=5 => self.retain(kind),
+                6..=9 => self.release(kind),
+                10 => {
+                    let mut camera = init!(camlux_camera {
+                        width_px: 16,
+                        height_px: 16,
+                        lens: r.choice(),
+                        position_m: r.reals(),
+                        look_at_m: r.reals(),
+                        up: r.reals(),
+                    });
+                    camlux_scene_set_camera(scene, r.pointer(&mut camera))
+                }
+                11 => camlux_scene_get_camera(scene, r.pointer(&mut init!(camlux_camera {}))),
+                12 => {
+                    let mut sensor = init!(camlux_sensor {
+                        pixel_pitch_um: r.reals(),
+                        exposure_time_s: r.real()
+                    });
+                    camlux_scene_set_sensor(scene, r.pointer(&mut sensor))
+                }
+                13 => {
+                    let some_error = r.real();
+                    let errors = [0.0, 0.0, 0.3, some_error];
+                    let mut indirect = init!(camlux_indirect {
+                        estimator: r.choice(),
+                        rsm_size: r.pick(&[0, 4, 8]),
+                        target_error: r.pick(&errors),
+                        interpolation_error: r.pick(&errors)
+                    });
+                    camlux_scene_set_indirect(scene, r.pointer(&mut indirect))
+                }
+                14 => {
+                    let mut direct = init!(camlux_direct { shadow: r.choice() });
+                    camlux_scene_set_direct(scene, r.pointer(&mut direct))
+                }
+                15 | 16 => {
+                    let mut light = init!(camlux_light {
+                        kind: r.choice(),
+                        position_m: r.reals(),
+                        direction: r.reals(),
+                        power_w: r.reals(),
+                        irradiance_w_m2: r.reals(),
+                        inner_half_angle_deg: r.real(),
+                        outer_half_angle_deg: 30.0 * r.real()
+                    });
+                    if call == 15 {
+                        camlux_scene_add_light(scene, r.pointer(&mut light), number)
+                    } else {
+                        camlux_scene_set_light(scene, index, r.pointer(&mut light))
+                    }
+                }
+                17 | 18 => {
+                    let mut material = init!(camlux_material {
+                        kd: r.reals().map(f64::abs),
+                        kd_texture: r.pick(&[CAMLUX_NONE, 0, 3]),
+                        shininess: r.real()
+                    });
+                    if call == 17 {
+                        camlux_scene_add_material(scene, r.pointer(&mut material), number)
+                    } else {
+                        camlux_scene_set_material(scene, index, r.pointer(&mut material))
+                    }
+                }
+                19 | 20 => {
+                    let positions_m: [[f64; 3]; 5] = std::array::from_fn(|_| r.reals());
+                    let indices: [[u32; 3]; 4] =
+                        std::array::from_fn(|_| std::array::from_fn(|_| r.whole()));
+                    let mut mesh = init!(camlux_mesh {
+                        vertex_count: r.pick(&[0, 4, 5, usize::MAX]),
+                        triangle_count: r.pick(&[0, 1, 4, 4]),
+                        material: r.pick(&[0, 0, 1]),
+                        positions_m: array(&positions_m, CAMLUX_FORMAT_F64),
+                        indices: array(&indices, CAMLUX_FORMAT_U32),
+                    });
+                    mesh.positions_m.stride_bytes = r.pick(&[0, 0, 24, 8, 7, usize::MAX - 7]);
+                    if r.one_in(20) {
+                        mesh.indices.data = null();
+                    }
+                    if r.one_in(20) {
+                        mesh.positions_m.data = mesh.positions_m.data.wrapping_byte_add(1);
+                    }
+                    camlux_scene_add_mesh(scene, r.pointer(&mut mesh), number)
+                }
+                21 => {
+                    let texels = [0_u8; 64];
+                    let mut texture = init!(camlux_texture {
+                        width_px: r.pick(&[0, 1, 4]),
+                        height_px: r.pick(&[0, 1, 4]),
+                        channels: r.whole(),
+                        encoding: r.choice(),
+                        row_stride_bytes: r.pick(&[0, 0, 1, 16]),
+                        pixels: texels.as_ptr().cast(),
+                    });
+                    camlux_scene_add_texture(scene, r.pointer(&mut texture), number)
+                }
+                22 | 23 => {
+                    let mut pose = pose(r);
+                    camlux_scene_add_instance(scene, index, r.pointer(&mut pose), number)
+                }
+                24 | 25 => {
+                    let mut pose = pose(r);
+                    let part = r.choice();
+                    camlux_scene_set_pose(scene, part, index, r.pointer(&mut pose))
+                }
+                26 => camlux_scene_get_light(scene, index, r.pointer(&mut init!(camlux_light {}))),
+                27 => camlux_scene_get_counts(scene, r.pointer(&mut init!(camlux_scene_counts {}))),
+                28 => camlux_scene_get_bounds(scene, r.pointer(&mut init!(camlux_bounds {}))),
+                29 => camlux_scene_validate(scene),
+                30 => camlux_renderer_cancel(self.handle(RENDERER)),
+                31 => self.look_at(frame),
+                32 => {
+                    let mut stats = init!(camlux_frame_stats {});
+                    match r.below(2) {
+                        0 => camlux_frame_get_stats(frame, r.pointer(&mut stats)),
+                        _ => camlux_frame_get_pass(
+                            frame,
+                            index,
+                            r.pointer(&mut init!(camlux_pass_time {})),
+                        ),
+                    }
+                }
+                _ => self.render(),
+            }
+        }
+    }
+
+    /// # Safety
+    /// As for `step`.
+    unsafe fn look_at(&mut self, frame: *mut camlux_frame) -> camlux_status {
+        let r = &mut self.random;
+        let mut view = init!(camlux_view {});
+        let mut room = vec![0_u8; 16 * 16 * 12];
+        let layer = r.choice();
+        // SAFETY: see `step`; a view that there is can be read, and as much room as it says.
+        unsafe {
+            let status = camlux_frame_view(frame, layer, r.pointer(&mut view));
+            if status == CAMLUX_OK && !view.data.is_null() {
+                let bytes = std::slice::from_raw_parts(view.data.cast::<u8>(), view.size_bytes);
+                std::hint::black_box(bytes.iter().map(|&b| u64::from(b)).sum::<u64>());
+            }
+            let stride = r.pick(&[0, 0, 192, 200, usize::MAX]);
+            let bytes = r.pick(&[room.len(), 10]);
+            let copied = camlux_frame_copy(frame, layer, room.as_mut_ptr().cast(), bytes, stride);
+            r.pick(&[status, copied])
+        }
+    }
+
+    /// Few of them, for a frame takes as long as ten thousand other calls.
+    ///
+    /// # Safety
+    /// As for `step`.
+    unsafe fn render(&mut self) -> camlux_status {
+        if self.renders == 0 || self.count(FRAME) >= MOST_LIVE {
+            return CAMLUX_OK;
+        }
+        let (renderer, scene) = (self.handle(RENDERER), self.handle(SCENE));
+        let mut options = init!(camlux_render_options {
+            submission_target_ms: self.random.pick(&[0, 500, 500, 500])
+        });
+        let mut frame = null_mut();
+        // SAFETY: see `step`.
+        let status = unsafe {
+            camlux_renderer_render(
+                renderer,
+                scene,
+                self.random.pointer(&mut options),
+                &mut frame,
+            )
+        };
+        self.born(FRAME, status, frame);
+        self.renders -= usize::from(status == CAMLUX_OK);
+        status
+    }
+}
+
+fn pose(r: &mut Random) -> camlux_pose {
+    let turns = [
+        [0.0, 0.0, 0.0, 1.0],
+        [1.0, 0.0, 0.0, 0.0],
+        [0.6, 0.0, 0.8, 0.0],
+    ];
+    init!(camlux_pose {
+        position_m: r.reals(),
+        orientation_xyzw: if r.one_in(10) {
+            r.reals()
+        } else {
+            r.pick(&turns)
+        },
+    })
+}
+
+/// A scene that can be rendered, so that some are.
+fn begin(random: Random, device: &Device, renders: usize) -> Sequence {
+    let mut sequence = Sequence {
+        random,
+        live: BTreeMap::new(),
+        gone: Vec::new(),
+        renders,
+        statuses: BTreeMap::new(),
+    };
+    if renders > 0 {
+        let scene = load("cornell");
+        resize(scene, 16, 16);
+        plain_sum(scene, 4);
+        sequence.live.insert((SCENE, scene.addr()), 1);
+        let renderer = device.renderer();
+        sequence.live.insert((RENDERER, renderer.addr()), 1);
+    }
+    sequence
+}
+
+fn run(sequences: u64, calls: usize, rendering_one_in: u64) {
+    let device = Device::open();
+    let mut statuses = BTreeMap::<i32, usize>::new();
+    let mut rendered = 0;
+    for seed in 0..sequences {
+        let renders = 2 * usize::from(seed % rendering_one_in == 0);
+        let mut sequence = begin(Random(seed), &device, renders);
+        sequence.live.insert((DEVICE, device.0.addr()), 1);
+        for _ in 0..calls {
+            sequence.step(device.0);
+        }
+        rendered += renders - sequence.renders;
+        for (status, count) in sequence.end(&device) {
+            *statuses.entry(status).or_default() += count;
+        }
+        assert_eq!(handle_count(), 1, "sequence {seed}");
+    }
+    println!("{sequences} sequences, {rendered} frames, statuses {statuses:?}");
+    // Otherwise the sequences would show nothing.
+    for status in [
+        CAMLUX_OK,
+        CAMLUX_ERROR_INVALID_HANDLE,
+        CAMLUX_ERROR_INVALID_ARGUMENT,
+        CAMLUX_ERROR_SCENE,
+    ] {
+        assert!(statuses[&status] > calls, "{status}");
+    }
+    assert!(rendered > 0);
+    drop(device);
+    assert_eq!(handle_count(), 0);
+}
+
+#[test]
+fn ten_thousand_sequences_of_calls_end_well() {
+    run(10_000, 60, 40);
+}

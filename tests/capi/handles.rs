@@ -1,0 +1,283 @@
+//! What the C interface does with handles that are wrong, pointers that are NULL or misaligned, and structs of other versions.
+
+use std::ptr::{null, null_mut, without_provenance_mut};
+
+use crate::host::*;
+use camlux::capi::*;
+
+const HANDLE: i32 = CAMLUX_ERROR_INVALID_HANDLE;
+const ARGUMENT: i32 = CAMLUX_ERROR_INVALID_ARGUMENT;
+const SCENE: i32 = CAMLUX_ERROR_SCENE;
+
+/// A call with a handle, all other arguments as a program might have them.
+type Call = (&'static str, fn(usize) -> camlux_status);
+
+macro_rules! call {
+    ($name:ident($($argument:expr),*)) => {
+        (stringify!($name), |handle| {
+            // SAFETY: nulls, and places of the test's own.
+            #[allow(unused_unsafe, reason = "not all are unsafe")]
+            unsafe { $name(without_provenance_mut(handle) $(, $argument)*) }
+        })
+    };
+}
+
+fn device_calls() -> Vec<Call> {
+    vec![
+        call!(camlux_device_retain()),
+        call!(camlux_device_info_of(null_mut())),
+        call!(camlux_device_validation_count(null_mut())),
+        call!(camlux_renderer_create(null_mut())),
+    ]
+}
+
+fn scene_calls() -> Vec<Call> {
+    vec![
+        call!(camlux_scene_retain()),
+        call!(camlux_scene_validate()),
+        call!(camlux_scene_get_counts(null_mut())),
+        call!(camlux_scene_get_bounds(null_mut())),
+        call!(camlux_scene_set_camera(null())),
+        call!(camlux_scene_get_camera(null_mut())),
+        call!(camlux_scene_set_sensor(null())),
+        call!(camlux_scene_set_indirect(null())),
+        call!(camlux_scene_set_direct(null())),
+        call!(camlux_scene_add_texture(null(), null_mut())),
+        call!(camlux_scene_add_material(null(), null_mut())),
+        call!(camlux_scene_set_material(0, null())),
+        call!(camlux_scene_add_mesh(null(), null_mut())),
+        call!(camlux_scene_add_instance(0, null(), null_mut())),
+        call!(camlux_scene_set_pose(0, 0, null())),
+        call!(camlux_scene_add_light(null(), null_mut())),
+        call!(camlux_scene_set_light(0, null())),
+        call!(camlux_scene_get_light(0, null_mut())),
+    ]
+}
+
+fn renderer_calls() -> Vec<Call> {
+    vec![
+        call!(camlux_renderer_retain()),
+        call!(camlux_renderer_cancel()),
+        call!(camlux_renderer_render(null_mut(), null(), null_mut())),
+    ]
+}
+
+fn frame_calls() -> Vec<Call> {
+    vec![
+        call!(camlux_frame_retain()),
+        call!(camlux_frame_layer_count(null_mut())),
+        call!(camlux_frame_get_layer(0, null_mut())),
+        call!(camlux_frame_view(0, null_mut())),
+        call!(camlux_frame_copy(0, null_mut(), 0, 0)),
+        call!(camlux_frame_write_exr(null(), null())),
+        call!(camlux_frame_write_png(null())),
+        call!(camlux_frame_get_stats(null_mut())),
+        call!(camlux_frame_get_pass(0, null_mut())),
+    ]
+}
+
+fn release_calls() -> [Call; 4] {
+    [
+        call!(camlux_device_release()),
+        call!(camlux_scene_release()),
+        call!(camlux_renderer_release()),
+        call!(camlux_frame_release()),
+    ]
+}
+
+#[test]
+fn wrong_handles_are_found_out() {
+    let device = Device::open();
+    let scene = load("cornell");
+    resize(scene, 8, 8);
+    plain_sum(scene, 8);
+    let renderer = device.renderer();
+    let frame = render(renderer, scene);
+    let live = [device.0.addr(), scene.addr(), renderer.addr(), frame.addr()];
+    // Released ones, in slots that have another object since.
+    let stale = [scene.addr(), renderer.addr(), frame.addr()];
+    let calls = [
+        device_calls(),
+        scene_calls(),
+        renderer_calls(),
+        frame_calls(),
+    ];
+    for (kind, calls) in calls.iter().enumerate() {
+        let release = release_calls()[kind];
+        assert_eq!(release.1(0), CAMLUX_OK, "releasing NULL is fine");
+        for (name, call) in calls.iter().chain([&release]) {
+            if *name != release.0 {
+                fails(call(0), HANDLE, "NULL");
+            }
+            for (other, &handle) in live.iter().enumerate() {
+                if other != kind {
+                    fails(call(handle), HANDLE, "is a camlux_");
+                }
+            }
+            for made_up in [1, 0xdead_beef, usize::MAX, usize::MAX >> 4] {
+                fails(call(made_up), HANDLE, "no handle");
+            }
+            // Right in kind, with a slot or a generation that never was.
+            fails(call(live[kind] ^ 0x00ff_0000), HANDLE, "released");
+            fails(call(live[kind] ^ 1 << 40), HANDLE, "released");
+            assert!(last_error().starts_with(name), "{}", last_error());
+        }
+    }
+    ok(camlux_frame_release(frame));
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+    let others = [new_scene(), new_scene(), new_scene()];
+    for handle in stale {
+        for (_, call) in scene_calls()
+            .iter()
+            .chain(&renderer_calls())
+            .chain(&frame_calls())
+        {
+            assert_eq!(call(handle), HANDLE);
+        }
+        for (_, release) in release_calls() {
+            assert_eq!(release(handle), HANDLE);
+        }
+    }
+    for scene in others {
+        ok(camlux_scene_release(scene));
+    }
+}
+
+#[test]
+fn references_are_counted() {
+    let scene = new_scene();
+    ok(camlux_scene_retain(scene));
+    ok(camlux_scene_release(scene));
+    fails(camlux_scene_validate(scene), SCENE, "there is no light");
+    ok(camlux_scene_release(scene));
+    fails(camlux_scene_release(scene), HANDLE, "has been released");
+}
+
+#[test]
+fn null_arguments_are_named() {
+    let scene = new_scene();
+    for (name, call) in scene_calls() {
+        match name {
+            "camlux_scene_retain" => {
+                ok(call(scene.addr()));
+                ok(camlux_scene_release(scene));
+            }
+            // A scene without a light, a mesh that is not there.
+            "camlux_scene_validate" => fails(call(scene.addr()), SCENE, "light"),
+            "camlux_scene_add_instance" => fails(call(scene.addr()), ARGUMENT, "no mesh 0 among 0"),
+            "camlux_scene_get_light" => fails(call(scene.addr()), ARGUMENT, "no light 0 among 0"),
+            // What can be left out.
+            "camlux_scene_set_sensor" | "camlux_scene_set_indirect" | "camlux_scene_set_direct" => {
+                ok(call(scene.addr()));
+            }
+            _ => fails(call(scene.addr()), ARGUMENT, "is NULL"),
+        }
+    }
+    // SAFETY: nulls.
+    unsafe {
+        fails(camlux_scene_create(null_mut()), ARGUMENT, "scene is NULL");
+        fails(
+            camlux_device_create(null(), null_mut()),
+            ARGUMENT,
+            "device is NULL",
+        );
+        fails(camlux_device_count(null_mut()), ARGUMENT, "count is NULL");
+        fails(camlux_device_get_info(0, null_mut()), ARGUMENT, "is NULL");
+        fails(camlux_handle_count(null_mut()), ARGUMENT, "count is NULL");
+        fails(camlux_set_log(5, None, null_mut()), ARGUMENT, "level is 5");
+        fails(
+            camlux_scene_load_file(null(), null_mut()),
+            ARGUMENT,
+            "path is NULL",
+        );
+    }
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn messages_are_a_threads_own() {
+    fails(camlux_scene_validate(null_mut()), HANDLE, "NULL");
+    std::thread::spawn(|| assert_eq!(last_error(), ""))
+        .join()
+        .expect("no panic");
+    // A success leaves the message.
+    ok(camlux_scene_release(null_mut()));
+    assert!(last_error().contains("NULL"));
+}
+
+#[test]
+fn struct_sizes_are_checked() {
+    let scene = new_scene();
+    let mut room = [0_u64; 600];
+    let at = room.as_mut_ptr();
+    let set = |bytes: u32, beyond: u64| {
+        let camera = init!(camlux_camera {
+            struct_size: bytes,
+            width_px: 77
+        });
+        // SAFETY: there is room for both, and for what the size says.
+        unsafe {
+            at.cast::<camlux_camera>().write(camera);
+            at.cast::<u8>()
+                .add(size_of::<camlux_camera>())
+                .cast::<u64>()
+                .write(beyond);
+            camlux_scene_set_camera(scene, at.cast())
+        }
+    };
+    let known = size_of::<camlux_camera>() as u32;
+    for bytes in [0, 1, known - 1, 4097, u32::MAX] {
+        fails(set(bytes, 0), ARGUMENT, "CAMLUX_CAMERA_INIT");
+    }
+    fails(set(known + 8, 1), ARGUMENT, "newer");
+    fails(set(known + 1, 1), ARGUMENT, "newer");
+    let mut camera = init!(camlux_camera {});
+    // SAFETY: it points to a struct of that size.
+    ok(unsafe { camlux_scene_get_camera(scene, &mut camera) });
+    assert_eq!(camera.width_px, 640, "a call that fails changes nothing");
+    ok(set(known + 8, 0));
+    ok(set(known, 1));
+    // SAFETY: as above.
+    ok(unsafe { camlux_scene_get_camera(scene, &mut camera) });
+    assert_eq!((camera.width_px, camera.struct_size), (77, known));
+    // A longer struct of results is filled as far as it is known.
+    room[..20].fill(u64::MAX);
+    room[0] = u64::from(known + 8);
+    // SAFETY: there is room for what the size says.
+    ok(unsafe { camlux_scene_get_camera(scene, room.as_mut_ptr().cast()) });
+    assert_eq!(room[0] as u32, known + 8);
+    assert_eq!(room[known as usize / 8], u64::MAX);
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn misaligned_structs_and_results_are_found_out() {
+    let scene = new_scene();
+    let mut room = [0_u64; 200];
+    let off = room.as_mut_ptr().cast::<u8>().wrapping_add(1);
+    // SAFETY: nothing is read at a misaligned place.
+    unsafe {
+        fails(
+            camlux_scene_set_camera(scene, off.cast()),
+            ARGUMENT,
+            "aligned",
+        );
+        fails(
+            camlux_scene_get_counts(scene, off.cast()),
+            ARGUMENT,
+            "aligned",
+        );
+        fails(
+            camlux_scene_add_light(scene, &init!(camlux_light {}), off.cast()),
+            ARGUMENT,
+            "aligned",
+        );
+        fails(camlux_handle_count(off.cast()), ARGUMENT, "aligned");
+        fails(camlux_scene_create(off.cast()), ARGUMENT, "aligned");
+        let mut counts = init!(camlux_scene_counts {});
+        ok(camlux_scene_get_counts(scene, &mut counts));
+        assert_eq!(counts.lights, 0);
+    }
+    ok(camlux_scene_release(scene));
+}

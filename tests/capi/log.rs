@@ -1,0 +1,77 @@
+//! The log of the C interface, which a process has one of.
+
+use std::{
+    ffi::{CStr, c_char, c_void},
+    ptr::null_mut,
+    sync::{
+        Mutex,
+        atomic::{AtomicI32, Ordering},
+    },
+};
+
+use crate::host::*;
+use camlux::capi::*;
+
+static MESSAGES: Mutex<Vec<(i32, String)>> = Mutex::new(Vec::new());
+static INNER_STATUS: AtomicI32 = AtomicI32::new(0);
+
+unsafe extern "C" fn collect(level: i32, message: *const c_char, user: *mut c_void) {
+    assert_eq!(user.addr(), 1234);
+    // SAFETY: a string for as long as the call.
+    let text = unsafe { CStr::from_ptr(message) };
+    let text = text.to_str().expect("UTF-8").to_owned();
+    MESSAGES.lock().expect("no panic").push((level, text));
+    // SAFETY: no callback.
+    let status = unsafe { camlux_set_log(CAMLUX_LOG_OFF, None, null_mut()) };
+    INNER_STATUS.store(status, Ordering::Relaxed);
+}
+
+#[test]
+fn the_log_has_what_its_level_asks_for() {
+    let user = std::ptr::without_provenance_mut(1234);
+    // SAFETY: a function of that type.
+    ok(unsafe { camlux_set_log(CAMLUX_LOG_DEBUG, Some(collect), user) });
+    let device = Device::open();
+    let scene = load("cornell");
+    resize(scene, 8, 8);
+    plain_sum(scene, 8);
+    let dark = init!(camlux_light {});
+    // SAFETY: a struct of that size; no index wanted.
+    ok(unsafe { camlux_scene_add_light(scene, &dark, null_mut()) });
+    let renderer = device.renderer();
+    ok(camlux_frame_release(render(renderer, scene)));
+    ok(camlux_frame_release(render(renderer, scene)));
+    assert_eq!(camlux_scene_release(null_mut()), CAMLUX_OK);
+    fails(
+        camlux_scene_validate(null_mut()),
+        CAMLUX_ERROR_INVALID_HANDLE,
+        "NULL",
+    );
+    // SAFETY: no callback.
+    ok(unsafe { camlux_set_log(CAMLUX_LOG_DEBUG, None, null_mut()) });
+    ok(camlux_frame_release(render(renderer, scene)));
+    let messages = std::mem::take(&mut *MESSAGES.lock().expect("no panic"));
+    let count = |level, words: &str| {
+        let is_it = |(l, text): &&(i32, String)| *l == level && text.contains(words);
+        messages.iter().filter(is_it).count()
+    };
+    assert_eq!(count(CAMLUX_LOG_INFO, "opened"), 1);
+    assert!(
+        count(CAMLUX_LOG_INFO, "rendered 8 x 8 px") == 2,
+        "{messages:?}"
+    );
+    assert_eq!(
+        count(CAMLUX_LOG_WARNING, "light 1 (point) emits nothing"),
+        1
+    );
+    assert!(count(CAMLUX_LOG_DEBUG, "pass gbuffer") >= 2);
+    assert!(
+        count(
+            CAMLUX_LOG_ERROR,
+            "camlux_scene_validate: the camlux_scene is NULL"
+        ) == 1
+    );
+    assert_eq!(INNER_STATUS.load(Ordering::Relaxed), CAMLUX_ERROR_BUSY);
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}

@@ -1,0 +1,11 @@
+//! The C interface, called as a C program calls it.
+
+mod frames;
+mod fuzz;
+mod handles;
+mod host;
+mod log;
+mod meshes;
+mod threads;
+mod values;
+mod vulkan;

@@ -1,0 +1,104 @@
+//! One device, eight threads, a renderer each.
+
+use crate::host::*;
+use camlux::capi::*;
+
+const THREADS: usize = 8;
+const FRAMES: usize = 100;
+
+/// A scene that moves with the frame, so that frames leave different things to the next.
+fn frames(device: &Device, seed: usize) -> Vec<Vec<(i32, Vec<u32>)>> {
+    let scene = load("cornell");
+    resize(scene, 16, 16);
+    plain_sum(scene, 8);
+    let renderer = device.renderer();
+    let frame = |number: usize| {
+        let part = [CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT][number % 2];
+        let shift = 0.01 * ((number + seed) % 7) as f64;
+        let position_m = match part {
+            CAMLUX_PART_CAMERA => [shift, 1.0, 3.2],
+            _ => [shift, 1.8, 0.0],
+        };
+        let pose = init!(camlux_pose {
+            position_m: position_m,
+            orientation_xyzw: [1.0, 0.0, 0.0, 0.0],
+        });
+        // SAFETY: it points to a struct of that size.
+        ok(unsafe { camlux_scene_set_pose(scene, part, 0, &pose) });
+        let frame = render(renderer, scene);
+        let layers = layers(frame);
+        ok(camlux_frame_release(frame));
+        layers
+    };
+    let frames = (0..FRAMES).map(frame).collect();
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+    frames
+}
+
+#[test]
+fn threads_with_a_renderer_each_get_the_images_of_one() {
+    let device = Device::open();
+    let alone: Vec<_> = (0..2).map(|seed| frames(&device, seed)).collect();
+    assert!(alone[0] != alone[1]);
+    std::thread::scope(|scope| {
+        let (device, alone) = (&device, &alone);
+        for thread in 0..THREADS {
+            scope.spawn(move || {
+                let seed = thread % 2;
+                assert!(frames(device, seed) == alone[seed], "thread {thread}");
+            });
+        }
+    });
+}
+
+/// Threads change a scene while others render it: every frame is one of the scenes that there were.
+#[test]
+fn a_scene_can_be_changed_while_it_is_rendered() {
+    let device = Device::open();
+    let scene = load("cornell");
+    resize(scene, 12, 12);
+    plain_sum(scene, 8);
+    let light = |power: f64| {
+        init!(camlux_light {
+            position_m: [0.0, 1.5, 0.0],
+            power_w: [power; 3],
+        })
+    };
+    let handle = scene.addr();
+    let set = move |power| {
+        let scene = std::ptr::without_provenance_mut(handle);
+        // SAFETY: it points to a struct of that size.
+        ok(unsafe { camlux_scene_set_light(scene, 0, &light(power)) });
+    };
+    let renderer = device.renderer();
+    let expected = [10.0, 20.0].map(|power| {
+        set(power);
+        let frame = render(renderer, scene);
+        let layers = layers(frame);
+        ok(camlux_frame_release(frame));
+        layers
+    });
+    let stop = std::sync::atomic::AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let stop = &stop;
+        scope.spawn(move || {
+            while !stop.load(std::sync::atomic::Ordering::Relaxed) {
+                set(10.0);
+                set(20.0);
+            }
+        });
+        for _ in 0..20 {
+            let frame = render(renderer, scene);
+            let is_one = expected.contains(&layers(frame));
+            ok(camlux_frame_release(frame));
+            if !is_one {
+                stop.store(true, std::sync::atomic::Ordering::Relaxed);
+                panic!("a frame of no scene");
+            }
+        }
+        stop.store(true, std::sync::atomic::Ordering::Relaxed);
+    });
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}

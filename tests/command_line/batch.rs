@@ -1,0 +1,425 @@
+//! `camlux batch`: what becomes of a job, and what is said of one that cannot be.
+#![cfg(feature = "cli")]
+
+use std::fs;
+
+use crate::jobs::{JOB, JOB_FRAMES, Jobs, SCENE, files_below};
+use camlux::output::LayeredImage;
+use exr::prelude::{FlatImage, read_all_flat_layers_from_file};
+use glam::{DMat4, DQuat, DVec3};
+use serde_json::json;
+
+fn pixels(image: &FlatImage) -> String {
+    format!("{:?}", image.layer_data[0].channel_data)
+}
+
+#[test]
+fn a_job_becomes_a_data_set() {
+    let jobs = Jobs::new(JOB);
+    let stderr = jobs.succeed("set", &[]);
+    assert!(stderr.contains("rendered 12 frames"), "{stderr}");
+    assert!(
+        stderr.contains("frames/s") && stderr.contains("GPU"),
+        "{stderr}"
+    );
+    let mut expected: Vec<String> = (0..JOB_FRAMES).map(|i| format!("{i:06}.exr")).collect();
+    expected.extend(["dataset.json".into(), "manifest.jsonl".into()]);
+    assert_eq!(files_below(&jobs.path("set")), expected);
+
+    let lines = jobs.manifest("set/manifest.jsonl");
+    assert_eq!(lines.len(), JOB_FRAMES);
+    for (index, line) in lines.iter().enumerate() {
+        assert_eq!(line["index"], index);
+        assert_eq!(line["file"], format!("frames/{index:06}.exr"));
+        assert_eq!(line["seed"], 3);
+        assert_eq!(line["estimated_error"], json!(null));
+        assert!(line["ms"].as_f64().unwrap() > 0.0);
+        assert_eq!(line["camera"]["intrinsics_px"]["cx"], 8.0);
+        let height_m = line["lights"][0]["position_m"][1].as_f64().unwrap();
+        assert!((0.5..1.5).contains(&height_m));
+    }
+    let hashes = jobs.hashes("set");
+    let different: std::collections::BTreeSet<_> = hashes.values().collect();
+    assert_eq!(different.len(), JOB_FRAMES, "no two frames are the same");
+
+    let dataset: serde_json::Value =
+        serde_json::from_slice(&jobs.read("set/dataset.json")).unwrap();
+    assert_eq!(dataset["frame_count"], JOB_FRAMES);
+    assert_eq!(dataset["job"]["text"], JOB);
+    assert_eq!(
+        dataset["scenes"][0]["layers"]["radiance"]["unit"],
+        "W/sr/m^2"
+    );
+    assert_eq!(dataset["engine_hash"].as_str().unwrap().len(), 64);
+}
+
+/// Each frame as the scene file that says the same.
+#[test]
+fn frames_are_the_images_of_camlux_render() {
+    let job = r#"
+        [job]
+        scene = "scene.toml"
+        compression = "piz"
+        [camera]
+        poses = [
+            { position = [0.5, 0.25, 2.0], look_at = [0.0, 0.5, 0.0] },
+            { position = [0.5, 0.25, 4.0], look_at = [0.0, 0.5, 0.0], up = [1.0, 1.0, 0.0] },
+        ]
+        [[light]]
+        index = 0
+        poses = [{ position = [0.0, 0.0, 1.5] }, { position = [0.0, -0.5, 2.5] }]
+        power_factors = [0.5, 2.0]
+        [[mesh]]
+        index = 0
+        poses = [
+            { position = [0.0, 0.0, 0.0] },
+            { position = [0.125, 0.25, -0.5], rotation = [0.0, 0.0, 1.0, 0.0] },
+        ]
+        [[sweep]]
+        material = "white"
+        kd = [0.25, [0.5, 0.75, 1.0]]
+    "#;
+    let jobs = Jobs::new(job);
+    jobs.succeed("set", &[]);
+    assert_eq!(jobs.hashes("set").len(), 4);
+    let poses = [
+        (
+            "[0.5, 0.25, 2.0]",
+            "[0.0, 1.0, 0.0]",
+            "[0.0, 0.0, 1.5]",
+            25.0,
+            "",
+        ),
+        (
+            "[0.5, 0.25, 4.0]",
+            "[1.0, 1.0, 0.0]",
+            "[0.0, -0.5, 2.5]",
+            100.0,
+            "rotate_deg = [0.0, 0.0, 180.0]\ntranslate = [0.125, 0.25, -0.5]",
+        ),
+    ];
+    for (step, kd) in ["0.25", "[0.5, 0.75, 1.0]"].iter().enumerate() {
+        for (frame, (position, up, light, power, place)) in poses.iter().enumerate() {
+            let scene = SCENE
+                .replace("[0.0, 0.0, 3.0]", position)
+                .replace("look_at = [0.0, 0.0, 0.0]", "look_at = [0.0, 0.5, 0.0]")
+                .replace("up = [0.0, 1.0, 0.0]", &format!("up = {up}"))
+                .replace("[0.5, 1.0, 2.0]", light)
+                .replace("50.0\n[[mesh]]", &format!("{power:?}\n[[mesh]]\n{place}"))
+                .replace("kd = 0.7", &format!("kd = {kd}"));
+            jobs.write("one.toml", &scene);
+            let render = ["render", "one.toml", "-o", "one.exr"];
+            assert!(jobs.program(&render).output().unwrap().status.success());
+            let number = 2 * step + frame;
+            let [one, of_batch] = ["one.exr".into(), format!("set/frames/{number:06}.exr")]
+                .map(|name| read_all_flat_layers_from_file(jobs.path(&name)).unwrap());
+            // sin(180°) is 1e-16 and no 0, which the turned mesh of the scene file shows: below what an f32 keeps.
+            assert!(
+                pixels(&one) == pixels(&of_batch),
+                "frame {number}:\n{scene}"
+            );
+        }
+    }
+}
+
+#[test]
+fn several_scenes_have_folders_of_their_own() {
+    let jobs = Jobs::new(
+        "[job]\nscenes = [\"scene.toml\", \"dark.toml\"]\nframes = 2\n[camera]\nrandom = { min = [-1, -1, 2], max = [1, 1, 3], look_at = [0, 0, 0] }\n",
+    );
+    jobs.write("dark.toml", &SCENE.replace("kd = 0.7", "kd = 0.1"));
+    jobs.succeed("set", &[]);
+    let lines = jobs.manifest("set/manifest.jsonl");
+    let seen: Vec<(&str, &str)> = lines
+        .iter()
+        .map(|l| (l["scene"].as_str().unwrap(), l["file"].as_str().unwrap()))
+        .collect();
+    let expected = [
+        ("scene.toml", "frames/scene/000000.exr"),
+        ("scene.toml", "frames/scene/000001.exr"),
+        ("dark.toml", "frames/dark/000000.exr"),
+        ("dark.toml", "frames/dark/000001.exr"),
+    ];
+    assert_eq!(seen, expected);
+    assert_eq!(jobs.hashes("set").len(), 4);
+    jobs.write(
+        "job.toml",
+        "[job]\nscenes = [\"scene.toml\", \"more/scene.toml\"]\n",
+    );
+    let stderr = jobs.fail("set2", &[]);
+    assert!(
+        stderr.contains("job.toml:2: ") && stderr.contains("different names"),
+        "{stderr}"
+    );
+}
+
+/// Input, manifest and header, a thousand times.
+#[test]
+fn poses_of_a_trajectory_survive_to_the_last_digits() {
+    const ROWS: usize = 1000;
+    let mut rows = String::from("# timestamp tx ty tz qx qy qz qw\n");
+    let mut poses = Vec::new();
+    for i in 0..ROWS {
+        let angle = i as f64 * 0.1;
+        let [x, y, z] = [angle.sin(), 0.3 * angle.cos(), 1.0].map(|v| v / (1.0 + 0.3 * angle));
+        let w = (1.0 - x * x - y * y - z * z).max(0.0).sqrt() * if i % 2 == 0 { 1.0 } else { -1.0 };
+        let length = (x * x + y * y + z * z + w * w).sqrt();
+        let [qx, qy, qz, qw] = [x, y, z, w].map(|v| v / length);
+        let (px, py) = (3e3 * angle.cos() / 7.0, -angle / 3.0);
+        let pose = [px, py, 1.0 / 3.0, qx, qy, qz, qw];
+        rows += &format!(
+            "{:?} {px} {py} {} {qx} {qy} {qz} {qw}\n",
+            0.1 * i as f64,
+            1.0 / 3.0
+        );
+        poses.push(pose);
+    }
+    let jobs = Jobs::new(
+        "[job]\nscene = \"scene.toml\"\nsize = [4, 4]\nlayers = [\"depth\"]\n[camera]\ntrajectory = \"path.txt\"\n",
+    );
+    jobs.write("path.txt", &rows);
+    jobs.succeed("set", &[]);
+    let lines = jobs.manifest("set/manifest.jsonl");
+    assert_eq!(lines.len(), ROWS);
+    let numbers = |text: &str| -> Vec<f64> {
+        let words = text.split(|c: char| !(c.is_ascii_digit() || "+-.e".contains(c)));
+        words.filter_map(|word| word.parse().ok()).collect()
+    };
+    let near = |seen: &[f64], pose: &[f64; 7]| {
+        seen.len() == 7 && seen.iter().zip(pose).all(|(a, b)| (a - b).abs() < 1e-12)
+    };
+    for (index, (line, pose)) in lines.iter().zip(&poses).enumerate() {
+        let camera = &line["camera"];
+        let position = camera["position_m"].as_array().unwrap().iter();
+        let rotation = camera["rotation_xyzw"].as_array().unwrap().iter();
+        let seen: Vec<f64> = position
+            .chain(rotation)
+            .map(|v| v.as_f64().unwrap())
+            .collect();
+        assert!(near(&seen, pose), "{index}: {seen:?} instead of {pose:?}");
+        assert!((line["time_s"].as_f64().unwrap() - 0.1 * index as f64).abs() < 1e-12);
+        let file = jobs.path(&format!("set/frames/{index:06}.exr"));
+        let seen = LayeredImage::read(&file).unwrap();
+        let seen = numbers(seen.attribute("camlux.cameraToWorld").unwrap());
+        let rotation = DQuat::from_slice(&pose[3..]);
+        let position_m = DVec3::from_slice(pose);
+        let to_world = DMat4::from_rotation_translation(rotation, position_m);
+        let pairs = seen.iter().zip(to_world.to_cols_array());
+        let farthest = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(seen.len() == 16 && farthest < 1e-12, "{index}: {seen:?}");
+    }
+}
+
+#[test]
+fn bad_jobs_are_refused_with_file_and_line() {
+    let cases = [
+        ("[job]\n", "job.toml:1: [job] has no \"scene\""),
+        (
+            "[job]\nscene = \"none.toml\"\n",
+            "none.toml: cannot read the scene file",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\nframe = 3\n",
+            "job.toml:3: unknown key \"frame\" in [job]; did you mean \"frames\"?",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[camera]\nposes = []\n",
+            "job.toml:4: \"poses\" is empty",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[camera]\nposes = [{ look_at = [0, 0, 0] }]\n",
+            "job.toml:4: [[poses]] has no \"position\"",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[camera]\nposes = [{ position = [0, 0, 1], rotation = [0, 0, 0, 2] }]\n",
+            "job.toml:4: \"rotation\" in [[poses]] cannot be: the quaternion [0.0, 0.0, 0.0, 2.0] has length 2.0000",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[camera]\nkeyframes = [\n{ frame = 2, position = [0, 0, 1] },\n{ frame = 2, position = [0, 0, 1] }]\n",
+            "job.toml:6: \"frame\" in [[keyframes]] is 2, not behind",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[camera]\ntrajectory = \"bad.txt\"\n",
+            "bad.txt:3: \"x\" is not a finite number",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[camera]\ntrajectory = \"none.txt\"\n",
+            "job.toml:4: cannot read the trajectory none.txt",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[camera]\npath = \"a.txt\"\n",
+            "job.toml:4: unknown key \"path\" in [camera]",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 1\npower_factors = [1]\n",
+            "job.toml:4: there is no light 1",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[[mesh]]\nindex = 0\n",
+            "job.toml:3: [[mesh]] says nothing of a motion",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\nframes = 2\n[[material]]\nname = \"whit\"\nkd_min = 0\nkd_max = 1\n",
+            "job.toml:5: no material \"whit\" in a scene of this job; did you mean \"white\"?",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\nframes = 2\n[[material]]\nname = \"white\"\nkd_min = 1\nkd_max = 0\n",
+            "job.toml:4: [1.0, 1.0, 1.0] is above",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 0\npower_factor_range = [1, 2]\n",
+            "job.toml:1: nothing says how many frames are drawn",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\nframes = 3\n[[light]]\nindex = 0\npower_factors = [1, 2]\n",
+            "job.toml:3: \"frames\" in [job] is 3, but a list has 2",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 0\npower_factors = [1, 2]\nposes = [{ position = [0, 0, 1] }]\n",
+            "lists of 1 and of 2 frames",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\nlayers = [\"indirect\"]\n",
+            "no layer indirect",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\ncompression = \"dwaa\"\n",
+            "job.toml:3: \"compression\" in [job] names \"dwaa\"; possible are: none, rle, zips, zip, piz",
+        ),
+        (
+            "[job]\nscene = \"scene.toml\"\n[[sweep]]\nlight = 0\npower_factors = []\n",
+            "job.toml:3: [[sweep]] has no values",
+        ),
+    ];
+    for (job, says) in cases {
+        let jobs = Jobs::new(job);
+        jobs.write("bad.txt", "# rows\n0 0 0 0 0 0 0 1\n1 x 0 0 0 0 0 1\n");
+        let stderr = jobs.fail("set", &[]);
+        assert!(stderr.contains(says), "{says}\nis missing in: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        assert!(!jobs.path("set").exists());
+    }
+}
+
+#[test]
+fn a_dry_run_lists_and_estimates_and_writes_nothing() {
+    let jobs = Jobs::new(JOB);
+    let output = jobs
+        .program(&["batch", "job.toml", "--dry-run", "--frames", "3..7"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    let indices: Vec<&str> = stdout
+        .lines()
+        .map(|l| l.split_once(' ').unwrap().0)
+        .collect();
+    assert_eq!(indices, ["3", "4", "5", "6"]);
+    assert!(
+        stdout.contains("frames/000003.exr position = [-0.45"),
+        "{stdout}"
+    );
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        stderr.contains("4 frames, 3 to 6: about ") && stderr.contains(" MB"),
+        "{stderr}"
+    );
+    assert_eq!(
+        files_below(jobs.folder.path()),
+        ["job.toml", "quad.obj", "scene.toml"]
+    );
+}
+
+/// A frame that cannot be is written down, and the others are there; a rerun tries it again.
+#[test]
+fn frames_that_fail_are_recorded() {
+    let job =
+        "[job]\nscene = \"scene.toml\"\n[[sweep]]\nmaterial = \"white\"\nkd = [0.25, 1.5, 0.75]\n";
+    let jobs = Jobs::new(job);
+    let stderr = jobs.fail("set", &[]);
+    for says in [
+        "frame 1 failed",
+        "kd",
+        "rendered 2 frames",
+        "1 frame failed",
+    ] {
+        assert!(stderr.contains(says), "{says}: {stderr}");
+    }
+    let lines = jobs.manifest("set/manifest.jsonl");
+    assert_eq!(lines.len(), 3);
+    assert!(lines[1]["error"].as_str().unwrap().contains("1.5"));
+    assert!(lines[1].get("file").is_none());
+    assert!(!jobs.path("set/frames/000001.exr").exists());
+    let stderr = jobs.fail("set", &["--merge"]);
+    assert!(stderr.contains("1 frame failed: 1"), "{stderr}");
+
+    let stderr = jobs.fail("fast", &["--fail-fast"]);
+    assert!(stderr.contains("stopped with 1 frame to go"), "{stderr}");
+    assert!(!jobs.path("fast/frames/000002.exr").exists());
+
+    let before = jobs.read("set/frames/000002.exr");
+    jobs.write("job.toml", &job.replace("1.5", "0.5"));
+    let stderr = jobs.succeed("set", &[]);
+    assert!(
+        stderr.contains("2 of 3 frames are there and sound"),
+        "{stderr}"
+    );
+    assert_eq!(jobs.hashes("set").len(), 3);
+    assert_eq!(
+        fs::read(jobs.path("set/frames/000002.exr")).unwrap(),
+        before
+    );
+}
+
+#[test]
+fn a_contact_sheet_shows_the_frames() {
+    let jobs = Jobs::new(JOB);
+    let stderr = jobs.succeed("set", &["--contact-sheet", "sheet.png"]);
+    assert!(stderr.contains("sheet.png (12 frames)"), "{stderr}");
+    let sheet = image::open(jobs.path("sheet.png")).unwrap().to_rgb8();
+    // Four columns and three rows of 16 pixels, with 2 between.
+    assert_eq!(sheet.dimensions(), (4 * 18 - 2, 3 * 18 - 2));
+    for (column, row) in (0..4).flat_map(|column| (0..3).map(move |row| (column, row))) {
+        let middle = sheet.get_pixel(18 * column + 8, 18 * row + 8);
+        assert!(
+            middle.0[0] > 20,
+            "frame in {column}, {row} is lit: {middle:?}"
+        );
+        if column > 0 {
+            assert_eq!(sheet.get_pixel(18 * column - 1, 18 * row).0, [0; 3]);
+        }
+    }
+    jobs.write("job.toml", &JOB.replace("seed = 3", "layers = [\"depth\"]"));
+    let stderr = jobs.fail("set", &["--contact-sheet", "sheet.png"]);
+    assert!(stderr.contains("radiance"), "{stderr}");
+}
+
+/// By examples/python/read_dataset.py, which also sees P through pose and intrinsics.
+#[test]
+#[ignore = "scripts/test-python runs it, with numpy and OpenEXR in the python3 that CAMLUX_PYTHON names"]
+fn python_reads_the_data_set() {
+    let jobs = Jobs::new(JOB);
+    jobs.succeed("set", &[]);
+    let reader = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/examples/python/read_dataset.py"
+    );
+    let python = std::env::var("CAMLUX_PYTHON").unwrap_or("python3".into());
+    let output = std::process::Command::new(python)
+        .args([reader.as_ref(), jobs.path("set").as_os_str()])
+        .output()
+        .unwrap();
+    let stdout = String::from_utf8(output.stdout).unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    let mut lines = stdout.lines();
+    assert_eq!(lines.next(), Some("12 of 12 frames, 0 failed"));
+    for (index, line) in lines.enumerate() {
+        assert!(line.starts_with(&format!("{index}: radiance [16, 16, 3], ")));
+        let (_, error) = line.split_once("pose fits to ").unwrap();
+        let error_px: f64 = error.strip_suffix(" px").unwrap().parse().unwrap();
+        // P is rounded to f32, and its ray to the centre comes from f32 as well.
+        assert!(error_px < 1e-4, "{line}");
+    }
+    assert_eq!(stdout.lines().count(), 1 + JOB_FRAMES);
+}

@@ -1,0 +1,14 @@
+//! The program `camlux`.
+
+#![cfg(feature = "cli")]
+
+mod batch;
+mod batch_resume;
+mod compare;
+mod doctor;
+mod exr_attributes;
+mod jobs;
+mod reference;
+mod render;
+mod report;
+mod usage;

@@ -1,0 +1,228 @@
+//! The report on speed against error, on a real device, with a stand-in for the peers' program.
+#![cfg(all(feature = "cli", unix))]
+
+use std::{
+    fs,
+    os::unix::fs::PermissionsExt,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+};
+
+use serde_json::Value;
+
+const SIZE: [&str; 3] = ["--size", "24", "20"];
+
+fn program(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
+    command.args(arguments).current_dir(folder);
+    command.output().unwrap()
+}
+
+fn scene_file() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell.toml")
+}
+
+/// `camlux report --quick` of the Cornell box into `out` of a folder.
+fn report(folder: &Path, more: &[&str]) -> Output {
+    let scene = scene_file();
+    let mut arguments = vec!["report", scene.to_str().unwrap(), "--quick", "-o", "out"];
+    arguments.extend(SIZE);
+    arguments.extend(more);
+    program(folder, &arguments)
+}
+
+/// The one scene of a report that succeeded, and the page.
+#[track_caller]
+fn read(folder: &Path, output: &Output) -> (Value, String) {
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    let stdout = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(stdout.lines().count(), 1, "one line a scene: {stdout}");
+    assert!(stdout.starts_with("cornell: "), "{stdout}");
+    let json = fs::read_to_string(folder.join("out/report.json")).unwrap();
+    let json: Value = serde_json::from_str(&json).unwrap();
+    let page = fs::read_to_string(folder.join("out/index.html")).unwrap();
+    (json["scenes"][0].clone(), page)
+}
+
+/// Entries of a series.
+fn series<'a>(scene: &'a Value, name: &str) -> Vec<&'a Value> {
+    let entries = scene["entries"].as_array().unwrap().iter();
+    entries.filter(|entry| entry["series"] == name).collect()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().filter(|v| v.is_finite()).unwrap()
+}
+
+/// An entry of the engine has times and errors.
+#[track_caller]
+fn assert_is_measured(entry: &Value) {
+    assert!(number(&entry["seconds"]["median"]) > 0.0);
+    assert!(entry["seconds"]["runs"].as_array().unwrap().len() >= 2);
+    assert!(number(&entry["indirect"]["relative_rmse"]) > 0.0);
+    assert!(number(&entry["total"]["relative_rmse"]) > 0.0);
+    let with_edges = number(&entry["indirect"]["relative_rmse_with_edges"]);
+    assert!(with_edges > 0.0 && with_edges != number(&entry["indirect"]["relative_rmse"]));
+    assert_eq!(entry["indirect"]["non_finite"], 0);
+}
+
+/// A program that copies `a.exr` of its folder and says what `lines` has, with OUT replaced by the folder that it was given.
+fn write_peers(folder: &Path, lines: &str) -> String {
+    let path = folder.join("peers");
+    let script = format!(
+        "#!/bin/sh\nwhile [ $# -gt 0 ]; do [ \"$1\" = --output ] && out=$2; shift; done\n\
+         cp {}/a.exr \"$out/a.exr\"\nsed \"s|OUT|$out|g\" <<'LINES'\n{lines}\nLINES\n",
+        folder.display()
+    );
+    fs::write(&path, script).unwrap();
+    fs::set_permissions(&path, fs::Permissions::from_mode(0o755)).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+
+    // A peers program that is not there does no harm but is said.
+    let output = report(folder, &["--peers", "./not_there"]);
+    let (scene, page) = read(folder, &output);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        stderr.contains("camlux: warning: cornell: peers: "),
+        "{stderr}"
+    );
+    let status = scene["peers"]["status"].as_str().unwrap();
+    assert!(status.contains("not_there failed"), "{status}");
+    assert!(page.contains("not_there failed"));
+
+    assert_eq!(scene["resolution_px"], serde_json::json!([24, 20]));
+    assert_eq!(scene["truth"]["was_there"], false);
+    let noise = scene["truth"]["noise_floor"].as_f64().unwrap();
+    assert!(noise > 0.0 && noise <= 0.03, "{noise}");
+    // At 24 x 20 as at any size: the box's edges run through pixel centres.
+    let edge_pixels = scene["truth"]["edge_pixels"].as_u64().unwrap();
+    let share = scene["truth"]["edge_share"].as_f64().unwrap();
+    assert!(edge_pixels > 0 && edge_pixels < 30, "{edge_pixels}");
+    assert!((share - edge_pixels as f64 / 480.0).abs() < 0.02, "{share}");
+    assert!(page.contains(&format!("{edge_pixels} pixels (")));
+    for name in ["rsm-average", "instant-radiosity"] {
+        let entries = series(&scene, name);
+        assert_eq!(entries.len(), 4, "sizes 8 to 64");
+        for (entry, size) in entries.into_iter().zip([8, 16, 32, 64]) {
+            assert_is_measured(entry);
+            let engine = &entry["engine"];
+            // f32 against f64 on the same VPLs: the bound of `compare::kernels`.
+            assert!(number(&engine["kernel_error"]) <= 9e-7);
+            let passes = engine["gpu_passes"].as_array().unwrap();
+            assert!(passes.iter().any(|pass| pass["name"] == "gather"));
+            assert_eq!(engine["estimator"], name);
+            assert_eq!(engine["rsm_size"], size);
+            assert_eq!(engine["ray_count"], 0);
+            for error in ["target_error", "estimated_error"] {
+                assert_eq!(engine[error], Value::Null, "{error}");
+            }
+        }
+    }
+    let entries = series(&scene, "final-gather");
+    assert_eq!(entries.len(), 2, "10 and 5 %");
+    for (entry, requested) in entries.into_iter().zip([0.1, 0.05]) {
+        assert_is_measured(entry);
+        let engine = &entry["engine"];
+        assert_eq!(engine["estimator"], "final-gather");
+        assert_eq!(engine["target_error"], requested);
+        assert!(engine["ray_count"].as_u64().unwrap() > 0);
+        let estimated = engine["estimated_error"].as_f64().unwrap();
+        assert!(estimated > 0.0 && estimated <= requested, "{estimated}");
+        // The engine's choice is no setting, and there is no sum to compute in f64.
+        assert_eq!(engine["rsm_size"], Value::Null);
+        assert_eq!(engine["kernel_error"], Value::Null);
+    }
+    for part in [
+        "final-gather requested 10 %",
+        "the engine&#39;s estimate",
+        "measured",
+    ] {
+        assert!(page.contains(part), "{part:?} is missing in the page");
+    }
+    // The documented distances of the two sums, which hold at 200 x 200 (`compare::truth`), are not far off here.
+    let error_at_64 = |estimator| {
+        let entry = series(&scene, estimator)[3];
+        entry["indirect"]["relative_rmse"].as_f64().unwrap()
+    };
+    assert!((error_at_64("rsm-average") - 0.84).abs() < 0.1);
+    assert!((error_at_64("instant-radiosity") - 0.31).abs() < 0.15);
+    assert!(series(&scene, "camlux reference").len() >= 2);
+    let entries = scene["entries"].as_array().unwrap();
+    assert!(entries.iter().any(|entry| entry["is_on_front"] == true));
+
+    // Self-contained: nothing is fetched.
+    for reference in ["src=\"http", "href=", "<script", "@import", "url("] {
+        assert!(!page.contains(reference), "{reference}");
+    }
+    assert!(page.contains("<svg") && page.contains("src=\"data:image/png;base64,"));
+    for file in ["cornell-model-error.svg", "cornell-kernel-error.svg"] {
+        assert!(folder.join("out").join(file).exists(), "{file}");
+    }
+    assert!(!folder.join("out/timing.exr").exists());
+
+    // The engine's own image, handed in as a peer's, has the engine's error. The truth is the one that is there.
+    let render = program(
+        folder,
+        &[
+            &["render", scene_file().to_str().unwrap(), "-o", "a.exr"],
+            &SIZE[..],
+            &["--estimator", "instant-radiosity", "--rsm-size", "16"],
+        ]
+        .concat(),
+    );
+    assert!(render.status.success());
+    let peers = write_peers(
+        folder,
+        r#"{"about":"a <stand-in>","notes":["nothing is fair & square"]}
+{"peer":"copy","label":"a copy","spp":7,"seconds":[0.5,0.25,2],"seconds_median":0.5,"seconds_of":{"render":0.4},"image":"OUT/a.exr"}
+{"peer":"refusal","unsupported":"it does not like boxes"}"#,
+    );
+    let (scene, page) = read(folder, &report(folder, &["--peers", &peers]));
+    assert_eq!(scene["truth"]["was_there"], true);
+    let copy = series(&scene, "copy");
+    assert_eq!(copy.len(), 1);
+    assert_eq!(copy[0]["kind"], "peer");
+    assert_eq!(copy[0]["label"], "7 spp");
+    assert_eq!(copy[0]["seconds"]["median"], 0.5);
+    assert_eq!(
+        copy[0]["indirect"],
+        series(&scene, "instant-radiosity")[1]["indirect"]
+    );
+    assert_eq!(scene["peers"]["unsupported"][0]["peer"], "refusal");
+    assert!(page.contains("a &lt;stand-in&gt;") && page.contains("fair &amp; square"));
+    assert!(page.contains("it does not like boxes"));
+}
+
+/// One line on stderr, exit code 1.
+#[track_caller]
+fn assert_fails(output: &Output, says: &[&str]) {
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    for part in says {
+        assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
+    }
+}
+
+#[test]
+fn what_cannot_become_a_report_is_said_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("out"), "a file").unwrap();
+    assert_fails(&report(folder, &[]), &["out", "cannot create the folder"]);
+
+    // Every scene is loaded before the first is rendered.
+    let scene = scene_file();
+    let scenes = [scene.to_str().unwrap(), "missing.toml"];
+    let output = program(folder, &["report", scenes[0], scenes[1], "-o", "other"]);
+    assert_fails(&output, &["missing.toml"]);
+    let left: Vec<_> = fs::read_dir(folder.join("other")).unwrap().collect();
+    assert_eq!(left.len(), 1, "the folder for truths alone");
+}

@@ -1,0 +1,179 @@
+//! The program's own behaviour, as far as it needs no device.
+#![cfg(feature = "cli")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn camlux(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_camlux"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+/// Checks that the program fails with this exit code and says this, writes nothing to stdout and leaves no file.
+fn assert_fails(arguments: &[&str], exit_code: i32, says: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let output = camlux(folder.path(), arguments);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(
+        output.status.code(),
+        Some(exit_code),
+        "{arguments:?}: {stderr}"
+    );
+    assert!(
+        stderr.starts_with("camlux: error: "),
+        "{arguments:?}: {stderr}"
+    );
+    assert!(stderr.contains(says), "{arguments:?}: {stderr}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    assert_eq!(
+        std::fs::read_dir(folder.path()).unwrap().count(),
+        0,
+        "{arguments:?}"
+    );
+    if exit_code == 1 {
+        assert_eq!(stderr.lines().count(), 1, "{arguments:?}: {stderr}");
+    }
+}
+
+#[test]
+fn wrong_usage_is_said_with_exit_code_2() {
+    let cases: [(&[&str], &str); 11] = [
+        (&["render", "scene.toml"], "--output"),
+        (&["render", "-o", "a.exr"], "SCENE.toml"),
+        (
+            &["render", "scene.toml", "-o", "a.exr", "--estimator", "x"],
+            "rsm-average and instant-radiosity",
+        ),
+        (
+            &[
+                "render",
+                "scene.toml",
+                "-o",
+                "a.exr",
+                "--interpolation-error",
+                "x",
+            ],
+            "'x'",
+        ),
+        (
+            &["render", "scene.toml", "-o", "a.exr", "--target-error", "x"],
+            "'x'",
+        ),
+        (
+            &[
+                "render",
+                "scene.toml",
+                "-o",
+                "a.exr",
+                "--layers",
+                "direct,x",
+            ],
+            "id.material",
+        ),
+        // Only a reference image has it.
+        (
+            &["render", "scene.toml", "-o", "a.exr", "--layers", "stderr"],
+            "the layers are radiance, direct, indirect, energy, P",
+        ),
+        (
+            &["render", "scene.toml", "-o", "a.exr", "--size", "0", "5"],
+            "'0'",
+        ),
+        (
+            &["render", "scene.toml", "-o", "a.exr", "--rsm-size", "0"],
+            "'0'",
+        ),
+        (
+            &["render", "scene.toml", "--plan", "--png", "a.png"],
+            "--output",
+        ),
+        (&["paint"], "paint"),
+    ];
+    for (arguments, says) in cases {
+        assert_fails(arguments, 2, says);
+    }
+}
+
+#[test]
+fn unwritable_output_is_said_before_the_scene_is_read() {
+    assert_fails(
+        &["render", "no-scene.toml", "-o", "missing/a.exr"],
+        1,
+        "missing/a.exr: cannot write: its folder does not exist",
+    );
+    assert_fails(
+        &[
+            "render",
+            "no-scene.toml",
+            "-o",
+            "a.exr",
+            "--png",
+            "missing/a.png",
+        ],
+        1,
+        "missing/a.png",
+    );
+    assert_fails(
+        &[
+            "render",
+            "no-scene.toml",
+            "-o",
+            "a.exr",
+            "--stats",
+            "missing/a.json",
+        ],
+        1,
+        "missing/a.json",
+    );
+}
+
+#[test]
+fn outputs_need_names_of_their_own() {
+    assert_fails(&["render", "no-scene.toml", "-o", "a.png"], 1, ".exr");
+    // - is stdout for what is text; images go to files.
+    for (output, png) in [("-", "a.png"), ("a.exr", "-"), ("a.exr", "a.jpg")] {
+        let arguments = ["render", "no-scene.toml", "-o", output, "--png", png];
+        assert_fails(
+            &arguments,
+            1,
+            "an image is written there; end the name in .",
+        );
+    }
+    assert_fails(
+        &["render", "no-scene.toml", "-o", "a.exr", "--stats", "a.exr"],
+        1,
+        "two outputs",
+    );
+}
+
+#[test]
+fn missing_scene_is_named_and_leaves_no_output() {
+    assert_fails(
+        &[
+            "render",
+            "no-scene.toml",
+            "-o",
+            "a.exr",
+            "--png",
+            "a.png",
+            "--stats",
+            "a.json",
+        ],
+        1,
+        "no-scene.toml",
+    );
+}
+
+#[test]
+fn help_and_version_go_to_stdout() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [["--help"], ["--version"]] {
+        let output = camlux(folder.path(), &arguments);
+        assert!(output.status.success());
+        assert!(String::from_utf8(output.stdout).unwrap().contains("camlux"));
+        assert!(output.stderr.is_empty());
+    }
+}

@@ -1,0 +1,80 @@
+//! A renderer under the Khronos validation layer, for every test that needs a device.
+
+use std::path::Path;
+
+use camlux::{
+    Device, DeviceOptions, RenderOptions, Renderer, Scene,
+    output::Frame,
+    scene::{IndirectLight, VplSum},
+};
+
+/// A renderer whose validation layer must have stayed silent by the time it is dropped.
+pub struct Gpu {
+    pub device: Device,
+    pub renderer: Renderer,
+}
+
+impl Gpu {
+    /// Opens the best device with the validation layer; a machine without either fails the test.
+    pub fn open() -> Gpu {
+        let options = DeviceOptions {
+            validation: true,
+            ..DeviceOptions::default()
+        };
+        let device = Device::open(&options).expect("scripts/test installs a driver and the layer");
+        let renderer = Renderer::new(&device).expect("a renderer");
+        Gpu { device, renderer }
+    }
+
+    pub fn render(&mut self, scene: &Scene) -> Frame {
+        self.renderer
+            .render(scene, &mut RenderOptions::default())
+            .expect("the scene renders")
+    }
+}
+
+impl Drop for Gpu {
+    fn drop(&mut self) {
+        let messages = self.device.validation_messages();
+        if std::thread::panicking() {
+            // Perhaps the cause of the panic, which a second one would hide.
+            eprintln!("validation: {messages:#?}");
+        } else {
+            assert!(messages.is_empty(), "validation: {messages:#?}");
+        }
+    }
+}
+
+/// A scene of the repository, at another resolution.
+pub fn demo_scene(name: &str, resolution_px: [u32; 2]) -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"));
+    let mut scene = Scene::load(&path).expect("a demo scene loads");
+    let scale = f64::from(resolution_px[1]) / f64::from(scene.camera.resolution_px[1]);
+    if let camlux::scene::Lens::Intrinsics(intrinsics) = &mut scene.camera.lens {
+        for length_px in [
+            &mut intrinsics.fx,
+            &mut intrinsics.fy,
+            &mut intrinsics.cx,
+            &mut intrinsics.cy,
+        ] {
+            *length_px *= scale;
+        }
+    }
+    scene.camera.resolution_px = resolution_px;
+    scene
+}
+
+/// The scene with a plain sum: its own, or that of instant radiosity where its light is gathered.
+pub fn plain_sum(mut scene: Scene, rsm_size: u32) -> Scene {
+    let sum = match scene.indirect.expect("the scene has indirect light") {
+        IndirectLight::RsmAverage { .. } => VplSum::RsmAverage,
+        IndirectLight::InstantRadiosity { .. } | IndirectLight::FinalGather { .. } => {
+            VplSum::InstantRadiosity
+        }
+    };
+    scene.indirect = Some(IndirectLight::vpl_sum(sum, rsm_size));
+    scene
+}
+
+/// The scenes of the repository.
+pub const DEMO_SCENES: [&str; 5] = ["cornell", "cornell_spot", "glossy", "textured", "knot"];

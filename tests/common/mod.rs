@@ -1,0 +1,12 @@
+//! What several kinds of tests share.
+
+#![allow(dead_code, unused_imports, reason = "each program uses its own part")]
+
+pub mod gpu;
+pub mod quadrature;
+pub mod ray_caster;
+pub mod rmse;
+pub mod rooms;
+pub mod scene_folder;
+pub mod shadows;
+pub mod truth;

@@ -1,0 +1,311 @@
+//! `final-gather` against the path-sampled reference: the error requested, the error estimated, and the true one.
+#![cfg(feature = "reference")]
+
+use std::ops::ControlFlow;
+
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::rooms::{quad, scene_of};
+use camlux::{
+    Error, Progress, RayKernel, RenderOptions, Scene,
+    metrics::{Comparison, Pixels},
+    output::{Frame, Layer},
+    reference::Reference,
+    scene::{IndirectLight, Light, SpotCone},
+};
+use glam::DVec3;
+
+fn by_rays(mut scene: Scene, target_error: f64) -> Scene {
+    scene.indirect = Some(IndirectLight::final_gather(target_error));
+    scene
+}
+
+/// A reference of eight rounds.
+fn reference_of(scene: &Scene, samples_per_round: u32) -> Frame {
+    let mut reference = Reference::new(scene, samples_per_round).expect("the scene is valid");
+    for _ in 0..8 {
+        let go_on = &mut |_| ControlFlow::Continue(());
+        reference.add_round(go_on).expect("nothing cancels it");
+    }
+    reference.frame()
+}
+
+/// relRMSE and bias of the indirect light, but for pixels whose centre lies on an edge.
+fn error_and_bias(image: &Frame, truth: &Frame) -> (f64, f64) {
+    let edges = truth.ids(Layer::Edge).expect("a reference marks edges");
+    let seen = truth.ids(Layer::MeshId).expect("it is there");
+    let [edges, valid] = [edges, seen].map(|ids| ids.iter().map(|&id| id != 0).collect::<Vec<_>>());
+    let comparison = Comparison::of(&Pixels {
+        image: image.values(Layer::Indirect).expect("it is there"),
+        reference: truth.values(Layer::Indirect).expect("it is there"),
+        image_standard_error: None,
+        reference_standard_error: truth.values(Layer::StandardError),
+        valid: &valid,
+        edges: Some(&edges),
+        channels: 3,
+    })
+    .expect("images of one size");
+    assert_eq!(comparison.non_finite_image, 0);
+    let noise = comparison.noise.expect("there is light");
+    let error = noise.rmse.value_or_bound().expect("the truth is not noise");
+    (error, comparison.errors.expect("there is light").bias)
+}
+
+/// Renders, prints and checks: the true error at most 1.3 times the one asked for, no bias over 1 %, and an estimate that is not far off.
+#[track_caller]
+fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) -> Frame {
+    let frame = gpu.render(&by_rays(scene.clone(), asked));
+    let (error, bias) = error_and_bias(&frame, truth);
+    let estimated = frame.stats.estimated_error.expect("it is estimated");
+    println!(
+        "{name}: asked {asked}, estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}, {} k rays",
+        frame.stats.ray_count / 1000
+    );
+    // Nor is more done than was asked for.
+    assert!(error >= asked / 3.0, "{name}: {error} for {asked}");
+    assert!(error <= 1.3 * asked, "{name}: {error} for {asked}");
+    assert!(bias.abs() <= 0.01, "{name}: bias {bias}");
+    assert!(
+        estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005,
+        "{name}: {estimated} for {error}"
+    );
+    frame
+}
+
+#[test]
+fn the_error_asked_for_is_met_in_the_demo_scenes() {
+    let mut gpu = Gpu::open();
+    for name in DEMO_SCENES {
+        let scene = demo_scene(name, [96, 96]);
+        let truth = reference_of(&scene, 256);
+        check(&mut gpu, name, &scene, &truth, 0.05);
+    }
+}
+
+/// Large enough for a lattice whose pixels lie apart: most pixels are interpolated, and the error is still the one asked for.
+#[test]
+fn most_pixels_are_interpolated() {
+    let mut gpu = Gpu::open();
+    for name in ["cornell", "cornell_spot"] {
+        let scene = demo_scene(name, [224, 224]);
+        let truth = reference_of(&scene, 32);
+        let frame = check(&mut gpu, name, &scene, &truth, 0.04);
+        // A pixel that is gathered takes 192 rays or more.
+        let rays_per_pixel = frame.stats.ray_count as f64 / (224.0 * 224.0);
+        println!("{name}: {rays_per_pixel:.0} rays a pixel");
+        assert!(rays_per_pixel < 192.0, "{name}");
+    }
+}
+
+/// Progress never goes back, and where it is answered with a break, nothing but an error comes of it.
+#[test]
+fn progress_and_cancelling() {
+    let mut gpu = Gpu::open();
+    let scene = by_rays(demo_scene("cornell", [64, 64]), 0.05);
+    let mut seen = Vec::new();
+    let mut report = |progress: Progress| {
+        seen.push(progress.fraction);
+        ControlFlow::Continue(())
+    };
+    let mut options = RenderOptions {
+        progress: Some(&mut report),
+        ..RenderOptions::default()
+    };
+    gpu.renderer
+        .render(&scene, &mut options)
+        .expect("it renders");
+    assert!(seen.len() > 10);
+    assert!(
+        seen.is_sorted() && seen.iter().all(|f| (0.0..=1.0).contains(f)),
+        "{seen:?}"
+    );
+    let mut left = seen.len() / 2;
+    let mut cancel = |_| {
+        left -= 1;
+        if left == 0 {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
+        }
+    };
+    let mut options = RenderOptions {
+        progress: Some(&mut cancel),
+        ..RenderOptions::default()
+    };
+    let cancelled = gpu.renderer.render(&scene, &mut options);
+    assert!(matches!(cancelled, Err(Error::Cancelled)));
+    gpu.render(&scene);
+}
+
+/// The lamp is in the next room. What it sends through the slit is hard to find from either end.
+#[test]
+fn light_through_a_slit() {
+    let scene = demo_scene("slit", [64, 64]);
+    let truth = reference_of(&scene, 512);
+    check(&mut Gpu::open(), "slit", &scene, &truth, 0.15);
+}
+
+/// The lattice, and the sample of pixels that are appraised, may be smaller than a pixel or hit nothing.
+#[test]
+fn images_of_few_pixels_and_of_none_with_a_surface() {
+    let mut gpu = Gpu::open();
+    for resolution_px in [[1, 1], [2, 3], [1, 70], [33, 1]] {
+        let mut scene = by_rays(room(), 0.1);
+        scene.camera.resolution_px = resolution_px;
+        let frame = gpu.render(&scene);
+        let indirect = frame.values(Layer::Indirect).expect("it is there");
+        let meshes = frame.ids(Layer::MeshId).expect("it is there");
+        for (pixel, mesh) in indirect.chunks_exact(3).zip(meshes) {
+            assert!(
+                pixel.iter().all(|&value| (value > 0.0) == (*mesh != 0)),
+                "{pixel:?} on {mesh}"
+            );
+        }
+    }
+    let mut scene = by_rays(room(), 0.1);
+    scene.camera.look_at_m = 2.0 * scene.camera.position_m;
+    let frame = gpu.render(&scene);
+    let indirect = frame.values(Layer::Indirect).expect("it is there");
+    assert!(indirect.iter().all(|&value| value == 0.0));
+    assert_eq!(frame.stats.estimated_error, None);
+}
+
+/// A room of six walls with a screen in it, 2 m on a side.
+fn room() -> Scene {
+    let corner = DVec3::splat(-1.0);
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
+    let meshes = vec![
+        quad("floor", corner, z, x, 0),
+        quad("ceiling", corner + y, x, z, 1),
+        quad("left", corner, y, z, 1),
+        quad("right", corner + x, z, y, 0),
+        quad("back", corner, x, y, 0),
+        quad(
+            "screen",
+            DVec3::new(-0.3, -1.0, -0.4),
+            0.9 * DVec3::X,
+            1.1 * DVec3::Y,
+            1,
+        ),
+    ];
+    let light = Light::Point {
+        position_m: DVec3::new(0.4, 0.6, 0.3),
+        power_w: [30.0, 20.0, 10.0],
+    };
+    let mut scene = scene_of(meshes, light, DVec3::new(0.1, 0.0, 2.9), DVec3::ZERO);
+    scene.camera.resolution_px = [64, 64];
+    scene
+}
+
+/// Every kind of light alone, and all of them together: they share the draws by what they send.
+#[test]
+fn lights_of_every_kind_and_together() {
+    let lights = [
+        room().lights[0],
+        Light::Spot {
+            position_m: DVec3::new(-0.5, 0.7, 0.5),
+            direction: DVec3::new(0.5, -1.0, -0.6),
+            cone: SpotCone {
+                inner_half_angle_deg: 15.0,
+                outer_half_angle_deg: 30.0,
+            },
+            power_w: [5.0, 10.0, 20.0],
+        },
+        Light::Directional {
+            direction: DVec3::new(-0.5, -0.4, -1.0),
+            irradiance_w_m2: [6.0, 4.0, 2.0],
+        },
+    ];
+    let mut gpu = Gpu::open();
+    let mut scene = room();
+    for (name, lights) in [
+        ("point", vec![lights[0]]),
+        ("spot", vec![lights[1]]),
+        ("directional", vec![lights[2]]),
+        ("all", lights.to_vec()),
+    ] {
+        scene.lights = lights;
+        let truth = reference_of(&scene, 512);
+        check(&mut gpu, name, &scene, &truth, 0.03);
+    }
+}
+
+/// A spot 300 m from a room of 2 m: what is in its way is told apart to micrometres all the same.
+#[test]
+fn light_comes_from_afar() {
+    let mut scene = room();
+    let position_m = DVec3::new(20.0, 40.0, 295.0);
+    scene.lights = vec![Light::Spot {
+        position_m,
+        direction: -position_m,
+        cone: SpotCone {
+            inner_half_angle_deg: 0.3,
+            outer_half_angle_deg: 0.4,
+        },
+        power_w: [20.0; 3],
+    }];
+    let truth = reference_of(&scene, 512);
+    check(&mut Gpu::open(), "from afar", &scene, &truth, 0.03);
+}
+
+/// Both kernels find the same. A ray at an edge that rounding turns the other way may change what the pilot learns, and with it
+/// every later draw: then the images differ by their noise.
+#[test]
+fn kernels_agree() {
+    let mut gpu = Gpu::open();
+    // No ray of the box differs; in the glossy room one may, and the noise asked for is the bound.
+    for (name, bound) in [("cornell", 1e-3), ("glossy", 0.1)] {
+        let scene = by_rays(demo_scene(name, [48, 48]), 0.1);
+        let images = RayKernel::ALL.map(|kernel| {
+            let mut options = RenderOptions {
+                ray_kernel: Some(kernel),
+                ..RenderOptions::default()
+            };
+            let frame = gpu
+                .renderer
+                .render(&scene, &mut options)
+                .expect("it renders");
+            frame.values(Layer::Indirect).expect("it is there").to_vec()
+        });
+        let [one, other] = &images;
+        let difference: f64 = one
+            .iter()
+            .zip(other)
+            .map(|(a, b)| f64::from(a - b).powi(2))
+            .sum();
+        let square: f64 = one.iter().map(|a| f64::from(*a).powi(2)).sum();
+        let apart = (difference / square).sqrt();
+        println!("{name}: {apart:.1e} apart");
+        assert!(apart < bound);
+    }
+}
+
+/// Behind a wall without thickness, lit on its other side, it stays dark: not a photon gets through or around.
+#[test]
+fn a_wall_of_no_thickness_does_not_leak() {
+    let mut scene = room();
+    let corner = DVec3::splat(-1.0);
+    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
+    scene.meshes.push(quad("front", corner + z, y, x, 0).into());
+    // The wall through the middle; the camera and the dark half on one side of it, the lamp on the other.
+    scene
+        .meshes
+        .push(quad("wall", DVec3::new(0.0, -1.0, -1.0), y, z, 1).into());
+    scene.meshes.retain(|mesh| mesh.name != "screen");
+    scene.camera.position_m = DVec3::new(-0.9, 0.1, 0.9);
+    scene.camera.look_at_m = DVec3::new(-0.2, -0.1, -1.0);
+    let frame = Gpu::open().render(&by_rays(scene, 0.05));
+    let indirect = frame.values(Layer::Indirect).expect("it is there");
+    let position = frame.values(Layer::Position).expect("it is there");
+    for (i, (value, p)) in indirect
+        .chunks_exact(3)
+        .zip(position.chunks_exact(3))
+        .enumerate()
+    {
+        // A pixel's centre on the seam may show the floor's first micrometres on the other side.
+        let is_beyond = p[0] > 0.0 && p[0] < 1e-4;
+        assert!(
+            value == [0.0; 3] || is_beyond,
+            "pixel {i} at {p:?} has {value:?}"
+        );
+    }
+}

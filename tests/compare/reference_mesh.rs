@@ -1,0 +1,107 @@
+//! The path-sampled reference on a mesh of 52 000 small triangles against plain sampling: cosine-distributed directions,
+//! jittered, through another tree, another triangle test and the formulas of `camlux::model`.
+
+use std::{f64::consts::PI, f64::consts::TAU, ops::ControlFlow};
+
+use crate::common::gpu::demo_scene;
+use crate::common::ray_caster::{Hit, RayCaster, pixel::PixelRay};
+use camlux::{
+    Scene, model,
+    output::Layer,
+    reference::Reference,
+    scene::{Bands, Light},
+};
+use glam::DVec3;
+
+const SIZE: u32 = 100;
+/// Strata along each axis of the square that directions come from.
+const STRATA: u32 = 32;
+/// Over the scene's 2 m: rays start and end so far from the surfaces.
+const OFFSET_M: f64 = 1e-9;
+
+/// Numbers in 0 to 1 that repeat from run to run (Knuth's MMIX generator).
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+fn kd(scene: &Scene, hit: &Hit) -> Bands {
+    let material = scene.meshes[hit.mesh].triangle_materials[hit.triangle];
+    scene.materials[material as usize].kd
+}
+
+/// The green band of what a matte point receives by one bounce from matte surfaces.
+fn plainly_sampled(scene: &Scene, caster: &RayCaster, p: &Hit, numbers: &mut Numbers) -> f64 {
+    let light = &scene.lights[0];
+    let Light::Spot { position_m, .. } = *light else {
+        panic!("the knot is lit by a spot");
+    };
+    let (x, y) = p.normal.any_orthonormal_pair();
+    let start_m = p.position_m + OFFSET_M * p.normal;
+    let mut sum = 0.0;
+    for stratum in 0..STRATA * STRATA {
+        let [column, row] = [stratum % STRATA, stratum / STRATA].map(f64::from);
+        let u = (column + numbers.next()) / f64::from(STRATA);
+        let (sine, cosine) = (TAU * (row + numbers.next()) / f64::from(STRATA)).sin_cos();
+        let direction: DVec3 = u.sqrt() * (cosine * x + sine * y) + (1.0 - u).sqrt() * p.normal;
+        let Some(q) = caster.nearest(start_m, direction) else {
+            continue;
+        };
+        let to_light_m = position_m - q.position_m;
+        let cosine = q.normal.dot(to_light_m.normalize());
+        let q_start_m = q.position_m + OFFSET_M * q.normal;
+        let is_lit = cosine > 0.0 && caster.nearest_in(q_start_m, to_light_m, 0.0, 1.0).is_none();
+        if is_lit {
+            sum +=
+                kd(scene, &q)[1] / PI * model::irradiance_facing(light, q.position_m)[1] * cosine;
+        }
+    }
+    kd(scene, p)[1] * sum / f64::from(STRATA * STRATA)
+}
+
+#[test]
+fn fine_meshes_agree_with_plain_sampling() {
+    let scene = demo_scene("knot", [SIZE, SIZE]);
+    let mut reference = Reference::new(&scene, 256).expect("the scene is valid");
+    for _ in 0..4 {
+        let added = reference.add_round(&mut |_| ControlFlow::Continue(()));
+        added.expect("nothing cancels it");
+    }
+    let frame = reference.frame();
+    let indirect = frame.values(Layer::Indirect).expect("it is there");
+    let mesh_ids = frame.ids(Layer::MeshId).expect("it is there");
+    let caster = RayCaster::new(&scene);
+    let mut numbers = Numbers(1);
+    for (mesh, name, step) in [(0, "room", 13), (1, "knot", 3)] {
+        let (mut plain, mut sampled, mut scatter, mut count) = (0.0, 0.0, 0.0, 0);
+        for index in (0..SIZE * SIZE).step_by(step) {
+            let (x, y) = (index % SIZE, index / SIZE);
+            let (hit, _) = PixelRay::of_camera(&scene, x, y).cast(&caster);
+            let is_same = mesh_ids[index as usize] == 1 + mesh as u32;
+            let Some(hit) = hit.filter(|hit| is_same && hit.mesh == mesh) else {
+                continue;
+            };
+            let expected = plainly_sampled(&scene, &caster, &hit, &mut numbers);
+            let found = f64::from(indirect[3 * index as usize + 1]);
+            plain += expected;
+            sampled += found;
+            scatter += (found - expected).powi(2);
+            count += 1;
+        }
+        let off = sampled / plain - 1.0;
+        let standard_error = scatter.sqrt() / plain;
+        println!(
+            "{name}: {count} pixels, off by {off:.1e} with a standard error of {standard_error:.1e}"
+        );
+        assert!(count > 150);
+        assert!(standard_error < 4e-3);
+        assert!(off.abs() < 3.0 * standard_error, "{name}");
+    }
+}

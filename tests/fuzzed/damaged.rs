@@ -1,0 +1,285 @@
+//! Files damaged at random, from fixed seeds: each is read or refused with a clear message, in time, and without memory for
+//! what is not there. `scripts/fuzz` searches on from there, led by coverage.
+
+use std::path::Path;
+
+use crate::common::scene_folder::{CAMERA, LIGHT, MESH, MTL, SceneFolder, TRIANGLE};
+use crate::judge::{Bound, TEXT, check_message, check_scene, judge, take_turn};
+use crate::mutate::{self, Random, mend_png};
+use crate::scene_text;
+use camlux::Scene;
+use camlux::metrics::{Comparison, Pixels};
+use camlux::output::LayeredImage;
+use exr::prelude::*;
+
+/// A byte of deflate stands for 1032 bytes at best, which are 8256 pixels of 1 bit. Each takes up to 4 bytes as the decoder
+/// gives it, 6 with 16 bits a band, and 12 as it stays.
+const TEXTURE: Bound = Bound {
+    constant_bytes: 2 << 20,
+    factor: 8256 * (4 + 6 + 12),
+};
+
+/// Valid files of the repository but the large ones.
+fn scenes(extension: &str) -> Vec<Vec<u8>> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let paths = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let mut paths: Vec<_> = paths
+        .filter(|path| path.extension().is_some_and(|found| found == extension))
+        .collect();
+    paths.sort();
+    let files = paths.iter().map(|path| std::fs::read(path).unwrap());
+    files.filter(|file| file.len() < 10_000).collect()
+}
+
+/// Counts what loads, and asserts that it is neither everything nor nothing: else the test would show little.
+#[track_caller]
+fn assert_some_load(loaded: usize, rounds: usize) {
+    println!("{loaded} of {rounds} load");
+    assert!(
+        loaded > rounds / 200 && loaded < rounds,
+        "{loaded} of {rounds}"
+    );
+}
+
+#[test]
+fn scene_files() {
+    let _turn = take_turn();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/scene.toml");
+    let mut seeds = scenes("toml");
+    seeds.push(format!("version = 1\n{CAMERA}{LIGHT}[material.clay]\nkd = 0.5\n").into());
+    // The meshes that these name are no part of the input.
+    let bound = Bound {
+        constant_bytes: 16 << 20,
+        ..TEXT
+    };
+    let mut random = Random::new(1);
+    let rounds = 2000;
+    let loads = (0..rounds).filter(|_| {
+        let bytes = mutate::text(&mut random, &seeds);
+        judge(
+            "scene.toml",
+            &bytes,
+            bound,
+            |bytes| match std::str::from_utf8(bytes) {
+                Ok(text) => check_scene(Scene::parse(text, &folder)),
+                Err(_) => false,
+            },
+        )
+    });
+    assert_some_load(loads.count(), rounds);
+}
+
+#[test]
+fn scene_files_by_grammar() {
+    let _turn = take_turn();
+    let folder = SceneFolder::new();
+    let file = folder.path("scene.toml");
+    let mut random = Random::new(2);
+    let rounds = 6000;
+    let loads = (0..rounds).filter(|round| {
+        let oddity = [4, 20, 100][round % 3];
+        let text = scene_text::scene(&mut random, oddity);
+        judge("scene.toml", text.as_bytes(), TEXT, |_| {
+            check_scene(Scene::parse(&text, &file))
+        })
+    });
+    assert_some_load(loads.count(), rounds);
+}
+
+#[test]
+fn meshes() {
+    let _turn = take_turn();
+    let folder = SceneFolder::new();
+    folder.write("mesh.mtl", MTL.replace("white", "left") + MTL);
+    folder.write("scene.toml", format!("{CAMERA}{LIGHT}{MESH}"));
+    let mut seeds = scenes("obj");
+    let all_forms = "v 0 0 0 1\nv 2 0 0\nv 2 2 0\nv 0 1 0\nvt 0\nvt 1 1 0\nvn 0 0 1\nvn 0 0 0\n\
+        usemtl white\nf 1/1/1 2/2/1 3/1/1 4/2/1\nf -4//-2 -3//-2 -2//-2\nf 1/1 2/2 \\\n 3/1\no a\ns off\nl 1 2\n";
+    seeds.push(format!("{TRIANGLE}{all_forms}").into());
+    seeds.push(TRIANGLE.into());
+    let mut random = Random::new(3);
+    let rounds = 3000;
+    let loads = (0..rounds).filter(|_| {
+        let bytes = mutate::text(&mut random, &seeds);
+        judge("mesh.obj", &bytes, TEXT, |bytes| {
+            folder.write("mesh.obj", bytes);
+            check_scene(Scene::load(&folder.path("scene.toml")))
+        })
+    });
+    assert_some_load(loads.count(), rounds);
+}
+
+#[test]
+fn material_libraries() {
+    let _turn = take_turn();
+    let folder = SceneFolder::new();
+    folder.write("scene.toml", format!("{CAMERA}{LIGHT}{MESH}"));
+    let mut seeds = scenes("mtl");
+    for seed in &mut seeds {
+        // One of them is the one that the mesh names.
+        let text = String::from_utf8(seed.clone()).unwrap();
+        *seed = text
+            .replacen("newmtl ", "newmtl white\nKd 1\nnewmtl ", 1)
+            .into();
+    }
+    seeds.push(MTL.into());
+    seeds.push("newmtl white\nKa 1 1 1\nKd 0.5\nKs 0.1 0.2 0.3\nNs 20\nillum 2\nd 1\n".into());
+    let mut random = Random::new(4);
+    let rounds = 3000;
+    let loads = (0..rounds).filter(|_| {
+        let bytes = mutate::text(&mut random, &seeds);
+        judge("mesh.mtl", &bytes, TEXT, |bytes| {
+            folder.write("mesh.mtl", bytes);
+            check_scene(Scene::load(&folder.path("scene.toml")))
+        })
+    });
+    assert_some_load(loads.count(), rounds);
+}
+
+/// PNG and JPEG of several kinds.
+fn images() -> Vec<Vec<u8>> {
+    let folder = tempfile::tempdir().unwrap();
+    let rgb = image::RgbImage::from_fn(20, 9, |x, y| image::Rgb([x as u8 * 12, y as u8 * 20, 7]));
+    let grey = image::ImageBuffer::from_fn(9, 9, |x, y| image::Luma([(x * 7000 + y) as u16]));
+    let rgba = image::RgbaImage::from_pixel(3, 3, image::Rgba([1, 2, 3, 4]));
+    let names =
+        ["a.png", "a.jpg", "grey.png", "rgba.png", "grey.jpg"].map(|n| folder.path().join(n));
+    rgb.save(&names[0]).unwrap();
+    rgb.save(&names[1]).unwrap();
+    grey.save(&names[2]).unwrap();
+    rgba.save(&names[3]).unwrap();
+    image::GrayImage::from_pixel(16, 16, image::Luma([9]))
+        .save(&names[4])
+        .unwrap();
+    names.map(|name| std::fs::read(name).unwrap()).into()
+}
+
+#[test]
+fn textures() {
+    let _turn = take_turn();
+    let folder = SceneFolder::new();
+    folder.write("mesh.mtl", "newmtl white\nmap_Kd texture\n");
+    folder.write("scene.toml", format!("{CAMERA}{LIGHT}{MESH}"));
+    let seeds = images();
+    let mut random = Random::new(5);
+    let rounds = 3000;
+    let loads = (0..rounds).filter(|round| {
+        let mut bytes = mutate::binary(&mut random, &seeds);
+        if round % 3 > 0 {
+            mend_png(&mut bytes);
+        }
+        judge("texture", &bytes, TEXTURE, |bytes| {
+            folder.write("texture", bytes);
+            check_scene(Scene::load(&folder.path("scene.toml")))
+        })
+    });
+    assert_some_load(loads.count(), rounds);
+}
+
+/// Images of 8 × 6 pixels in every compression and both forms.
+fn layered_images() -> Vec<Vec<u8>> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let mut files = Vec::new();
+    for compression in [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP16,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+        Compression::DWAA(None),
+    ] {
+        for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(4, 4))] {
+            let values = || (0..48).map(|i| i as f32);
+            let channels = [
+                AnyChannel::new("direct.B", FlatSamples::F32(values().collect())),
+                AnyChannel::new("direct.G", FlatSamples::F32(values().collect())),
+                AnyChannel::new(
+                    "direct.R",
+                    FlatSamples::F16(values().map(f16::from_f32).collect()),
+                ),
+                AnyChannel::new("id.mesh", FlatSamples::U32((0..48).collect())),
+            ];
+            let encoding = Encoding {
+                compression,
+                blocks,
+                line_order: LineOrder::Increasing,
+            };
+            let layer = Layer::new(
+                (8, 6),
+                LayerAttributes::default(),
+                encoding,
+                AnyChannels::sort(SmallVec::from_vec(channels.to_vec())),
+            );
+            Image::from_layer(layer).write().to_file(&path).unwrap();
+            files.push(std::fs::read(&path).unwrap());
+        }
+    }
+    files
+}
+
+/// What a byte of the file may stand for (see `exr_decode.rs`): room for its values as f32, which may be 16-bit floats in the
+/// file, is reserved at once, and the block at hand is there twice.
+fn image_bound(bytes: &[u8]) -> Bound {
+    let name = b"compression\0compression\0";
+    let at = bytes.windows(name.len()).position(|window| window == name);
+    let kind = at.and_then(|at| bytes.get(at + name.len() + 4));
+    let has_many_zeros = matches!(kind, Some(8 | 9));
+    let bytes_per_byte = if has_many_zeros {
+        64 * 2 * 1032
+    } else {
+        1032 * 4 / 3
+    };
+    Bound {
+        constant_bytes: 6 << 20,
+        factor: 4 * bytes_per_byte,
+    }
+}
+
+#[test]
+fn images_to_compare() {
+    let _turn = take_turn();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let seeds = layered_images();
+    let mut random = Random::new(6);
+    let rounds = 4000;
+    let reads = (0..rounds).filter(|_| {
+        let bytes = mutate::binary(&mut random, &seeds);
+        std::fs::write(&path, &bytes).unwrap();
+        let bound = image_bound(&bytes);
+        judge("image.exr", &bytes, bound, |_| {
+            match LayeredImage::read(&path) {
+                Ok(image) => {
+                    compare_with_itself(&image);
+                    true
+                }
+                Err(error) => {
+                    check_message(&error);
+                    false
+                }
+            }
+        })
+    });
+    assert_some_load(reads.count(), rounds);
+}
+
+fn compare_with_itself(image: &LayeredImage) {
+    let valid = image.surface_pixels();
+    for layer in image.layers() {
+        let pixels = Pixels {
+            image: &layer.values,
+            reference: &layer.values,
+            image_standard_error: None,
+            reference_standard_error: None,
+            valid: &valid,
+            edges: None,
+            channels: layer.channel_names.len(),
+        };
+        let comparison = Comparison::of(&pixels).expect("every layer has all pixels");
+        assert!(comparison.errors.is_none_or(|errors| errors.rmse == 0.0));
+    }
+}

@@ -1,0 +1,4 @@
+//! Files that are made from others and checked in are what they would be if they were made now.
+
+mod header;
+mod spirv;

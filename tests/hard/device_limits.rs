@@ -1,0 +1,418 @@
+//! Scenes that ask for more than the device has, scenes with next to nothing in them, and renders that are cancelled.
+
+use std::{ops::ControlFlow, time::Instant};
+
+use crate::common::gpu::{Gpu, demo_scene, plain_sum};
+use camlux::{
+    DeviceInfo, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
+    output::{Frame, Layer},
+    scene::{IndirectLight, Light, Mesh, Shadow, Texture, VplSum},
+};
+
+/// The device, but with lavapipe's limits: a real GPU's may be so large that nothing here is over them.
+fn small_device(gpu: &Gpu) -> DeviceInfo {
+    let mut device = gpu.device.info().clone();
+    device.limits.max_image_px = 16384;
+    device.limits.max_allocation_bytes = 2 << 30;
+    device.limits.max_storage_buffer_bytes = 128 << 20;
+    device.limits.max_buffer_bytes = 2 << 30;
+    // What is over the memory all together is told first: `device_memory`.
+    device.limits.memory_bytes = 1 << 50;
+    device
+}
+
+/// Asserts that the plan refuses the scene at once: what is over which limit, and what to do.
+#[track_caller]
+fn assert_over_limit(gpu: &Gpu, scene: &Scene, says: &[&str], hint: &str) {
+    let device = small_device(gpu);
+    let start = Instant::now();
+    let error = Plan::new(scene, &device).expect_err("that is too much");
+    assert!(start.elapsed().as_secs_f64() < 0.5, "work was started");
+    assert!(matches!(error, Error::DeviceLimit { .. }), "{error:?}");
+    let message = error.to_string();
+    for part in says.iter().chain(&["over the limit", &device.name, hint]) {
+        assert!(message.contains(part), "{part:?} is missing in: {message}");
+    }
+}
+
+fn with_rsm_size(rsm_size: u32) -> Scene {
+    let mut scene = demo_scene("cornell", [8, 8]);
+    scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, rsm_size));
+    scene
+}
+
+const SMALLER_IMAGE: &str = "render a smaller image";
+const SMALLER_RSM: &str = "set a smaller rsm_size";
+
+#[test]
+fn images_over_the_limits_are_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let wide = demo_scene("cornell", [20_000, 8]);
+    assert_over_limit(&gpu, &wide, &["width", "20000", "16384"], SMALLER_IMAGE);
+    let high = demo_scene("cornell", [8, 20_000]);
+    assert_over_limit(&gpu, &high, &["height", "20000", "16384"], SMALLER_IMAGE);
+    // 16384² pixels of 16 bytes are 4 GiB.
+    let large = demo_scene("cornell", [16_384, 16_384]);
+    let says = ["G-buffer (bytes)", "4294967296", "2147483648"];
+    assert_over_limit(&gpu, &large, &says, SMALLER_IMAGE);
+    // 6000² pixels are a list of 144 MB; only the gather needs it.
+    let mut listed = demo_scene("cornell", [6000, 6000]);
+    let says = ["list of pixels (bytes)", "144000000", "134217728"];
+    assert_over_limit(&gpu, &listed, &says, SMALLER_IMAGE);
+    listed.indirect = None;
+    assert!(Plan::new(&listed, &small_device(&gpu)).is_ok());
+}
+
+#[test]
+fn reflective_shadow_maps_over_the_limits_are_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let says = ["rsm_size", "20000", "16384"];
+    assert_over_limit(&gpu, &with_rsm_size(20_000), &says, SMALLER_RSM);
+    // 6 · 8192² texels of 16 bytes are 6 GiB.
+    let says = ["RSM (bytes)", "6442450944"];
+    assert_over_limit(&gpu, &with_rsm_size(8192), &says, SMALLER_RSM);
+    // 6 · 2048² texels are 25 M VPLs, 1024 a row.
+    let says = ["VPLs (rows)", "24576", "16384"];
+    assert_over_limit(&gpu, &with_rsm_size(2048), &says, SMALLER_RSM);
+    assert!(Plan::new(&with_rsm_size(1672), &small_device(&gpu)).is_ok());
+    // The largest number that a scene can hold must not overflow on the way.
+    let says = ["rsm_size", "4294967295"];
+    assert_over_limit(&gpu, &with_rsm_size(u32::MAX), &says, SMALLER_RSM);
+}
+
+#[test]
+fn textures_over_the_limits_are_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let mut scene = demo_scene("textured", [8, 8]);
+    scene.textures[0] = Texture {
+        size_px: [20_000, 1],
+        linear_rgb: vec![[0.5; 3]; 20_000],
+        ..Texture::clone(&scene.textures[0])
+    }
+    .into();
+    let says = ["texture", &scene.textures[0].name, "20000", "16384"];
+    assert_over_limit(&gpu, &scene, &says, "scale the texture down");
+}
+
+/// The demo room filled up with triangles to a number of them.
+fn with_triangles(count: usize) -> Scene {
+    let mut scene = demo_scene("cornell", [8, 8]);
+    scene.indirect = None;
+    let few: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    let corners = [[0.0, 1.0, 0.0], [0.1, 1.0, 0.0], [0.0, 1.1, 0.0]];
+    let many = vec![[0, 1, 2]; count - few];
+    scene
+        .meshes
+        .push(Mesh::from_slices("many", &corners, &many, 0).into());
+    scene
+}
+
+fn bounce_by_rays(rsm_size: u32) -> Option<IndirectLight> {
+    Some(IndirectLight::FinalGather {
+        target_error: 0.02,
+        rsm_size: Some(rsm_size),
+    })
+}
+
+/// Asserts that the plan refuses the scene, and takes it after what the message says.
+#[track_caller]
+fn assert_refused(scene: &Scene, device: &DeviceInfo, parts: &[&str]) {
+    let message = Plan::new(scene, device)
+        .expect_err("that is too much")
+        .to_string();
+    for part in parts {
+        assert!(message.contains(part), "{part:?} is missing in: {message}");
+    }
+    let mut without = scene.clone();
+    if message.contains("shadow = \"map\"") {
+        without.direct.shadow = Some(Shadow::Map);
+    }
+    if message.contains("estimator = \"instant-radiosity\"") {
+        without.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8));
+    }
+    assert!(Plan::new(&without, device).is_ok());
+}
+
+#[test]
+fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let mut device = small_device(&gpu);
+    device.limits.max_image_px = 64;
+    // Four texels a triangle and room for seven more, 1024 a row.
+    let mut scene = with_triangles(16_376);
+    scene.direct.shadow = Some(Shadow::Rays);
+    assert!(Plan::new(&scene, &device).is_ok());
+    let mut scene = with_triangles(16_377);
+    let rows = "the triangles for rays (rows) is 65, over the limit of 64";
+    scene.direct.shadow = Some(Shadow::Rays);
+    let hint = "set shadow = \"map\" in [direct], simplify the meshes";
+    assert_refused(&scene, &device, &[rows, hint]);
+    scene.indirect = bounce_by_rays(8);
+    let hint = "set shadow = \"map\" in [direct] and estimator = \"instant-radiosity\" in [indirect], simplify";
+    assert_refused(&scene, &device, &[rows, hint]);
+    scene.direct.shadow = Some(Shadow::Map);
+    let hint = "set estimator = \"instant-radiosity\" in [indirect], simplify the meshes";
+    assert_refused(&scene, &device, &[rows, hint]);
+
+    device.limits.max_image_px = 16_384;
+    device.limits.max_allocation_bytes = 1 << 20;
+    scene.direct.shadow = Some(Shadow::Rays);
+    let message = Plan::new(&scene, &device).expect_err("that is too much");
+    let bytes = "the triangles for rays (bytes) is 1064960, over the limit of 1048576";
+    assert!(message.to_string().contains(bytes), "{message}");
+}
+
+#[test]
+fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let mut device = small_device(&gpu);
+    let mut scene = with_triangles(2000);
+    scene.indirect = bounce_by_rays(8);
+    device.limits.max_storage_images = 10;
+    assert!(Plan::new(&scene, &device).is_ok());
+    device.limits.max_storage_images = 9;
+    let says = "a kernel of the bounce reads (storage images) is 10, over the limit of 9";
+    assert_refused(
+        &scene,
+        &device,
+        &[says, "set estimator = \"instant-radiosity\""],
+    );
+    // Nobody asks what a shadow ray hits.
+    scene.direct.shadow = Some(Shadow::Rays);
+    scene.indirect = None;
+    assert!(Plan::new(&scene, &device).is_ok());
+
+    let mut device = small_device(&gpu);
+    let mut scene = demo_scene("textured", [8, 8]);
+    scene.indirect = bounce_by_rays(8);
+    let texture = Texture {
+        size_px: [600, 600],
+        linear_rgb: vec![[0.5; 3]; 360_000],
+        ..Texture::clone(&scene.textures[0])
+    };
+    scene.textures = vec![texture.into(); scene.textures.len()];
+    assert_eq!(scene.textures.len(), 2);
+    // 720 000 texels, 1024 a row.
+    device.limits.max_image_px = 704;
+    assert!(Plan::new(&scene, &device).is_ok());
+    device.limits.max_image_px = 703;
+    let says = "the textures that rays hit (rows, all together) is 704, over the limit of 703";
+    let hint = "set estimator = \"instant-radiosity\" in [indirect], scale the textures down";
+    assert_refused(&scene, &device, &[says, hint]);
+    device.limits.max_image_px = 704;
+    device.limits.max_allocation_bytes = 704 * 1024 * 16 - 1;
+    let says = "the textures that rays hit (bytes, all together) is 11534336, over";
+    assert_refused(&scene, &device, &[says, hint]);
+}
+
+/// The lights' VPLs lie in one list.
+#[test]
+fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
+    let gpu = Gpu::open();
+    let mut device = small_device(&gpu);
+    let mut scene = demo_scene("cornell", [8, 8]);
+    scene.direct.shadow = Some(Shadow::Rays);
+    scene.indirect = bounce_by_rays(32);
+    // Six rows of 1024 a light.
+    device.limits.max_image_px = 64;
+    scene.lights = vec![scene.lights[0]; 10];
+    assert!(Plan::new(&scene, &device).is_ok());
+    scene.lights = vec![scene.lights[0]; 11];
+    let hint = "set a smaller rsm_size, use fewer lights";
+    let says = "the list of all lights' VPLs (rows) is 66, over the limit of 64";
+    assert_refused(&scene, &device, &[says, hint]);
+    device.limits.max_image_px = 16_384;
+    device.limits.max_allocation_bytes = 66 * 1024 * 3 * 16 - 1;
+    let says = "the list of all lights' VPLs (bytes) is 3244032, over";
+    assert_refused(&scene, &device, &[says, hint]);
+    scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32));
+    assert_refused(&scene, &device, &[says, hint]);
+    device.limits.max_allocation_bytes += 1;
+    assert!(Plan::new(&scene, &device).is_ok());
+}
+
+/// A packet is that of eight lanes.
+#[test]
+fn other_lanes_take_no_packets() {
+    let gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [8, 8]);
+    scene.direct.shadow = Some(Shadow::Rays);
+    let mut device = small_device(&gpu);
+    for (lanes, kernel) in [
+        (4, RayKernel::Single),
+        (8, RayKernel::Packet),
+        (32, RayKernel::Single),
+    ] {
+        device.limits.subgroup_lanes = lanes;
+        let plan = Plan::new(&scene, &device).expect("the scene is valid");
+        assert_eq!(plan.lights[0].shadow, ShadowPlan::Rays(kernel));
+    }
+}
+
+/// The renderer asks the plan first, so that nothing is allocated.
+#[test]
+fn the_renderer_refuses_what_the_plan_refuses() {
+    let mut gpu = Gpu::open();
+    let too_wide = gpu.device.info().limits.max_image_px + 1;
+    let start = Instant::now();
+    let error = gpu
+        .renderer
+        .render(
+            &demo_scene("cornell", [too_wide, 1]),
+            &mut RenderOptions::default(),
+        )
+        .expect_err("that is too much");
+    assert!(start.elapsed().as_secs_f64() < 0.5, "work was started");
+    assert!(matches!(error, Error::DeviceLimit { .. }), "{error:?}");
+}
+
+/// A broadcast kernel on other subgroups than its own would give a wrong image.
+#[test]
+fn a_kernel_for_other_subgroups_is_refused() {
+    let mut gpu = Gpu::open();
+    let scene = demo_scene("cornell", [8, 8]);
+    let device = gpu.device.info().clone();
+    for kernel in GatherKernel::ALL {
+        let mut options = RenderOptions {
+            gather_kernel: Some(kernel),
+            ..RenderOptions::default()
+        };
+        let result = gpu.renderer.render(&scene, &mut options);
+        if kernel.runs_on(&device) {
+            assert!(result.is_ok());
+        } else {
+            let message = result.expect_err("it cannot run").to_string();
+            assert!(message.contains(kernel.name()), "{message}");
+            assert!(message.contains("lanes"), "{message}");
+        }
+    }
+}
+
+#[test]
+fn no_light_is_an_error() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [8, 8]);
+    scene.lights.clear();
+    let error = gpu
+        .renderer
+        .render(&scene, &mut RenderOptions::default())
+        .expect_err("there is nothing to render");
+    assert!(error.to_string().contains("there is no light"), "{error}");
+}
+
+/// Every pixel of every layer that holds light is 0, and nothing is NaN.
+#[track_caller]
+fn assert_black(what: &str, frame: &Frame) {
+    for layer in [
+        Layer::Radiance,
+        Layer::Direct,
+        Layer::Indirect,
+        Layer::Energy,
+    ] {
+        let values = frame.values(layer).expect("the scene asks for all");
+        assert!(
+            values.iter().all(|&value| value == 0.0),
+            "{what}: {layer:?}"
+        );
+    }
+}
+
+#[test]
+fn scenes_without_light_in_view_render_black() {
+    let mut gpu = Gpu::open();
+    for estimator in VplSum::ALL {
+        for name in ["cornell", "cornell_spot", "textured"] {
+            let mut scene = demo_scene(name, [16, 16]);
+            scene.indirect = Some(IndirectLight::vpl_sum(estimator, 8));
+            let mut render = |what: &str, change: &dyn Fn(&mut Scene)| {
+                let mut scene = scene.clone();
+                change(&mut scene);
+                let frame = gpu.render(&scene);
+                assert_black(&format!("{name}, {what}"), &frame);
+                frame
+            };
+            let empty = render("no meshes", &|scene| scene.meshes.clear());
+            assert_eq!(empty.stats.vpl_count, 0);
+            let empty = render("empty meshes", &|scene| {
+                scene.meshes = vec![Mesh::default().into(); 2];
+            });
+            assert_eq!(empty.ids(Layer::MeshId), Some(&[0; 16 * 16][..]));
+            let away = render("looking away", &|scene| {
+                let camera = &mut scene.camera;
+                camera.look_at_m = 2.0 * camera.position_m - camera.look_at_m;
+            });
+            assert_eq!(away.stats.pixel_vpl_pairs, 0);
+            render("no power", &|scene| {
+                for light in &mut scene.lights {
+                    match light {
+                        Light::Point { power_w, .. } | Light::Spot { power_w, .. } => {
+                            *power_w = [0.0; 3];
+                        }
+                        Light::Directional {
+                            irradiance_w_m2, ..
+                        } => *irradiance_w_m2 = [0.0; 3],
+                    }
+                }
+            });
+        }
+    }
+}
+
+/// An empty mesh among others changes nothing but the numbers of those behind it.
+#[test]
+fn an_empty_mesh_among_others_does_not_show() {
+    let mut gpu = Gpu::open();
+    let scene = plain_sum(demo_scene("glossy", [16, 16]), 32);
+    let mut with_empty = scene.clone();
+    with_empty.meshes.insert(1, Mesh::default().into());
+    let [frame, other] = [&scene, &with_empty].map(|scene| gpu.render(scene));
+    assert!(frame.values(Layer::Radiance) == other.values(Layer::Radiance));
+}
+
+#[test]
+fn a_cancelled_renderer_can_be_used_again() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [48, 48]);
+    scene.lights.push(scene.lights[0]);
+    let fresh = gpu.render(&scene);
+    // How often progress is reported, which is where a render can be cancelled.
+    let mut reports = Vec::new();
+    let mut listen = |progress| {
+        reports.push(progress);
+        ControlFlow::Continue(())
+    };
+    let mut options = RenderOptions {
+        progress: Some(&mut listen),
+        ..RenderOptions::default()
+    };
+    for _ in 0..2 {
+        gpu.renderer
+            .render(&scene, &mut options)
+            .expect("the scene renders");
+    }
+    assert_eq!(reports.len() % 2, 0);
+    let (once, again) = reports.split_at(reports.len() / 2);
+    assert_eq!(once, again, "options can be used again");
+    assert!(once.len() >= 5, "{once:?}");
+    assert!(once.is_sorted_by(|a, b| a.fraction <= b.fraction));
+    assert_eq!(once.last().map(|progress| progress.fraction), Some(1.0));
+
+    for last in 0..once.len() {
+        let mut left = last;
+        let mut stop = |_| match left {
+            0 => ControlFlow::Break(()),
+            _ => {
+                left -= 1;
+                ControlFlow::Continue(())
+            }
+        };
+        let mut options = RenderOptions {
+            progress: Some(&mut stop),
+            ..RenderOptions::default()
+        };
+        let error = gpu.renderer.render(&scene, &mut options);
+        assert!(matches!(error, Err(Error::Cancelled)), "{error:?}");
+        let frame = gpu.render(&scene);
+        assert!(frame.layers == fresh.layers, "after {last} reports");
+    }
+}

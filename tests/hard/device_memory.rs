@@ -1,0 +1,274 @@
+//! What a frame holds of the device's memory: known before, all of it given back, and never more than the device has.
+
+use std::time::Instant;
+
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
+use camlux::{
+    DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
+    output::Layer,
+    scene::{IndirectLight, Mesh, Shadow, VplSum},
+};
+
+/// By how much the figure may be over what was held: there are fewer boxes for rays where triangles stand alone, and the list of all
+/// tiles of the RSMs is counted at the length that it has where every tile lights a surface.
+const SLACK: f64 = 1.1;
+/// Set aside whatever the scene: for what the refinement takes, and for small things.
+const CONSTANT_BYTES: u64 = 2 << 20;
+
+fn with(scene: &Scene, change: impl Fn(&mut Scene)) -> Scene {
+    let mut scene = scene.clone();
+    change(&mut scene);
+    scene
+}
+
+const FINAL_GATHER: Option<IndirectLight> = Some(IndirectLight::FinalGather {
+    target_error: 0.3,
+    rsm_size: Some(64),
+});
+const INTERPOLATED_AVERAGE: Option<IndirectLight> = Some(IndirectLight::RsmAverage {
+    rsm_size: 64,
+    interpolation_error: Some(0.05),
+});
+
+/// Scenes that between them make every buffer and every image that there is.
+fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
+    let mut scenes = Vec::new();
+    for name in DEMO_SCENES {
+        let demo = demo_scene(name, size_px);
+        let mut add = |what: &str, scene| scenes.push((format!("{name}, {what}"), scene));
+        add("sum", plain_sum(demo.clone(), 64));
+        add(
+            "direct light by a map",
+            with(&demo, |scene| {
+                scene.indirect = None;
+                scene.direct.shadow = Some(Shadow::Map);
+            }),
+        );
+        add(
+            "sum with an error",
+            with(&demo, |scene| {
+                scene.indirect = INTERPOLATED_AVERAGE;
+            }),
+        );
+        add(
+            "two lights by rays",
+            with(&demo, |scene| {
+                scene.lights.push(scene.lights[0]);
+                scene.indirect = FINAL_GATHER;
+            }),
+        );
+    }
+    scenes
+}
+
+#[test]
+fn the_plan_knows_what_a_frame_holds_and_has_checked_all_of_it() {
+    let mut gpu = Gpu::open();
+    for (what, scene) in scenes([320, 240]) {
+        let plan = Plan::new(&scene, gpu.device.info()).expect("the scene is valid");
+        gpu.device.inject(None);
+        let frame = gpu.render(&scene);
+        gpu.renderer.forget();
+        let held = gpu.device.memory_use();
+        assert_eq!((held.allocations, held.bytes), (0, 0), "{what}");
+        let said = plan.device_memory_bytes(&scene);
+        let ratio = said as f64 / held.peak_bytes as f64;
+        println!("{what}: {said} said, {} held, {ratio:.3}", held.peak_bytes);
+        assert!(said >= held.peak_bytes, "{what}: {said} < {held:?}");
+        let bound = (held.peak_bytes as f64 * SLACK) as u64 + CONSTANT_BYTES;
+        assert!(said <= bound, "{what}: {said} > {bound}, {held:?}");
+
+        // Every Vulkan device takes the refinement's results, which are as many for every scene.
+        let checked = least_allocation_bytes(&scene, gpu.device.info()).max(2 << 20);
+        assert!(checked >= held.largest_bytes, "{what}: {checked}, {held:?}");
+
+        let values = |layer| frame.values(layer).map_or(0, <[f32]>::len);
+        let ids = |layer| frame.ids(layer).map_or(0, <[u32]>::len);
+        let words: usize = Layer::ALL
+            .into_iter()
+            .map(|layer| values(layer).max(ids(layer)))
+            .sum();
+        assert_eq!(plan.layer_bytes(), 4 * words as u64, "{what}");
+    }
+}
+
+/// The lowest limit of an allocation with which the plan takes the scene.
+fn least_allocation_bytes(scene: &Scene, device: &DeviceInfo) -> u64 {
+    let mut device = device.clone();
+    device.limits.max_allocation_bytes = 1;
+    loop {
+        match Plan::new(scene, &device) {
+            Ok(_) => return device.limits.max_allocation_bytes,
+            Err(Error::DeviceLimit { requested, .. }) => {
+                device.limits.max_allocation_bytes = requested
+            }
+            Err(other) => panic!("{other}"),
+        }
+    }
+}
+
+/// Asserts that the plan takes the scene with a limit of so much, and refuses it with one less.
+#[track_caller]
+fn assert_checked(what: &str, scene: &Scene, asked: u64, limit: fn(&mut DeviceInfo, u64)) {
+    let gpu = Gpu::open();
+    let mut device = gpu.device.info().clone();
+    limit(&mut device, asked - 1);
+    let error = Plan::new(scene, &device).expect_err(what);
+    let message = error.to_string();
+    let says = format!("{what} is {asked}, over the limit of {}", asked - 1);
+    assert!(message.contains(&says), "{message}");
+    limit(&mut device, asked);
+    if let Err(next) = Plan::new(scene, &device) {
+        assert!(!next.to_string().contains(what), "{next}");
+    }
+}
+
+/// Each check that `device_limits` has no test of, met by a device whose limit is lowered to it.
+#[test]
+fn each_list_and_image_is_checked() {
+    let scene = demo_scene("cornell", [8, 8]);
+    let allocation: fn(&mut DeviceInfo, u64) = |device, value| {
+        device.limits.max_allocation_bytes = value;
+    };
+    let storage: fn(&mut DeviceInfo, u64) = |device, value| {
+        device.limits.max_storage_buffer_bytes = value;
+    };
+    let sum = |rsm_size| plain_sum(scene.clone(), rsm_size);
+    // 24 rows of 1024 VPLs of three vectors; 6 · 128² texels of 8 bytes.
+    let list_bytes = 24 * 1024 * 3 * 16;
+    assert_checked("the list of VPLs (bytes)", &sum(64), list_bytes, allocation);
+    let table = "the table of the RSM's texels (bytes)";
+    assert_checked(table, &sum(128), 6 * 128 * 128 * 8, storage);
+    let by_map = with(&scene, |scene| scene.indirect = None);
+    // Six faces of 256².
+    let map_bytes = 6 * 256 * 256 * 16;
+    assert_checked("the shadow map (bytes)", &by_map, map_bytes, allocation);
+    let textured = with(&demo_scene("textured", [8, 8]), |scene| {
+        scene.indirect = None;
+        let texture = &mut scene.textures[0];
+        texture.size_px = [400, 400];
+        texture.linear_rgb = vec![[0.5; 3]; 160_000];
+        texture.name = "large".into();
+    });
+    let texture_bytes = 400 * 400 * 16;
+    let what = "texture \"large\" (bytes)";
+    assert_checked(what, &textured, texture_bytes, allocation);
+    assert_checked(what, &textured, texture_bytes, |device, value| {
+        device.limits.max_buffer_bytes = value;
+    });
+    let many = |vertices: usize, triangles: usize| {
+        with(&by_map, |scene| {
+            let corners = vec![[0.0, 1.0, 0.0]; vertices];
+            let triangles = vec![[0, 1, 2]; triangles];
+            scene.meshes = vec![Mesh::from_slices("many", &corners, &triangles, 0).into()];
+        })
+    };
+    let what = "the list of vertices (bytes)";
+    assert_checked(what, &many(1000, 1), 16_000, storage);
+    let what = "the list of triangles (bytes)";
+    assert_checked(what, &many(3, 1000), 12_000, storage);
+
+    let rays = with(&scene, |scene| {
+        scene.indirect = FINAL_GATHER;
+    });
+    // Each twice, in three texels; 1024 a row.
+    let materials = with(&rays, |scene| {
+        scene.indirect = Some(IndirectLight::FinalGather {
+            target_error: 0.3,
+            rsm_size: Some(8),
+        });
+        scene.materials.resize(1400, scene.materials[0].clone());
+    });
+    let what = "the materials that rays hit (rows)";
+    assert_checked(what, &materials, 9, |device, value| {
+        device.limits.max_image_px = value as u32;
+    });
+    // A lattice of every pixel of 32 bytes.
+    let wide = with(&rays, |scene| scene.camera.resolution_px = [4000, 100]);
+    let what = "the light on the coarsest lattice (bytes)";
+    assert_checked(what, &wide, 4000 * 100 * 32, storage);
+    let what = "an image on its way to the host (bytes)";
+    assert_checked(what, &wide, 4000 * 100 * 16, |device, value| {
+        device.limits.max_buffer_bytes = value;
+    });
+}
+
+#[test]
+fn sixteen_thousand_pixels_squared_are_refused_with_what_they_need() {
+    let mut gpu = Gpu::open();
+    let scene = demo_scene("cornell", [16_384, 16_384]);
+    // A device that takes images and buffers of this size, but not all of them together.
+    let mut device = gpu.device.info().clone();
+    device.limits.max_image_px = 16_384;
+    device.limits.max_allocation_bytes = u64::MAX;
+    device.limits.max_buffer_bytes = u64::MAX;
+    device.limits.max_storage_buffer_bytes = u64::MAX;
+    device.limits.memory_bytes = u64::MAX;
+    let plan = Plan::new(&scene, &device).expect("there is room");
+    let need = plan.device_memory_bytes(&scene);
+    // Seven images of 4 GiB and a depth at least.
+    assert!(need > 29 << 30, "{need}");
+    let takes = |device: &DeviceInfo| Plan::new(&scene, device).is_ok();
+    device.limits.memory_bytes = need;
+    device.kind = DeviceKind::Discrete;
+    assert!(takes(&device));
+    // Where the host's memory is the device's, the layers lie in it too.
+    device.kind = DeviceKind::Cpu;
+    assert!(!takes(&device));
+    device.limits.memory_bytes = need + plan.layer_bytes();
+    assert!(takes(&device));
+    device.kind = DeviceKind::Discrete;
+    device.limits.memory_bytes = need - 1;
+    let start = Instant::now();
+    let error = Plan::new(&scene, &device).expect_err("that is too much");
+    let message = error.to_string();
+    for part in [
+        "the memory of the frame (bytes)",
+        &need.to_string(),
+        &(need - 1).to_string(),
+        "render a smaller image",
+    ] {
+        assert!(message.contains(part), "{part} is missing in: {message}");
+    }
+    // This device takes it, or says so at once, and holds nothing.
+    if Plan::new(&scene, gpu.device.info()).is_err() {
+        let error = gpu
+            .renderer
+            .render(&scene, &mut RenderOptions::default())
+            .expect_err("the plan says so");
+        assert!(matches!(error, Error::DeviceLimit { .. }), "{error:?}");
+        assert_eq!(gpu.device.memory_use().peak_bytes, 0);
+    }
+    assert!(start.elapsed().as_secs_f64() < 0.5, "work was started");
+}
+
+/// What takes the most is what the message asks to make smaller.
+#[test]
+fn the_message_names_what_takes_the_most() {
+    let gpu = Gpu::open();
+    let hint = |scene: &Scene| {
+        let mut device = gpu.device.info().clone();
+        device.limits.memory_bytes = 1 << 20;
+        Plan::new(scene, &device)
+            .expect_err("that is too much")
+            .to_string()
+    };
+    let plain = with(&demo_scene("cornell", [256, 256]), |scene| {
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
+    });
+    assert!(hint(&plain).contains("render a smaller image"));
+    let fine = with(&plain, |scene| {
+        scene.camera.resolution_px = [16, 16];
+        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 256));
+    });
+    assert!(hint(&fine).contains("set a smaller rsm_size"));
+    let many = with(&plain, |scene| {
+        scene.camera.resolution_px = [16, 16];
+        scene.direct.shadow = Some(Shadow::Rays);
+        let triangles = vec![[0, 1, 2]; 100_000];
+        let corners = [[0.0, 1.0, 0.0], [0.1, 1.0, 0.0], [0.0, 1.1, 0.0]];
+        let mesh = Mesh::from_slices("many", &corners, &triangles, 0);
+        scene.meshes.push(mesh.into());
+    });
+    assert!(hint(&many).contains("simplify the meshes"));
+}

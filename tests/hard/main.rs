@@ -1,0 +1,19 @@
+//! Hard cases, and devices that fail or are small.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+#[macro_use]
+mod cases;
+
+mod device_faults;
+mod device_limits;
+mod device_memory;
+mod geometry;
+mod lights;
+mod material;
+#[cfg(feature = "reference")]
+mod reference;
+mod scale;
+mod sums;
+mod transport;

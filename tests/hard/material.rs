@@ -1,0 +1,15 @@
+//! Hard cases: `src/doctor/material.rs`.
+#![cfg(feature = "reference")]
+
+hard_cases! {
+    camlux::doctor::Group::Material;
+    diffuse_reflectance_of_zero_and_one,
+    mirror_like_reflectance_of_one,
+    shininess_of_zero,
+    shininess_of_one,
+    shininess_of_ten_thousand,
+    shininess_of_a_million,
+    glossy_seen_in_glossy,
+    texture_of_black_and_white,
+    reflects_more_than_it_receives,
+}

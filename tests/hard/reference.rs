@@ -1,0 +1,108 @@
+//! Scenes on which a path sampler goes wrong easily.
+
+use std::ops::ControlFlow;
+
+use crate::common::rooms::{quad, scene_of};
+use camlux::{
+    Error, Scene,
+    output::Layer,
+    reference::Reference,
+    scene::{Light, Mesh},
+};
+use glam::DVec3;
+
+/// A floor, a wall, and a lamp.
+fn corner(lamp_m: DVec3) -> Scene {
+    let meshes = vec![
+        quad(
+            "floor",
+            DVec3::new(-1.0, 0.0, -1.0),
+            2.0 * DVec3::Z,
+            2.0 * DVec3::X,
+            0,
+        ),
+        quad(
+            "wall",
+            DVec3::new(-1.0, 0.0, -1.0),
+            2.0 * DVec3::X,
+            DVec3::Y,
+            1,
+        ),
+    ];
+    let light = Light::Point {
+        position_m: lamp_m,
+        power_w: [1.0; 3],
+    };
+    scene_of(
+        meshes,
+        light,
+        DVec3::new(0.3, 1.0, 2.5),
+        DVec3::new(0.0, 0.3, 0.0),
+    )
+}
+
+fn sampled(scene: &Scene) -> [Vec<f32>; 2] {
+    let mut reference = Reference::new(scene, 64).expect("the scene is valid");
+    for _ in 0..4 {
+        let added = reference.add_round(&mut |_| ControlFlow::Continue(()));
+        added.expect("nothing cancels it");
+    }
+    let frame = reference.frame();
+    [Layer::Direct, Layer::Indirect].map(|layer| frame.values(layer).expect("it is there").to_vec())
+}
+
+/// The surface that a lamp lies in is not in its way: direct light is as if the lamp were a picometre above it. (Indirect light
+/// is not: from there, half of the power would be reflected by the floor right below.)
+#[test]
+fn lamp_in_a_surface() {
+    for at in [DVec3::new(-0.1, 0.0, 0.1), DVec3::new(0.37, 0.0, -0.73)] {
+        let [direct, indirect] = sampled(&corner(at));
+        let [above, _] = sampled(&corner(at + 1e-12 * DVec3::Y));
+        let mean = above.iter().sum::<f32>() / above.len() as f32;
+        let pairs = direct.iter().zip(&above);
+        let different = pairs.filter(|(a, b)| (*a - *b).abs() > 1e-3 * mean).count();
+        assert!(
+            mean > 0.0 && different == 0,
+            "{different} values differ at {at}"
+        );
+        assert!(indirect.iter().all(|value| value.is_finite()));
+    }
+}
+
+/// Needles and points among the triangles change nothing, and no value stops being a number.
+#[test]
+fn triangles_without_area() {
+    let mut scene = corner(DVec3::new(0.0, 0.8, 0.2));
+    let expected = sampled(&scene);
+    let mut positions = Vec::new();
+    let mut triangles = Vec::new();
+    for i in 0..400_u32 {
+        let t = f64::from(i) / 400.0;
+        let from = DVec3::new(2.0 * t - 1.0, 0.2 + 0.3 * t, 0.3);
+        let to = from + DVec3::new(0.37, 0.11, 0.05);
+        positions.extend([from, from.lerp(to, 0.3), to].map(|p| p.to_array()));
+        triangles.push([3 * i, 3 * i, 3 * i]);
+        triangles.push([3 * i, 3 * i + 2, 3 * i]);
+    }
+    scene
+        .meshes
+        .push(Mesh::from_slices("needles", &positions, &triangles, 0).into());
+    assert!(sampled(&scene) == expected);
+    // Corners on a line to rounding: hit by chance, but never without a normal.
+    let last = scene.meshes.len() - 1;
+    scene.meshes[last].triangles = (0..400).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
+    scene.meshes[last].triangle_materials = vec![0; 400];
+    for values in sampled(&scene) {
+        assert!(values.iter().all(|value| value.is_finite()));
+    }
+}
+
+#[test]
+fn image_too_large_for_the_memory() {
+    let mut scene = corner(DVec3::Y);
+    for size in [u32::MAX, 1 << 24] {
+        scene.camera.resolution_px = [size; 2];
+        let refused = Reference::new(&scene, 16).expect_err("there is no such memory");
+        assert!(matches!(refused, Error::Memory { .. }), "{refused}");
+    }
+}

@@ -1,0 +1,13 @@
+//! Hard cases: `src/doctor/sums.rs`.
+#![cfg(feature = "reference")]
+
+hard_cases! {
+    camlux::doctor::Group::Sums;
+    vpls_shuffled,
+    lights_in_another_order,
+    one_light_as_sixteen,
+    tiles_of_every_size,
+    submissions_of_every_length,
+    dim_band_beside_a_bright_one,
+    half_floats_saturate_and_say_so,
+}

@@ -1,0 +1,227 @@
+//! What a renderer keeps from frame to frame shows in no image, and spares the passes whose input has not changed.
+
+use crate::common::gpu::{Gpu, demo_scene, plain_sum};
+use camlux::{
+    Renderer, Scene,
+    glam::DVec3,
+    output::{Frame, Layer},
+    scene::{IndirectLight, Light, Shadow, VplSum},
+};
+
+fn by_rays(mut scene: Scene) -> Scene {
+    scene.indirect = Some(IndirectLight::FinalGather {
+        target_error: 0.2,
+        rsm_size: Some(16),
+    });
+    scene
+}
+
+fn refined(mut scene: Scene) -> Scene {
+    scene.indirect = Some(IndirectLight::RsmAverage {
+        rsm_size: 16,
+        interpolation_error: Some(0.05),
+    });
+    scene
+}
+
+fn two_lights(mut scene: Scene) -> Scene {
+    let mut second = scene.lights[0];
+    shift(&mut second, DVec3::new(-0.1, -0.2, 0.05));
+    scene.lights.push(second);
+    scene
+}
+
+fn shift(light: &mut Light, by_m: DVec3) {
+    match light {
+        Light::Point { position_m, .. } | Light::Spot { position_m, .. } => *position_m += by_m,
+        Light::Directional { direction, .. } => *direction += by_m,
+    }
+}
+
+fn brighten(light: &mut Light) {
+    let [r, g, b] = light.emission();
+    *light = light.with_emission([r, 1.5 * g, b]);
+}
+
+type Change = fn(&mut Scene);
+
+/// One change after the other, each of which leaves something of the frame before and takes something away.
+fn changes() -> Vec<(&'static str, Change)> {
+    vec![
+        ("nothing", |_| {}),
+        ("camera", |scene| {
+            scene.camera.position_m += DVec3::new(0.05, -0.03, 0.02);
+        }),
+        ("light", |scene| {
+            shift(&mut scene.lights[0], DVec3::new(0.1, -0.05, 0.02));
+        }),
+        ("power", |scene| brighten(&mut scene.lights[0])),
+        ("last light", |scene| {
+            let last = scene.lights.len() - 1;
+            shift(&mut scene.lights[last], DVec3::new(0.0, -0.1, 0.1));
+        }),
+        ("material", |scene| scene.materials[0].kd = [0.1, 0.7, 0.3]),
+        ("power and material", |scene| {
+            brighten(&mut scene.lights[0]);
+            scene.materials[0].kd = [0.3, 0.2, 0.6];
+        }),
+        ("mesh", |scene| {
+            for position_m in &mut scene.meshes[0].positions_m {
+                *position_m *= 0.95;
+            }
+        }),
+        ("mesh put back by another of the same values", |scene| {
+            let mesh = scene.meshes[0].clone();
+            scene.meshes[0] = camlux::scene::Mesh::clone(&mesh).into();
+        }),
+        ("resolution", |scene| {
+            scene.camera.resolution_px = [20, 12];
+        }),
+        ("shadows", |scene| {
+            scene.direct.shadow = match scene.direct.shadow {
+                Some(Shadow::Map) => Some(Shadow::Rays),
+                _ => Some(Shadow::Map),
+            };
+        }),
+        ("another light", |scene| {
+            let mut light = scene.lights[0];
+            shift(&mut light, DVec3::new(0.05, -0.1, -0.1));
+            scene.lights.push(light);
+        }),
+        ("no indirect light", |scene| scene.indirect = None),
+        ("indirect light again", |scene| {
+            scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8));
+        }),
+        ("no sensor", |scene| scene.sensor = None),
+        ("camera and light", |scene| {
+            scene.camera.position_m += DVec3::new(-0.02, 0.03, 0.0);
+            shift(&mut scene.lights[0], DVec3::new(0.0, -0.02, 0.03));
+        }),
+    ]
+}
+
+fn assert_same(what: &str, frame: &Frame, other: &Frame) {
+    assert_eq!(frame.layers.len(), other.layers.len(), "{what}");
+    for ((layer, data), (other_layer, other_data)) in frame.layers.iter().zip(&other.layers) {
+        assert_eq!(layer, other_layer, "{what}");
+        assert!(data == other_data, "{what}: {}", layer.name());
+    }
+    assert_eq!(frame.stats.vpl_count, other.stats.vpl_count, "{what}");
+    assert_eq!(frame.stats.ray_count, other.stats.ray_count, "{what}");
+}
+
+#[test]
+fn what_is_kept_does_not_show() {
+    let scenes = [
+        by_rays(demo_scene("glossy", [24, 24])),
+        by_rays(two_lights(demo_scene("textured", [16, 16]))),
+        plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16),
+        refined(two_lights(demo_scene("cornell_spot", [200, 200]))),
+    ];
+    for mut scene in scenes {
+        let mut gpu = Gpu::open();
+        for (what, change) in changes() {
+            change(&mut scene);
+            let frame = gpu.render(&scene);
+            let mut anew = Renderer::new(&gpu.device).expect("a renderer");
+            let other = anew.render(&scene, &mut Default::default());
+            assert_same(what, &frame, &other.expect("it renders"));
+        }
+    }
+}
+
+fn passes(frame: &Frame) -> Vec<&'static str> {
+    frame.stats.passes.iter().map(|pass| pass.name).collect()
+}
+
+#[test]
+fn a_moved_camera_draws_no_maps_and_lists_no_vpls() {
+    for scene in [
+        by_rays(two_lights(demo_scene("cornell", [16, 16]))),
+        plain_sum(demo_scene("cornell", [16, 16]), 16),
+    ] {
+        let mut gpu = Gpu::open();
+        let first = gpu.render(&scene);
+        assert!(passes(&first).contains(&"rsm") && passes(&first).contains(&"vpl"));
+        let mut moved = scene.clone();
+        moved.camera.position_m += DVec3::new(0.05, -0.03, 0.02);
+        let second = gpu.render(&moved);
+        for pass in ["rsm", "vpl", "shadow"] {
+            assert!(!passes(&second).contains(&pass), "{pass}");
+        }
+        assert_eq!(first.stats.vpl_count, second.stats.vpl_count);
+        assert!(first.values(Layer::Indirect) != second.values(Layer::Indirect));
+        // A light that moves takes them along.
+        shift(&mut moved.lights[0], DVec3::new(0.1, -0.05, 0.02));
+        assert!(passes(&gpu.render(&moved)).contains(&"rsm"));
+    }
+}
+
+#[test]
+fn a_brighter_light_draws_no_maps() {
+    for scene in [
+        by_rays(two_lights(demo_scene("cornell", [16, 16]))),
+        plain_sum(demo_scene("cornell", [16, 16]), 16),
+    ] {
+        let is_alone = scene.lights.len() == 1;
+        let mut gpu = Gpu::open();
+        let first = gpu.render(&scene);
+        let mut brighter = scene.clone();
+        brighten(&mut brighter.lights[0]);
+        let second = gpu.render(&brighter);
+        assert!(passes(&second).contains(&"vpl"));
+        // Two lights have them in turn.
+        assert_eq!(passes(&second).contains(&"rsm"), !is_alone);
+        assert!(!passes(&second).contains(&"shadow") || !is_alone);
+        assert!(first.values(Layer::Indirect) != second.values(Layer::Indirect));
+    }
+}
+
+#[test]
+fn a_frame_in_reused_buffers_is_the_same() {
+    // Much background beside the box, which values of other frames must not fill.
+    let mut scene = demo_scene("cornell", [24, 16]);
+    let mut gpu = Gpu::open();
+    for shift_m in [0.0, 1.5, -1.5, 30.0] {
+        scene.camera.position_m.x = shift_m;
+        let frame = gpu.render(&scene);
+        let mut anew = Renderer::new(&gpu.device).expect("a renderer");
+        let other = anew.render(&scene, &mut Default::default());
+        assert_same("reused", &frame, &other.expect("it renders"));
+        gpu.renderer.return_buffers(frame);
+        // Another size finds nothing that fits.
+        if shift_m < 0.0 {
+            scene.camera.resolution_px = [16, 24];
+        }
+    }
+}
+
+#[test]
+fn a_cancelled_frame_does_not_show_in_the_next() {
+    let mut gpu = Gpu::open();
+    let scene = by_rays(demo_scene("cornell", [16, 16]));
+    let whole = gpu.render(&scene);
+    let mut moved = scene.clone();
+    shift(&mut moved.lights[0], DVec3::new(0.1, -0.05, 0.02));
+    for stop_at in 0.. {
+        let mut reports = 0;
+        let mut stop = |_| {
+            reports += 1;
+            if reports > stop_at {
+                std::ops::ControlFlow::Break(())
+            } else {
+                std::ops::ControlFlow::Continue(())
+            }
+        };
+        let options = &mut camlux::RenderOptions {
+            progress: Some(&mut stop),
+            ..Default::default()
+        };
+        let is_done = gpu.renderer.render(&moved, options).is_ok();
+        assert_same("after a cancelled frame", &gpu.render(&scene), &whole);
+        if is_done {
+            assert!(stop_at > 2, "there was nothing to cancel");
+            break;
+        }
+    }
+}

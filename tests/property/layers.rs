@@ -1,0 +1,135 @@
+//! How the layers of a frame hang together: sums, energy, background.
+
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
+use camlux::{
+    output::{Frame, Layer},
+    scene::{Sensor, Texture},
+};
+
+fn values(frame: &Frame, layer: Layer) -> &[f32] {
+    frame.values(layer).expect("the layer is there")
+}
+
+#[test]
+fn radiance_is_direct_plus_indirect() {
+    let mut gpu = Gpu::open();
+    for name in DEMO_SCENES {
+        let frame = gpu.render(&demo_scene(name, [32, 32]));
+        let direct = values(&frame, Layer::Direct).iter();
+        let sum: Vec<f32> = direct
+            .zip(values(&frame, Layer::Indirect))
+            .map(|(direct, indirect)| direct + indirect)
+            .collect();
+        assert!(values(&frame, Layer::Radiance) == sum, "{name}");
+    }
+}
+
+#[test]
+fn without_indirect_light_radiance_is_direct() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [32, 32]);
+    let direct = values(&gpu.render(&scene), Layer::Direct).to_vec();
+    scene.indirect = None;
+    let frame = gpu.render(&scene);
+    assert!(frame.values(Layer::Indirect).is_none());
+    // The shadow map is the same plain one: 16² texels of an RSM would be too few.
+    assert_eq!(values(&frame, Layer::Radiance), direct);
+    assert_eq!(values(&frame, Layer::Direct), direct);
+}
+
+#[test]
+fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
+    let mut gpu = Gpu::open();
+    for indirect in [true, false] {
+        let mut scene = demo_scene("cornell", [32, 32]);
+        scene.sensor = Some(Sensor {
+            pixel_pitch_um: [7.5, 5.0],
+            exposure_time_s: 3e-4,
+            duty_cycle: 0.4,
+        });
+        if !indirect {
+            scene.indirect = None;
+        }
+        let frame = gpu.render(&scene);
+        // 37.5e-12 m² · 0.4 · 3e-4 s
+        let joule_per_irradiance = 4.5e-15;
+        let radiances = values(&frame, Layer::Radiance).iter();
+        for (&radiance, &energy) in radiances.zip(values(&frame, Layer::Energy)) {
+            let expected = f64::from(radiance) * joule_per_irradiance;
+            // The factor and the product are rounded to f32, each by half an ulp: 1.2e-7.
+            let error = (f64::from(energy) - expected).abs();
+            assert!(error <= 1.2e-7 * expected, "{energy:e} for {expected:e}");
+        }
+    }
+}
+
+#[test]
+fn background_is_black_and_infinitely_far() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("glossy", [32, 32]);
+    // From farther away there is room around the scene.
+    scene.camera.position_m *= 2.0;
+    let frame = gpu.render(&scene);
+    let ids = frame.ids(Layer::MeshId).expect("every frame has them");
+    let background: Vec<usize> = (0..ids.len()).filter(|&i| ids[i] == 0).collect();
+    assert!(background.len() > 100 && background.len() < ids.len() - 100);
+    let materials = frame.ids(Layer::MaterialId).expect("every frame has them");
+    for &pixel in &background {
+        assert_eq!(materials[pixel], 0);
+        for layer in [
+            Layer::Radiance,
+            Layer::Direct,
+            Layer::Indirect,
+            Layer::Position,
+            Layer::Normal,
+        ] {
+            assert_eq!(
+                values(&frame, layer)[3 * pixel..][..3],
+                [0.0; 3],
+                "{layer:?}"
+            );
+        }
+        for layer in [Layer::Depth, Layer::Range] {
+            assert_eq!(values(&frame, layer)[pixel], f32::INFINITY, "{layer:?}");
+        }
+    }
+    let surfaces = (0..ids.len()).filter(|&i| ids[i] != 0);
+    for pixel in surfaces {
+        let (depth_m, range_m) = (
+            values(&frame, Layer::Depth)[pixel],
+            values(&frame, Layer::Range)[pixel],
+        );
+        assert!(0.0 < depth_m && depth_m <= range_m && range_m < 20.0);
+        assert!(materials[pixel] > 0);
+    }
+}
+
+/// A texture of one colour is that colour.
+#[test]
+fn an_even_texture_is_a_factor() {
+    let mut gpu = Gpu::open();
+    let mut textured = plain_sum(demo_scene("textured", [32, 32]), 32);
+    let mut plain = textured.clone();
+    for texture in &mut textured.textures {
+        *texture = Texture {
+            size_px: [3, 2],
+            linear_rgb: vec![[0.5, 0.25, 1.0]; 6],
+            ..Texture::clone(texture)
+        }
+        .into();
+    }
+    for material in &mut plain.materials {
+        if material.kd_texture.take().is_some() {
+            let factors = [0.5, 0.25, 1.0];
+            material.kd = std::array::from_fn(|band| material.kd[band] * factors[band]);
+        }
+    }
+    let [textured, plain] = [&textured, &plain].map(|scene| gpu.render(scene));
+    let radiances = values(&textured, Layer::Radiance).iter();
+    for (textured, plain) in radiances.zip(values(&plain, Layer::Radiance)) {
+        assert!(
+            (textured - plain).abs() <= 1e-6 * plain,
+            "{textured} {plain}"
+        );
+    }
+}

@@ -1,0 +1,31 @@
+//! What must hold for any input, and closed forms.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod accumulation;
+mod bounds;
+mod brdf;
+#[cfg(feature = "reference")]
+mod edge;
+mod emission;
+mod frame;
+mod input;
+mod kept;
+mod layers;
+mod mesh_file;
+mod metamorphic;
+mod metamorphic_rays;
+mod metrics;
+mod model;
+mod output;
+mod output_file;
+#[cfg(feature = "reference")]
+mod reference;
+mod relations;
+mod rotation;
+mod scene_file;
+mod scene_hash;
+mod scenes;
+mod scenes_load;
+mod texture;

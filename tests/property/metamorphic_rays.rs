@@ -1,0 +1,122 @@
+//! What must happen to the image when the scene is changed in a way whose effect is known, on random rooms: no truth is needed for
+//! that. Here of the bounce by rays, which is random but the same at every turn: where a change leaves draws and decisions alone it
+//! holds bit for bit, and elsewhere as far as either image says that it is true.
+#![cfg(feature = "reference")]
+
+use crate::relations::{
+    Effect,
+    Nearness::{BitForBit, Noise, Rounding, Within},
+    OF_PIECES, brightened, on_a_grid, on_random, room_by_rays, swapped, turn, with_bands_swapped,
+    with_light_in_two, with_meshes_reversed, with_triangles_in_four, with_triangles_in_two,
+};
+use camlux::{
+    doctor::scenes::{moved, turned},
+    glam::DVec3,
+};
+
+/// Every decision is about a share of the image's light, and powers of two round nothing.
+#[test]
+fn four_times_the_power_is_four_times_the_image_bit_for_bit() {
+    on_random(room_by_rays(), |gpu, scene| {
+        let brighter = brightened(&scene, [4.0; 3]);
+        Effect::times(|bands| bands.map(|b| 4.0 * b), BitForBit).assert(gpu, [&scene, &brighter]);
+    });
+}
+
+/// The device computes in the same space for both scenes; rays start off their surfaces by a share of it.
+#[test]
+fn a_scene_of_twice_the_size_has_a_quarter_of_the_light_bit_for_bit() {
+    on_random(room_by_rays(), |gpu, scene| {
+        let twice = moved(&scene, 2.0, DVec3::ZERO);
+        Effect::times(|bands| bands.map(|b| 0.25 * b), BitForBit).assert(gpu, [&scene, &twice]);
+    });
+}
+
+/// The same draws, but other roundings turn a decision here and there.
+#[test]
+fn a_scene_of_any_size_has_its_light() {
+    on_random((room_by_rays(), 1e-3..1e3), |gpu, (scene, size)| {
+        let other = moved(&scene, size, DVec3::ZERO);
+        let other = brightened(&other, [size * size; 3]);
+        Effect::none(Rounding, Noise).assert(gpu, [&scene, &other]);
+    });
+}
+
+/// Decisions are about all bands, whose sum is rounded otherwise in another order. The VPLs' shares of the draws are, too, so that now
+/// and then a draw falls to the tile beside, which is one of a hundred and more in a pixel of 576.
+#[test]
+fn bands_that_change_places_do_so_in_the_image() {
+    on_random(room_by_rays(), |gpu, scene| {
+        let coloured = brightened(&scene, [1.0, 2.0, 0.5]);
+        let other = with_bands_swapped(&coloured);
+        Effect {
+            direct: BitForBit,
+            ..Effect::times(swapped, Within(1e-3))
+        }
+        .assert(gpu, [&coloured, &other]);
+    });
+}
+
+#[test]
+fn the_order_of_meshes_does_not_matter() {
+    on_random(room_by_rays(), |gpu, scene| {
+        let reversed = with_meshes_reversed(&scene);
+        Effect::none(BitForBit, BitForBit).assert(gpu, [&scene, &reversed]);
+    });
+}
+
+/// Both halves have VPLs of their own, and so other draws.
+#[test]
+fn two_halves_of_a_light_are_the_light() {
+    on_random(room_by_rays(), |gpu, scene| {
+        let halves = with_light_in_two(&scene);
+        Effect::none(Within(1e-6), Noise).assert(gpu, [&scene, &halves]);
+    });
+}
+
+/// Rays meet other triangles in other planes, to rounding.
+#[test]
+fn triangles_cut_in_two_look_the_same() {
+    on_random(room_by_rays(), |gpu, scene| {
+        let finer = with_triangles_in_two(&scene);
+        Effect::none(Within(OF_PIECES), Noise).assert(gpu, [&scene, &finer]);
+    });
+}
+
+/// As in two.
+#[test]
+fn triangles_cut_in_four_look_the_same() {
+    on_random(room_by_rays(), |gpu, scene| {
+        let finer = with_triangles_in_four(&scene);
+        Effect::none(Within(OF_PIECES), Noise).assert(gpu, [&scene, &finer]);
+    });
+}
+
+/// Directions are drawn around normals from axes that do not turn with them, and VPLs lie elsewhere: all draws are others.
+#[test]
+fn a_scene_turned_anyhow_has_its_light() {
+    on_random((room_by_rays(), turn()), |gpu, (scene, turn)| {
+        let other = turned(&scene, turn);
+        Effect {
+            on_normals: turn,
+            ..Effect::none(Rounding, Noise)
+        }
+        .assert(gpu, [&scene, &other]);
+    });
+}
+
+/// The origin moves with the scene, in f64, and nothing is rounded on the way there.
+#[test]
+fn a_scene_moved_far_away_looks_the_same_bit_for_bit() {
+    let shifts_m = [
+        DVec3::new(1e5, -62_000.0, 37_000.0),
+        DVec3::new(-3.7e6, 1e7, 6.2e6),
+    ];
+    for shift_m in shifts_m {
+        on_random(room_by_rays(), |gpu, scene| {
+            let here = on_a_grid(&scene);
+            let there = moved(&here, 1.0, shift_m);
+            Effect::none(BitForBit, BitForBit).assert(gpu, [&here, &there]);
+        });
+    }
+}

@@ -1,0 +1,190 @@
+//! What the keys of a scene file mean.
+
+use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
+use camlux::scene::{
+    DEFAULT_TARGET_ERROR, IndirectLight, Intrinsics, Lens, Light, Scene, Shadow, SpotCone, VplSum,
+};
+use glam::DVec3;
+
+fn load(toml: &str) -> Scene {
+    SceneFolder::new().load(toml).unwrap()
+}
+
+#[test]
+fn every_key_arrives() {
+    let scene = load(
+        "version = 1
+[camera]
+resolution = [640, 0x1e0]
+position = [0.5, 1, 3]
+look_at = [0, 1, 0]
+up = [0, 1, 0]
+intrinsics_px = { fx = 500, fy = 501.5, cx = 320, cy = 240 }
+[sensor]
+pixel_pitch_um = [12, 10.0]
+exposure_time_s = 1.0e-3
+duty_cycle = 0.5
+[[light]]
+kind = \"spot\"
+position = [0, 2, 0]
+direction = [0, -1, 0]
+inner_half_angle_deg = 20
+outer_half_angle_deg = 30
+power_w = [1, 2.0, 3]
+[[light]]
+kind = \"directional\"
+direction = [0, -2, 0]
+irradiance_w_m2 = 1_000
+[material.clay]
+kd = [0.75, 0.65, 0.5]
+[material.brass]
+kd = 0.1
+ks = [0.5, 0.25, 0]
+shininess = 20
+[[mesh]]
+path = \"mesh.obj\"
+material = \"brass\"
+[indirect]
+estimator = \"final-gather\"
+rsm_size = 64
+target_error = 0.05
+",
+    );
+    assert_eq!(scene.camera.resolution_px, [640, 480]);
+    assert_eq!(scene.camera.position_m, DVec3::new(0.5, 1.0, 3.0));
+    let (fx, fy, cx, cy) = (500.0, 501.5, 320.0, 240.0);
+    let intrinsics = Intrinsics { fx, fy, cx, cy };
+    assert_eq!(scene.camera.lens, Lens::Intrinsics(intrinsics));
+    assert_eq!(scene.sensor.unwrap().pixel_pitch_um, [12.0, 10.0]);
+    assert_eq!(
+        scene.lights,
+        [
+            Light::Spot {
+                position_m: DVec3::new(0.0, 2.0, 0.0),
+                direction: DVec3::new(0.0, -1.0, 0.0),
+                cone: SpotCone {
+                    inner_half_angle_deg: 20.0,
+                    outer_half_angle_deg: 30.0
+                },
+                power_w: [1.0, 2.0, 3.0],
+            },
+            Light::Directional {
+                direction: DVec3::new(0.0, -2.0, 0.0),
+                irradiance_w_m2: [1000.0; 3],
+            },
+        ]
+    );
+    let names: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
+    // In the order of the file, and without the MTL's material, which the override replaces.
+    assert_eq!(names, ["clay", "brass"]);
+    assert_eq!(scene.materials[1].ks, [0.5, 0.25, 0.0]);
+    assert_eq!(scene.materials[1].shininess, 20.0);
+    assert_eq!(scene.meshes[0].triangle_materials, [1]);
+    assert_eq!(
+        scene.indirect,
+        Some(IndirectLight::FinalGather {
+            target_error: 0.05,
+            rsm_size: Some(64),
+        })
+    );
+}
+
+#[test]
+fn how_shadows_are_found_is_left_to_the_engine_unless_the_file_says() {
+    let shadow = |toml: &str| load(&format!("{CAMERA}{LIGHT}{toml}")).direct.shadow;
+    assert_eq!(shadow(""), None);
+    for named in Shadow::ALL {
+        let toml = format!("[direct]\nshadow = \"{}\"\n", named.name());
+        assert_eq!(shadow(&toml), Some(named));
+    }
+}
+
+#[test]
+fn every_estimator_is_read_with_its_keys() {
+    let indirect = |keys: &str| {
+        let scene = load(&format!("{CAMERA}{LIGHT}[indirect]\n{keys}\n"));
+        scene.indirect.unwrap()
+    };
+    for (keys, expected) in [
+        (
+            "estimator = \"final-gather\"",
+            IndirectLight::final_gather(DEFAULT_TARGET_ERROR),
+        ),
+        (
+            "estimator = \"instant-radiosity\"\nrsm_size = 8",
+            IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8),
+        ),
+        (
+            "estimator = \"rsm-average\"\nrsm_size = 8",
+            IndirectLight::vpl_sum(VplSum::RsmAverage, 8),
+        ),
+        (
+            "estimator = \"rsm-average\"\nrsm_size = 8\ninterpolation_error = 0.05",
+            IndirectLight::RsmAverage {
+                rsm_size: 8,
+                interpolation_error: Some(0.05),
+            },
+        ),
+    ] {
+        assert_eq!(indirect(keys), expected);
+    }
+}
+
+#[test]
+fn warnings_name_the_material_and_the_light() {
+    let toml = format!(
+        "{CAMERA}{}{MESH}[material.mirror]\nkd = [0.1, 0.6, 0.1]\nks = 0.5\nshininess = 9\n[material.clay]\nkd = 1\n",
+        LIGHT.replace("50.0", "0")
+    );
+    let warnings = load(&toml).warnings();
+    assert_eq!(warnings.len(), 2, "{warnings:?}");
+    assert!(warnings[0].contains("\"mirror\"") && warnings[0].contains("kd + ks is above 1"));
+    assert!(warnings[1].contains("light 0 (point) emits nothing"));
+    let toml = format!("{CAMERA}{LIGHT}{MESH}");
+    assert_eq!(load(&toml).warnings(), Vec::<String>::new());
+}
+
+#[test]
+fn warnings_name_what_cannot_be_seen() {
+    let folder = SceneFolder::new();
+    let assert_warns = |scene: &Scene, says: &[&str]| {
+        let warnings = scene.warnings();
+        assert_eq!(warnings.len(), says.len(), "{warnings:?}");
+        for (warning, part) in warnings.iter().zip(says) {
+            assert!(warning.contains(part), "{warning}");
+        }
+    };
+    let scene = folder.load(&format!("{CAMERA}{LIGHT}")).unwrap();
+    assert_warns(&scene, &["there is no mesh"]);
+    assert_warns(
+        &folder.load_obj("# nothing\n").unwrap(),
+        &["mesh \"mesh.obj\" has no triangles"],
+    );
+    let line = TRIANGLE.replace("v 0 1 0", "v 2 0 0");
+    assert_warns(
+        &folder.load_obj(&line).unwrap(),
+        &["no triangle of mesh \"mesh.obj\" has an area"],
+    );
+
+    // The triangle (0,0,0), (1,0,0), (0,1,0).
+    folder.write("mesh.obj", TRIANGLE);
+    let lit_from = |position: &str| {
+        let light = LIGHT.replace("[0.0, 1.98, 0.0]", position);
+        folder.load(&format!("{CAMERA}{light}{MESH}")).unwrap()
+    };
+    for position in ["[0.25, 0.25, 0.0]", "[0.0, 0.0, 0.0]", "[0.5, 0.5, 1e-8]"] {
+        let says = "light 0 (point) lies in a surface of mesh \"mesh.obj\"";
+        assert_warns(&lit_from(position), &[says]);
+    }
+    for position in ["[0.25, 0.25, 1e-4]", "[0.51, 0.51, 0.0]", "[-0.01, 0.5, 0]"] {
+        assert_warns(&lit_from(position), &[]);
+    }
+}
+
+#[test]
+fn parse_takes_its_folder_from_the_file_name() {
+    let folder = SceneFolder::new();
+    let text = format!("{CAMERA}{LIGHT}{MESH}");
+    let parsed = Scene::parse(&text, &folder.path("unwritten.toml")).unwrap();
+    assert_eq!(parsed.hash(), folder.load(&text).unwrap().hash());
+}

@@ -1,0 +1,150 @@
+//! The hash changes with everything that the image depends on, and with nothing else.
+
+use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
+use camlux::scene::{
+    DEFAULT_TARGET_ERROR, IndirectLight, Lens, Light, Scene, Shadow, SpotCone, VplSum,
+};
+use glam::DVec3;
+
+const FULL: &str = "[sensor]
+pixel_pitch_um = [12, 12]
+exposure_time_s = 1e-3
+duty_cycle = 0.5
+[indirect]
+estimator = \"rsm-average\"
+rsm_size = 64
+[material.clay]
+kd = 0.5
+";
+
+#[test]
+fn hash_changes_with_everything_but_names() {
+    let folder = SceneFolder::new();
+    let image = image::RgbImage::from_pixel(2, 1, image::Rgb([9, 9, 9]));
+    image.save(folder.path("wood.png")).unwrap();
+    folder.write("mesh.mtl", "newmtl white\nmap_Kd wood.png\n");
+    let obj = "vn 0 0 1\nvt 0 0\nvt 1 0\nf 1/1/1 2/2/1 3/1/1\n";
+    folder.write("mesh.obj", TRIANGLE.replace("f 1 2 3\n", obj));
+    let scene = folder
+        .load(&format!("{CAMERA}{LIGHT}{FULL}{MESH}"))
+        .unwrap();
+    let hash = scene.hash();
+    assert_eq!(hash.len(), 64);
+
+    let mut renamed = scene.clone();
+    renamed.meshes[0].name = "other".into();
+    renamed.materials[0].name = "other".into();
+    renamed.textures[0].name = "other".into();
+    assert_eq!(renamed.hash(), hash);
+    let mut negative_zero = scene.clone();
+    negative_zero.camera.position_m.x = -0.0;
+    assert_eq!(negative_zero.hash(), hash);
+
+    let edits: [fn(&mut Scene); 40] = [
+        |s| s.camera.resolution_px = [6, 8],
+        |s| s.camera.position_m.x += 1e-15,
+        |s| s.camera.look_at_m.y += 1e-9,
+        |s| s.camera.up.z += 1e-9,
+        |s| s.camera.lens = Lens::FovY { fov_y_deg: 50.1 },
+        |s| s.camera.lens = Lens::Intrinsics(s.camera.intrinsics_px()),
+        |s| s.sensor = None,
+        |s| s.sensor.as_mut().unwrap().pixel_pitch_um[1] = 11.0,
+        |s| s.sensor.as_mut().unwrap().exposure_time_s = 2e-3,
+        |s| s.sensor.as_mut().unwrap().duty_cycle = 0.4,
+        |s| s.direct.shadow = Some(Shadow::Map),
+        |s| s.direct.shadow = Some(Shadow::Rays),
+        |s| s.indirect = None,
+        |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 65)),
+        |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 64)),
+        |s| s.indirect = Some(interpolated_average(0.02)),
+        |s| s.indirect = Some(interpolated_average(0.021)),
+        |s| s.indirect = Some(final_gather(0.02, None)),
+        |s| s.indirect = Some(final_gather(0.021, None)),
+        |s| s.indirect = Some(final_gather(0.02, Some(64))),
+        |s| s.lights.push(s.lights[0]),
+        |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]),
+        |s| s.lights[0] = point([0.0, 1.98, 0.1], [50.0; 3]),
+        |s| s.lights[0] = directional(DVec3::Y, 50.0),
+        |s| s.lights[0] = directional(DVec3::X, 50.0),
+        |s| s.lights[0] = directional(DVec3::Y, 51.0),
+        |s| s.lights[0] = spot(DVec3::Y, 1.0, 2.0),
+        |s| s.lights[0] = spot(DVec3::Y, 1.0, 3.0),
+        |s| s.lights[0] = spot(DVec3::X, 1.0, 2.0),
+        |s| s.materials[0].kd[1] = 0.51,
+        |s| s.materials[0].ks[2] = 0.01,
+        |s| s.materials[0].shininess = 2.0,
+        |s| s.materials[1].kd_texture = None,
+        |s| s.textures[0].size_px = [1, 2],
+        |s| s.textures[0].linear_rgb[1][2] += 0.1,
+        |s| s.meshes[0].positions_m[2].x += 1e-12,
+        |s| s.meshes[0].normals[2].x += 1e-12,
+        |s| s.meshes[0].texcoords[2][0] += 1e-12,
+        |s| s.meshes[0].triangles[0] = [1, 0, 2],
+        |s| s.meshes[0].triangle_materials[0] = 0,
+    ];
+    let mut hashes = vec![hash];
+    for (i, edit) in edits.iter().enumerate() {
+        let mut edited = scene.clone();
+        edit(&mut edited);
+        let hash = edited.hash();
+        assert!(
+            !hashes.contains(&hash),
+            "edit {i} has the hash of another scene"
+        );
+        hashes.push(hash);
+    }
+}
+
+/// The target error counts, whether it is written or not.
+#[test]
+fn hash_is_of_the_target_error_in_force() {
+    let folder = SceneFolder::new();
+    let hash = |target_error: &str| {
+        let indirect = format!("[indirect]\nestimator = \"final-gather\"\n{target_error}\n");
+        let scene = folder.load(&format!("{CAMERA}{LIGHT}{indirect}{MESH}"));
+        scene.unwrap().hash()
+    };
+    let written = format!("target_error = {DEFAULT_TARGET_ERROR}");
+    assert_eq!(hash(""), hash(&written));
+    assert_ne!(hash(""), hash("target_error = 0.021"));
+}
+
+fn interpolated_average(error: f64) -> IndirectLight {
+    IndirectLight::RsmAverage {
+        rsm_size: 64,
+        interpolation_error: Some(error),
+    }
+}
+
+fn final_gather(target_error: f64, rsm_size: Option<u32>) -> IndirectLight {
+    IndirectLight::FinalGather {
+        target_error,
+        rsm_size,
+    }
+}
+
+fn point(position_m: [f64; 3], power_w: [f64; 3]) -> Light {
+    Light::Point {
+        position_m: position_m.into(),
+        power_w,
+    }
+}
+
+fn directional(direction: DVec3, irradiance: f64) -> Light {
+    Light::Directional {
+        direction,
+        irradiance_w_m2: [irradiance; 3],
+    }
+}
+
+fn spot(direction: DVec3, inner_half_angle_deg: f64, outer_half_angle_deg: f64) -> Light {
+    Light::Spot {
+        position_m: DVec3::new(0.0, 1.98, 0.0),
+        direction,
+        cone: SpotCone {
+            inner_half_angle_deg,
+            outer_half_angle_deg,
+        },
+        power_w: [50.0; 3],
+    }
+}

@@ -1,0 +1,51 @@
+//! Lights of one and of six faces take turns with one shadow map; each was once drawn at a size of its own into a map of the
+//! largest one's.
+
+use crate::common::gpu::{Gpu, demo_scene};
+use camlux::{Scene, output::Layer, scene::Light};
+
+#[test]
+fn lights_of_different_kinds_share_a_shadow_map() {
+    let mut gpu = Gpu::open();
+    // Many triangles: the map's size then depends on the number of faces.
+    let mut scene = demo_scene("knot", [96, 96]);
+    scene.indirect = None;
+    let Some(&Light::Spot {
+        position_m,
+        direction,
+        power_w,
+        ..
+    }) = scene.lights.first()
+    else {
+        panic!("the knot is lit by a spot");
+    };
+    scene.lights = vec![
+        Light::Point {
+            position_m,
+            power_w,
+        },
+        Light::Directional {
+            direction,
+            irradiance_w_m2: [1.0; 3],
+        },
+    ];
+    let mut direct = |lights: &[Light]| -> Vec<f32> {
+        let scene = Scene {
+            lights: lights.to_vec(),
+            ..scene.clone()
+        };
+        let frame = gpu.render(&scene);
+        frame
+            .values(Layer::Direct)
+            .expect("every frame has it")
+            .to_vec()
+    };
+    let both = direct(&scene.lights);
+    let alone = [direct(&scene.lights[..1]), direct(&scene.lights[1..])];
+    let sum: Vec<f32> = alone[0].iter().zip(&alone[1]).map(|(a, b)| a + b).collect();
+    let difference: f32 = both.iter().zip(&sum).map(|(a, b)| (a - b).abs()).sum();
+    let difference = difference / sum.iter().sum::<f32>();
+    println!("mean difference {difference:.1e}");
+    // Alone, a light's map may have another size, which moves shadow edges on facets finer than its texels.
+    assert!(difference < 5e-3, "{difference:e}");
+}
