@@ -13,14 +13,20 @@ use super::{
 };
 use crate::{
     Error, RayKernel, Result, lattice,
+    plan::Plan,
     vulkan::{
-        Buffer, BufferUse, Device, MAX_GROUPS, Recorder, Resource, TexelList,
+        Allocate, Buffer, BufferUse, Device, MAX_GROUPS, Recorder, Resource, TexelList,
         shaders::{self, BounceParameters, Module, bytes_of, values_in},
     },
 };
 
 /// Rays of the first submission, before the device's speed is known.
 const FIRST_SUBMISSION_RAYS: f64 = 5e5;
+
+/// Samples of a gather at most.
+pub(crate) const MAX_SAMPLES: u64 = 1 << 14;
+/// Texels of a tile of the RSM.
+const TILE_TEXELS: u64 = 64;
 
 /// What the pass works with.
 pub(crate) struct Bounce<'b> {
@@ -52,6 +58,24 @@ struct Copied {
     lights: bool,
     draws_of_vpls: bool,
     lattice: bool,
+}
+
+/// What the sampling of VPLs and directions takes, in lists that the pilot's replace.
+pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, rsm_size: u32) -> Result<()> {
+    let lights = plan.lights.len() as u64;
+    let texels = u64::from(plan.max_faces()) * u64::from(rsm_size).pow(2);
+    let tiles = lights * texels.div_ceil(TILE_TEXELS);
+    for _ in 0..2 {
+        TexelList::declare(allocate, "lattice", MAX_SAMPLES)?;
+        TexelList::declare(
+            allocate,
+            "guide to the samples of VPLs",
+            guide_cells()?.into(),
+        )?;
+        TexelList::declare(allocate, "samples of VPLs", tiles)?;
+        TexelList::declare(allocate, "pmf of VPLs", tiles)?;
+    }
+    TexelList::declare(allocate, "lights", 32 * lights)
 }
 
 impl<'b> Bounce<'b> {
