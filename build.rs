@@ -57,6 +57,8 @@ mod compile {
     struct Permutation {
         name: String,
         pass: String,
+        /// The library has the module with this feature only.
+        feature: Option<String>,
         defines: Vec<String>,
     }
 
@@ -73,6 +75,9 @@ mod compile {
             let words = emit(&module, &info).map_err(|error| format!("{name}: {error}"))?;
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             write(&out.join(format!("{name}.spv")), &bytes)?;
+            if let Some(feature) = &permutation.feature {
+                let _ = writeln!(modules, "    #[cfg(feature = \"{feature}\")]");
+            }
             describe_module(&mut modules, &module, &info, name)?;
             describe_structs(&mut structs, &module)?;
         }
@@ -97,13 +102,17 @@ mod compile {
         fs::write(path, bytes).map_err(|error| format!("{}: {error}", path.display()))
     }
 
-    /// `pass axis axis …`, an axis being `word|word`; `-` is the word that defines nothing.
+    /// `pass axis axis …` or `pass@feature axis axis …`, an axis being `word|word`; `-` is the word that defines nothing.
     fn parse_permutations(text: &str) -> Vec<Permutation> {
         let mut all = Vec::new();
         for line in text.lines() {
             let line = line.split('#').next().unwrap_or_default();
             let mut fields = line.split_whitespace();
             let Some(pass) = fields.next() else { continue };
+            let (pass, feature) = match pass.split_once('@') {
+                Some((pass, feature)) => (pass, Some(feature)),
+                None => (pass, None),
+            };
             let mut combinations = vec![Vec::new()];
             for axis in fields {
                 combinations = combinations
@@ -121,6 +130,7 @@ mod compile {
                 all.push(Permutation {
                     name: [&[pass], chosen.as_slice()].concat().join("_"),
                     pass: pass.into(),
+                    feature: feature.map(String::from),
                     defines: chosen.iter().map(|word| word.to_uppercase()).collect(),
                 });
             }

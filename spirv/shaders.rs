@@ -3644,6 +3644,7 @@ pub static MODULES: &[Module] = &[
         constants: &[],
         spirv: include_bytes!("appraise_phong.spv"),
     },
+    #[cfg(feature = "test-hooks")]
     Module {
         name: "ray_probe_any_packet",
         entry: c"compute_main",
@@ -3659,6 +3660,7 @@ pub static MODULES: &[Module] = &[
         constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet.spv"),
     },
+    #[cfg(feature = "test-hooks")]
     Module {
         name: "ray_probe_any_packet_tree",
         entry: c"compute_main",
@@ -3674,6 +3676,7 @@ pub static MODULES: &[Module] = &[
         constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet_tree.spv"),
     },
+    #[cfg(feature = "test-hooks")]
     Module {
         name: "ray_probe_any_single",
         entry: c"compute_main",
@@ -3689,6 +3692,7 @@ pub static MODULES: &[Module] = &[
         constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_single.spv"),
     },
+    #[cfg(feature = "test-hooks")]
     Module {
         name: "ray_probe_any_single_tree",
         entry: c"compute_main",
@@ -3704,6 +3708,7 @@ pub static MODULES: &[Module] = &[
         constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_single_tree.spv"),
     },
+    #[cfg(feature = "test-hooks")]
     Module {
         name: "ray_probe_closest_packet",
         entry: c"compute_main",
@@ -3719,6 +3724,7 @@ pub static MODULES: &[Module] = &[
         constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet.spv"),
     },
+    #[cfg(feature = "test-hooks")]
     Module {
         name: "ray_probe_closest_packet_tree",
         entry: c"compute_main",
@@ -3734,6 +3740,7 @@ pub static MODULES: &[Module] = &[
         constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("WALKS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet_tree.spv"),
     },
+    #[cfg(feature = "test-hooks")]
     Module {
         name: "ray_probe_closest_single",
         entry: c"compute_main",
@@ -3749,6 +3756,7 @@ pub static MODULES: &[Module] = &[
         constants: &[("MAX_FACES", 6), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_single.spv"),
     },
+    #[cfg(feature = "test-hooks")]
     Module {
         name: "ray_probe_closest_single_tree",
         entry: c"compute_main",

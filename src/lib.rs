@@ -17,14 +17,16 @@
 
 #[cfg(feature = "capi")]
 pub mod capi;
-#[cfg(feature = "reference")]
+#[cfg(all(feature = "reference", feature = "internals"))]
 pub mod doctor;
 pub mod emission;
 pub mod error;
 mod frame;
 #[doc(hidden)]
 pub mod input_file;
-pub mod intermediates;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod internals;
 #[doc(hidden)]
 pub mod keys;
 mod lattice;
@@ -34,14 +36,11 @@ pub mod model;
 pub mod output;
 mod passes;
 mod plan;
-#[doc(hidden)]
-pub mod ray_probe;
 mod ray_tree;
 #[cfg(feature = "reference")]
 pub mod reference;
 mod renderer;
 pub mod scene;
-pub mod twin;
 mod vulkan;
 
 /// The Vulkan bindings of the interface to a host's own device.
@@ -60,5 +59,6 @@ pub use vulkan::{
     Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceLimits, DeviceOptions, HostVulkan,
     MemoryUse, QueueLock, engine_hash,
 };
+#[cfg(feature = "test-hooks")]
 #[doc(hidden)]
 pub use vulkan::{Fault, FaultCount};

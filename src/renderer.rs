@@ -9,8 +9,7 @@ use std::{
 use crate::{
     Device, DeviceFrame, Error, GatherKernel, GatherPlan, LocalSpace, Plan, RayKernel, Result,
     Scene, ShadowPlan,
-    frame::{self, Cached, DrawnFrame, FrameCache, Progress, ProgressReport, Spare},
-    intermediates::Intermediates,
+    frame::{self, BufferPool, Cached, DrawnFrame, FrameCache, Observer, Progress, ProgressReport},
     output::{Frame, FrameDescription, FrameStats, PassTime},
     passes::{Context, cost::Cost},
     vulkan::{PassTimes, Pipelines, Timeline},
@@ -23,11 +22,11 @@ use crate::{
 /// [`Shared`](crate::scene::Shared) ones; it shows in the time that a frame takes, and in nothing else. A frame that fails
 /// leaves nothing.
 pub struct Renderer {
-    device: Device,
+    pub(crate) device: Device,
     pipelines: Pipelines,
     cache: FrameCache,
-    /// What a frame was read into.
-    spare: Spare,
+    /// Buffers for the layers of the next frame.
+    pool: BufferPool,
     /// Of the frames that stay on the device; none before the first.
     timeline: Option<Arc<Timeline>>,
 }
@@ -42,10 +41,6 @@ pub struct RenderOptions<'a> {
     pub gather_kernel: Option<GatherKernel>,
     /// The kernel of shadow rays; `None`: the fastest for the device.
     pub ray_kernel: Option<RayKernel>,
-    /// Plain sums take the VPLs of a light in an order that this number decides, to see what the order makes of a sum; `None`: in
-    /// the order of the RSM's texels. The draws of rays need the latter and keep it.
-    #[doc(hidden)]
-    pub vpl_order: Option<u64>,
 }
 
 impl Default for RenderOptions<'_> {
@@ -55,7 +50,6 @@ impl Default for RenderOptions<'_> {
             submission_target: Duration::from_millis(500),
             gather_kernel: None,
             ray_kernel: None,
-            vpl_order: None,
         }
     }
 }
@@ -70,7 +64,7 @@ impl Renderer {
             device: device.clone(),
             pipelines: Pipelines::new(device),
             cache: FrameCache::default(),
-            spare: Spare::default(),
+            pool: BufferPool::default(),
             timeline: None,
         })
     }
@@ -78,13 +72,13 @@ impl Renderer {
     /// Gives back what the last frame has left on the device, and memory of frames; the next one makes it anew.
     pub fn forget(&mut self) {
         self.cache = FrameCache::default();
-        self.spare = Spare::default();
+        self.pool = BufferPool::default();
     }
 
-    /// Takes a frame that is no longer needed: the next one of its size is read into its memory, which saves time where many
-    /// are rendered. Of several frames the last one counts.
-    pub fn recycle(&mut self, frame: Frame) {
-        self.spare = Spare::of(frame);
+    /// Takes the buffers of a frame that is no longer needed: the next one of its size is read into them, which saves time where
+    /// many are rendered. Of several frames the last one counts.
+    pub fn return_buffers(&mut self, frame: Frame) {
+        self.pool = BufferPool::from_frame(frame);
     }
 
     /// Renders a frame.
@@ -97,9 +91,9 @@ impl Renderer {
     /// it can be used again; [`Error::DeviceLost`](crate::Error::DeviceLost), after which it cannot.
     pub fn render(&mut self, scene: &Scene, options: &mut RenderOptions) -> Result<Frame> {
         let start = Instant::now();
-        let drawn = self.draw(scene, options, Purpose::Layers)?;
-        let spare = std::mem::take(&mut self.spare);
-        let read = drawn.read(&self.device, spare);
+        let drawn = self.draw(scene, options, false, None)?;
+        let pool = std::mem::take(&mut self.pool);
+        let read = drawn.read(&self.device, pool);
         let read = read.inspect_err(|_| self.forget());
         let mut frame = read?;
         frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
@@ -121,32 +115,28 @@ impl Renderer {
             None => Arc::new(Timeline::new(&self.device)?),
         };
         self.timeline = Some(timeline.clone());
-        let drawn = self.draw(scene, options, Purpose::OnDevice)?;
+        let drawn = self.draw(scene, options, true, None)?;
         let ready_at = timeline.rise().inspect_err(|_| self.forget())?;
         Ok(DeviceFrame::new(&self.device, drawn, timeline, ready_at))
     }
 
-    /// Renders a frame and keeps what its passes hand to each other: for tests and for a look inside.
-    ///
-    /// # Errors
-    /// As [`Renderer::render`].
-    pub fn render_with_intermediates(
+    /// Draws a frame from nothing, and calls `observe` for each light once its VPLs are listed.
+    #[cfg(feature = "internals")]
+    pub(crate) fn draw_observed(
         &mut self,
         scene: &Scene,
         options: &mut RenderOptions,
-    ) -> Result<(Frame, Intermediates)> {
-        let mut intermediates = Intermediates::default();
-        let drawn = self.draw(scene, options, Purpose::Look(&mut intermediates))?;
-        intermediates.read_gbuffer(&self.device, &drawn.images.gbuffer, &drawn.space)?;
-        let frame = drawn.read(&self.device, Spare::default())?;
-        Ok((frame, intermediates))
+        observe: &mut Observer,
+    ) -> Result<DrawnFrame> {
+        self.draw(scene, options, false, Some(observe))
     }
 
     fn draw(
         &mut self,
         scene: &Scene,
         options: &mut RenderOptions,
-        purpose: Purpose,
+        stays_on_device: bool,
+        observe: Option<&mut Observer>,
     ) -> Result<DrawnFrame> {
         let start = Instant::now();
         self.device.check()?;
@@ -176,19 +166,19 @@ impl Renderer {
             scene,
             plan: &plan,
             space: &space,
-            vpl_order: options.vpl_order,
-            stays_on_device: matches!(purpose, Purpose::OnDevice),
+            stays_on_device,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
         let mut progress = ProgressReport::new(report, plan.lights.len(), plan.indirect.is_some());
         let mut cost = Cost::new(options.submission_target);
-        // To be looked at, everything is to be made.
+        // To be observed, everything is to be made.
         let mut nothing = FrameCache::default();
-        let (cache, look) = match purpose {
-            Purpose::Look(intermediates) => (&mut nothing, Some(intermediates)),
-            Purpose::Layers | Purpose::OnDevice => (&mut self.cache, None),
+        let cache = if observe.is_some() {
+            &mut nothing
+        } else {
+            &mut self.cache
         };
-        let drawn = frame::draw(&context, cache, &mut progress, &mut cost, look);
+        let drawn = frame::draw(&context, cache, &mut progress, &mut cost, observe);
         let images = cache.images.take();
         let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
         let images = images.ok_or_else(|| Error::internal("a frame without images"))?;
@@ -210,13 +200,6 @@ impl Renderer {
             description: FrameDescription::new(scene, scene.hash()),
         })
     }
-}
-
-/// What is wanted of a frame.
-enum Purpose<'p> {
-    Layers,
-    OnDevice,
-    Look(&'p mut Intermediates),
 }
 
 /// Times of the same pass added up, in the order of first appearance.

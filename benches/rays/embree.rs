@@ -7,7 +7,7 @@ use std::{
     process::{Child, ChildStdin, ChildStdout, Command, Stdio},
 };
 
-use camlux::{LocalSpace, Scene, glam::DVec3, ray_probe::RayPoint};
+use camlux::{LocalSpace, Scene, glam::DVec3, internals::ray_probe::RayPoint};
 use tempfile::TempDir;
 
 use crate::{Failure, Time, rays::Rays};

@@ -11,7 +11,7 @@ mod two_threads;
 
 use std::{env, fs, path::Path, process::ExitCode};
 
-use camlux::{Device, DeviceOptions, RayKernel, Scene, ray_probe::RayProbe};
+use camlux::{Device, DeviceOptions, RayKernel, Scene, internals::ray_probe::RayProbe};
 use embree::Embree;
 use rays::Rays;
 use two_threads::{DRIVER_THREADS, Failure};

@@ -2,8 +2,8 @@
 
 use camlux::{
     Device, RenderOptions, Renderer, Scene,
-    intermediates::SurfacePoint,
-    ray_probe::RayPoint,
+    internals::SurfacePoint,
+    internals::ray_probe::RayPoint,
     scene::{IndirectLight, VplSum},
 };
 use glam::DVec3;

@@ -9,7 +9,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use camlux::{intermediates::Intermediates, scene::VplSum};
+use camlux::{internals::Intermediates, scene::VplSum};
 
 const PI: f64 = std::f64::consts::PI;
 /// Receivers that a thread takes at once: a multiple of every kernel's.

@@ -9,11 +9,11 @@ use super::{
 };
 use crate::{
     Result, Scene,
+    internals::f64_kernels,
     model::CompensatedSum,
     output::Layer,
     reference::Reference,
     scene::{Lens, VplSum},
-    twin,
 };
 
 /// What the VPLs may lose of the light's power: exact integrals in f64, a few roundings for each of at most four thousand texels.
@@ -93,7 +93,7 @@ pub(super) fn equal_cones(examiner: &mut Examiner) -> Result<Measurement> {
 fn lost_power(examiner: &mut Examiner, scene: &Scene, rsm_size: u32) -> Result<f64> {
     let scene = with_sum(scene, VplSum::InstantRadiosity, rsm_size);
     let (_, kept) = examiner.render_keeping(&scene)?;
-    let vpls = twin::vpls(&scene.lights[0], &kept.lights[0]);
+    let vpls = f64_kernels::vpls(&scene.lights[0], &kept.lights[0]);
     let of_vpls: CompensatedSum = vpls.iter().map(|vpl| vpl.incident_power_w[0]).collect();
     Ok((of_vpls.value() / scene.lights[0].emission()[0] - 1.0).abs())
 }

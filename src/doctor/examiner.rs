@@ -8,12 +8,12 @@ use super::{
 };
 use crate::{
     Device, RenderOptions, Renderer, Result, Scene,
-    intermediates::Intermediates,
+    internals::Intermediates,
+    internals::f64_kernels,
     metrics::{Comparison, Pixels},
     output::{Frame, Layer},
     reference::Reference,
     scene::{Bands, Shadow, VplSum},
-    twin,
 };
 
 /// relRMSE of sums and of direct light against the same formulas in f64: the rounding of some thirty f32 operations a
@@ -118,7 +118,7 @@ impl Examiner {
         Ok(Measurement::new(format!("{what}, depth"), error, bound))
     }
 
-    /// relRMSE of a plain sum against that of the twin, over the same G-buffer and VPLs.
+    /// relRMSE of a plain sum against that of the f64 kernels, over the same G-buffer and VPLs.
     pub(super) fn sum(
         &mut self,
         what: &str,
@@ -127,7 +127,7 @@ impl Examiner {
         bound: f64,
     ) -> Result<Measurement> {
         let (frame, kept) = self.render_keeping(&with_sum(scene, estimator, rsm_size))?;
-        let truth = twin::indirect(scene, estimator, &kept);
+        let truth = f64_kernels::indirect(scene, estimator, &kept);
         let error = error_of(values(&frame, Layer::Indirect), &truth);
         Ok(Measurement::new(
             format!("{what}, {}", estimator.name()),

@@ -235,7 +235,7 @@ fn corner_from(distance_m: f64, light_m: DVec3) -> Scene {
     two_walls(point_light(light_m), camera_m, look_at_m)
 }
 
-/// The kernel's error does not grow: positions are those that the twin sees. By rays the target holds however near.
+/// The kernel's error does not grow: positions are those that the f64 kernels see. By rays the target holds however near.
 fn corner_of_two_walls(examiner: &mut Examiner) -> Result<Measurement> {
     let mut parts = Vec::new();
     for distance_m in [1.0, 1e-1, 1e-3, 2e-5] {
@@ -253,7 +253,7 @@ fn light_in_the_corner(examiner: &mut Examiner) -> Result<Measurement> {
         let light_m = distance_m * DVec3::new(0.7, 0.9, 0.1) + 0.013 * DVec3::Z;
         let scene = corner_from(distance_m, light_m);
         let what = format!("camera and light at {distance_m:.0e} m");
-        // f32 keeps a place to 6e-8 of the scene's half size, 1 m, and so the distance to the light, which the twin and the
+        // f32 keeps a place to 6e-8 of the scene's half size, 1 m, and so the distance to the light, which the f64 kernels and the
         // reference know better, to 1.2e-7/d of itself. Direct light has its square and a cosine, a VPL a cosine.
         let of_light = 1.2e-7 / distance_m;
         parts.push(examiner.direct(&what, &scene, DIRECT_BOUND + 3.0 * of_light)?);

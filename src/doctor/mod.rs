@@ -1,7 +1,7 @@
 //! Scenes on which naive implementations go wrong, and how far the engine is from the truth on each.
 //!
 //! A [`Case`] builds its scenes in code, renders them and measures an error against a closed form, the f64
-//! [twin](crate::twin) of the kernels or the path-sampled [reference](crate::reference), with a bound that its source
+//! [kernels in f64](crate::internals::f64_kernels) or the path-sampled [reference](crate::reference), with a bound that its source
 //! justifies. The same cases are the tests in `tests/hard`, the command `camlux doctor` and the tables of `docs/hard-cases.md`.
 
 mod cones;

@@ -10,8 +10,8 @@ use super::{
     scenes::{GLOSSY, amplified, lit_by, point_light, room, spot_light, with_rays, with_sum},
 };
 use crate::{
-    GatherKernel, RenderOptions, Result, Scene,
-    output::{ExrOptions, Layer, LayeredImage, OutputFile, write_exr},
+    GatherKernel, RenderOptions, Renderer, Result, Scene,
+    output::{ExrOptions, Frame, Layer, LayeredImage, OutputFile, write_exr},
     scene::{Bands, VplSum},
 };
 
@@ -104,17 +104,15 @@ fn apart(examiner: &mut Examiner, one: &Scene, other: &Scene) -> Result<f64> {
 
 /// On the device, between the passes that list and that gather them.
 fn vpls_shuffled(examiner: &mut Examiner) -> Result<Measurement> {
-    let ways = [None, Some(1), Some(2), Some(3)].map(|vpl_order| {
-        let options = RenderOptions {
-            vpl_order,
-            ..RenderOptions::default()
-        };
-        (
-            vpl_order.map_or("as listed".into(), |seed| format!("order {seed}")),
-            options,
-        )
-    });
-    let shuffled = spread(examiner, ways.into_iter(), SPREAD)?;
+    let ways = [None, Some(1), Some(2), Some(3)];
+    let render = |renderer: &mut Renderer, scene: &Scene, seed: &Option<u64>| {
+        let options = &mut RenderOptions::default();
+        match *seed {
+            None => renderer.render(scene, options),
+            Some(seed) => renderer.render_shuffled(scene, options, seed),
+        }
+    };
+    let shuffled = spread(examiner, ways, render, SPREAD)?;
     // A sum of some ten thousand terms in another order never is the same in every pixel.
     let unchanged = shuffled
         .parts
@@ -154,21 +152,22 @@ fn one_light_as_sixteen(examiner: &mut Examiner) -> Result<Measurement> {
 }
 
 /// The indirect light by each of some ways to render it, relative to the first.
-fn spread<'o>(
+fn spread<W: std::fmt::Debug>(
     examiner: &mut Examiner,
-    ways: impl Iterator<Item = (String, RenderOptions<'o>)>,
+    ways: impl IntoIterator<Item = W>,
+    render: impl Fn(&mut Renderer, &Scene, &W) -> Result<Frame>,
     bound: f64,
 ) -> Result<Measurement> {
     let scene = room_of_three_lights();
     let mut first: [Option<Vec<Bands>>; 2] = [None, None];
     let mut parts = Vec::new();
-    for (what, mut options) in ways {
+    for way in ways {
         for (estimator, first) in VplSum::ALL.into_iter().zip(&mut first) {
             let scene = with_sum(&scene, estimator, 48);
-            let frame = examiner.renderer.render(&scene, &mut options)?;
+            let frame = render(&mut examiner.renderer, &scene, &way)?;
             let image = values(&frame, Layer::Indirect);
             let truth = first.get_or_insert_with(|| bands_of(image, 1.0));
-            let what = format!("{what}, {}", estimator.name());
+            let what = format!("{way:?}, {}", estimator.name());
             parts.push(Measurement::new(what, error_of(image, truth), bound));
         }
     }
@@ -178,28 +177,28 @@ fn spread<'o>(
 fn tiles_of_every_size(examiner: &mut Examiner) -> Result<Measurement> {
     let info = examiner.device.info().clone();
     let kernels = GatherKernel::ALL.into_iter();
-    let ways = kernels
-        .filter(|kernel| kernel.runs_on(&info))
-        .map(|kernel| {
-            let options = RenderOptions {
-                gather_kernel: Some(kernel),
-                ..RenderOptions::default()
-            };
-            (format!("{kernel:?}"), options)
-        });
-    spread(examiner, ways, SPREAD)
+    let kernels = kernels.filter(|kernel| kernel.runs_on(&info));
+    let render = |renderer: &mut Renderer, scene: &Scene, kernel: &GatherKernel| {
+        let mut options = RenderOptions {
+            gather_kernel: Some(*kernel),
+            ..RenderOptions::default()
+        };
+        renderer.render(scene, &mut options)
+    };
+    spread(examiner, kernels, render, SPREAD)
 }
 
 /// Bit for bit.
 fn submissions_of_every_length(examiner: &mut Examiner) -> Result<Measurement> {
-    let ways = [1, 10, 10_000].map(|milliseconds| {
-        let options = RenderOptions {
-            submission_target: Duration::from_millis(milliseconds),
+    let targets = [1, 10, 10_000].map(Duration::from_millis);
+    let render = |renderer: &mut Renderer, scene: &Scene, target: &Duration| {
+        let mut options = RenderOptions {
+            submission_target: *target,
             ..RenderOptions::default()
         };
-        (format!("{milliseconds} ms"), options)
-    });
-    spread(examiner, ways.into_iter(), 0.0)
+        renderer.render(scene, &mut options)
+    };
+    spread(examiner, targets, render, 0.0)
 }
 
 /// Grey surfaces under a light whose bands differ by 1e9 each way: every band is the same image, times its power.

@@ -144,7 +144,7 @@ fn sphere_from_its_centre(examiner: &mut Examiner, rsm_size: u32) -> Result<Meas
     }
     if rsm_size > 100 {
         scene.camera.resolution_px = [6, 6];
-        parts.push(examiner.sums("against the twin", &scene, rsm_size, KERNEL_BOUND)?);
+        parts.push(examiner.sums("against the f64 kernels", &scene, rsm_size, KERNEL_BOUND)?);
     }
     Ok(Measurement::of(parts))
 }

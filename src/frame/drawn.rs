@@ -4,7 +4,7 @@ use std::{fmt, sync::Arc};
 
 use ash::vk;
 
-use super::{FrameImages, Spare, readback::read_layers};
+use super::{BufferPool, FrameImages, readback::read_layers};
 use crate::{
     Device, LocalSpace, Result,
     output::{Frame, FrameDescription, FrameStats, Layer},
@@ -20,12 +20,12 @@ pub(crate) struct DrawnFrame {
 }
 
 impl DrawnFrame {
-    /// Reads the layers, into memory that is to spare.
-    pub fn read(&self, device: &Device, spare: Spare) -> Result<Frame> {
+    /// Reads the layers, into buffers of a pool as far as they fit.
+    pub fn read(&self, device: &Device, pool: BufferPool) -> Result<Frame> {
         let camera = &self.description.camera;
         Ok(Frame {
             resolution_px: camera.resolution_px,
-            layers: read_layers(device, camera, &self.space, &self.images, spare)?,
+            layers: read_layers(device, camera, &self.space, &self.images, pool)?,
             stats: self.stats.clone(),
             description: self.description.clone(),
         })
@@ -125,7 +125,7 @@ impl DeviceFrame {
     /// As [`Renderer::render`](crate::Renderer::render).
     pub fn read(&self) -> Result<Frame> {
         let shared = &*self.shared;
-        shared.drawn.read(&shared.device, Spare::default())
+        shared.drawn.read(&shared.device, BufferPool::default())
     }
 }
 

@@ -1,6 +1,6 @@
 //! What the lights of a scene see and the VPLs they make: what frames share until a light or a surface changes.
 
-use super::{cache::Cached, shuffle};
+use super::cache::Cached;
 use crate::{
     Error, LightPlan, Result,
     passes::{
@@ -32,7 +32,6 @@ pub(crate) struct LightsKey {
     light_count: usize,
     map_sets: u32,
     is_specular: bool,
-    vpl_order: Option<u64>,
 }
 
 /// What a light and its VPLs depend on; `generation` is that of the surfaces.
@@ -81,7 +80,6 @@ impl LightsKey {
             light_count: plan.lights.len(),
             map_sets: plan.map_sets,
             is_specular: plan.is_specular,
-            vpl_order: context.vpl_order,
         }
     }
 }
@@ -195,10 +193,13 @@ impl Lights {
         lit.listed = Some(listed);
         if context.plan.has_final_gather() {
             lit.listed_light = Some(ListedLight::new(&lit.device, vpls)?);
-        } else if let Some(seed) = context.vpl_order {
-            shuffle::shuffle(context.device, vpls, listed, seed)?;
         }
         Ok(())
+    }
+
+    /// Where the VPLs of a light lie; `None` without indirect light.
+    pub fn vpls_of(&self, index: usize) -> Option<ListedVpls> {
+        self.lights.get(index)?.get()?.listed
     }
 
     /// Where the VPLs of all lights lie.

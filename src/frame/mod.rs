@@ -1,5 +1,6 @@
 //! A frame, from the scene to the images of its layers: [`draw`] is the sequence of passes.
 
+mod buffer_pool;
 mod cache;
 mod drawn;
 mod images;
@@ -8,12 +9,9 @@ mod lights;
 mod progress;
 mod readback;
 mod scene_resources;
-mod shuffle;
-mod spare;
 
 use crate::{
     Error, Result,
-    intermediates::{Intermediates, LightIntermediates},
     passes::{
         Context,
         cost::Cost,
@@ -26,20 +24,24 @@ use crate::{
     vulkan::Recorder,
 };
 
+pub(crate) use buffer_pool::BufferPool;
 pub(crate) use cache::{Cached, FrameCache};
 pub(crate) use drawn::DrawnFrame;
 pub use drawn::{DeviceFrame, DeviceImage};
 pub(crate) use images::FrameImages;
 use images::FrameImagesKey;
 pub(crate) use indirect::ErrorEstimates;
-use lights::{Lights, LightsKey};
+pub(crate) use lights::Lights;
+use lights::LightsKey;
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
 use scene_resources::SceneResources;
-pub(crate) use spare::Spare;
 
 /// Passes of one submission but the gather's: as many have timestamps.
 const TIMED_PASSES: u32 = 16;
+
+/// Is called for each light once its maps are drawn and its VPLs are listed, with its number.
+pub(crate) type Observer<'o> = dyn FnMut(&Context, &Lights, usize) -> Result<()> + 'o;
 
 /// The frame: G-buffer; for each light its maps, direct light and VPLs; the gather; the sensor.
 ///
@@ -49,7 +51,7 @@ pub(crate) fn draw(
     cache: &mut FrameCache,
     progress: &mut ProgressReport,
     cost: &mut Cost,
-    mut keep: Option<&mut Intermediates>,
+    mut observe: Option<&mut Observer>,
 ) -> Result<(ErrorEstimates, u64)> {
     let images_key = FrameImagesKey::new(context);
     cache.images.drop_unless(&images_key);
@@ -69,13 +71,8 @@ pub(crate) fn draw(
     for (index, light_plan) in context.plan.lights.iter().enumerate() {
         progress.begin_light(index, "direct")?;
         light(context, (scene, lights, index), light_plan, images, cost)?;
-        if let Some(keep) = keep.as_deref_mut() {
-            let maps = lights
-                .occluders(index, light_plan.shadow)
-                .and_then(Occluders::map);
-            let rsm = lights.rsm(index).zip(lights.vpls.as_ref());
-            let kept = LightIntermediates::read(context, lights.light(index)?, maps, rsm)?;
-            keep.lights.push(kept);
+        if let Some(observe) = observe.as_deref_mut() {
+            observe(context, lights, index)?;
         }
     }
     let estimates = match context.plan.indirect {

@@ -4,7 +4,7 @@ use std::thread;
 
 use glam::DVec3;
 
-use super::{FrameImages, Spare};
+use super::{BufferPool, FrameImages};
 use crate::{
     Device, LocalSpace, Result,
     output::{Layer, LayerData},
@@ -12,13 +12,13 @@ use crate::{
     vulkan::{Image, Readback},
 };
 
-/// The layers of a frame, in memory that is to spare as far as it goes.
+/// The layers of a frame, in buffers of a pool as far as they fit.
 pub(crate) fn read_layers(
     device: &Device,
     camera: &Camera,
     space: &LocalSpace,
     images: &FrameImages,
-    mut spare: Spare,
+    mut pool: BufferPool,
 ) -> Result<Vec<(Layer, LayerData)>> {
     let mut readback = Readback::new(device, images.direct.shape)?;
 
@@ -29,11 +29,11 @@ pub(crate) fn read_layers(
         depth,
         range,
         mesh_ids,
-    } = Geometry::of(pixels, camera, space, &mut spare);
+    } = Geometry::of(pixels, camera, space, &mut pool);
 
     let mut rgb = |image: &Image| -> Result<Vec<f32>> {
         let pixels = readback.pixels(image)?;
-        let mut values = spare.floats(3 * count);
+        let mut values = pool.floats(3 * count);
         per_pixel(&mut values, |i| {
             let [r, g, b, _] = pixels[i];
             [r, g, b]
@@ -45,9 +45,9 @@ pub(crate) fn read_layers(
     let indirect = images.indirect.as_ref().map(&mut rgb).transpose()?;
     let energy = images.energy.as_ref().map(&mut rgb).transpose()?;
     let pixels = readback.pixels(&images.gbuffer.kd_material)?;
-    let mut material_ids = spare.ids(count);
+    let mut material_ids = pool.ids(count);
     per_pixel(&mut material_ids, |i| [pixels[i][3] as u32]);
-    let mut radiance = spare.floats(direct.len());
+    let mut radiance = pool.floats(direct.len());
     match &indirect {
         None => radiance.copy_from_slice(&direct),
         Some(indirect) => per_pixel(&mut radiance, |i| [direct[i] + indirect[i]]),
@@ -78,13 +78,18 @@ struct Geometry {
 }
 
 impl Geometry {
-    fn of(pixels: &[[f32; 4]], camera: &Camera, space: &LocalSpace, spare: &mut Spare) -> Geometry {
+    fn of(
+        pixels: &[[f32; 4]],
+        camera: &Camera,
+        space: &LocalSpace,
+        pool: &mut BufferPool,
+    ) -> Geometry {
         let count = pixels.len();
         let mut geometry = Geometry {
-            position: spare.floats(3 * count),
-            depth: spare.floats(count),
-            range: spare.floats(count),
-            mesh_ids: spare.ids(count),
+            position: pool.floats(3 * count),
+            depth: pool.floats(count),
+            range: pool.floats(count),
+            mesh_ids: pool.ids(count),
         };
         // Differences are taken in local space: in the world's they could cancel.
         let camera_local = (camera.position_m - space.origin_m) / space.metres_per_unit;

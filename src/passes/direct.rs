@@ -17,15 +17,6 @@ pub(crate) enum Occluders<'r> {
     Rays(RayKernel, &'r RayTreeImages),
 }
 
-impl<'r> Occluders<'r> {
-    pub fn map(self) -> Option<&'r Image> {
-        match self {
-            Occluders::Map(map) => Some(map),
-            Occluders::Rays(..) => None,
-        }
-    }
-}
-
 /// Shades the G-buffer.
 pub(crate) fn shade<'r>(
     recorder: &mut Recorder<'r>,

@@ -38,8 +38,6 @@ pub(crate) struct Context<'c> {
     pub scene: &'c Scene,
     pub plan: &'c Plan,
     pub space: &'c LocalSpace,
-    /// Of the VPLs of sums: a seed, or `None` for the RSM's.
-    pub vpl_order: Option<u64>,
     /// The images are for a host that goes on with them.
     pub stays_on_device: bool,
 }

@@ -4,10 +4,11 @@ use super::{
     Context,
     gbuffer::GBuffer,
     receivers::Receivers,
-    refinement::{GridStep, RefinementCriteria, RefinementImages},
+    refinement::{RefinementCriteria, RefinementImages},
 };
 use crate::{
     Result,
+    plan::GridStep,
     vulkan::{Recorder, Resource, groups_in_rows, shaders::PredictParameters},
 };
 

@@ -1,4 +1,4 @@
-//! What the passes of the refinement share: the images they work on, the grids they go through, and the criteria.
+//! What the passes of the refinement share: the images they work on, and the criteria.
 
 use crate::{
     Result,
@@ -67,44 +67,4 @@ pub(crate) struct RefinementCriteria {
     pub tolerance: Option<f64>,
     /// Variance of a gather over its sum of squared differences; 0: gathers have no noise.
     pub variance_scale: f64,
-}
-
-/// Pixels that are visited together, between those before them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum GridStep {
-    /// The coarsest grid: every `stride`-th pixel.
-    Base { stride: u32 },
-    /// The centres of the squares of the grid so far, `reach` pixels from their corners along either axis.
-    Centres { reach: u32 },
-    /// The middles of the edges that are still free.
-    Edges { reach: u32 },
-}
-
-impl GridStep {
-    /// From the coarsest stride, a power of two, to every pixel.
-    pub fn all(coarsest_stride: u32) -> Vec<GridStep> {
-        let mut steps = vec![GridStep::Base {
-            stride: coarsest_stride,
-        }];
-        let mut reach = coarsest_stride / 2;
-        while reach > 0 {
-            steps.extend([GridStep::Centres { reach }, GridStep::Edges { reach }]);
-            reach /= 2;
-        }
-        steps
-    }
-
-    /// Columns and rows of its pixels; some may lie beyond the image.
-    pub fn extent(self, [width, height]: [u32; 2]) -> [u32; 2] {
-        match self {
-            GridStep::Base { stride } => [width.div_ceil(stride), height.div_ceil(stride)],
-            GridStep::Centres { reach } => [width, height].map(|size| size.div_ceil(2 * reach)),
-            GridStep::Edges { reach } => [width.div_ceil(2 * reach), height.div_ceil(reach)],
-        }
-    }
-
-    /// How many pixels that are.
-    pub fn pixel_count(self, resolution_px: [u32; 2]) -> u32 {
-        self.extent(resolution_px).iter().product()
-    }
 }

@@ -1,9 +1,8 @@
 //! What a frame holds of the device's memory, pass for pass as `src/frame` makes it.
 
-use super::{IndirectPlan, PIXEL_BYTES, Plan};
+use super::{GridStep, IndirectPlan, PIXEL_BYTES, Plan};
 use crate::{
     Error, Result,
-    passes::refinement::GridStep,
     ray_tree::{max_box_texels, max_triangle_texels},
     scene::Scene,
     vulkan::{DeviceInfo, DeviceKind, ROW_TEXELS},

@@ -5,8 +5,10 @@ mod display;
 mod kernels;
 mod limits;
 mod memory;
+mod steps;
 
 pub use kernels::{GatherKernel, RayKernel};
+pub(crate) use steps::GridStep;
 
 use crate::{
     Result,

@@ -5,8 +5,10 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use ash::{khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 
+#[cfg(feature = "test-hooks")]
+use super::{Fault, FaultCount};
 use super::{
-    Fault, FaultCount, MemoryUse, failed,
+    MemoryUse, failed,
     faults::Faults,
     host::{HostVulkan, QueueGuard, SharedQueue},
     instance::{DeviceInfo, Instance},
@@ -239,6 +241,7 @@ impl Device {
     }
 
     /// Asks for something to go wrong, or for nothing; counts, and takes the peak of the memory, from here on.
+    #[cfg(feature = "test-hooks")]
     #[doc(hidden)]
     pub fn inject(&self, fault: Option<Fault>) {
         self.shared.faults.ask(fault);
@@ -246,6 +249,7 @@ impl Device {
     }
 
     /// What there was since a fault was last asked for.
+    #[cfg(feature = "test-hooks")]
     #[doc(hidden)]
     pub fn fault_count(&self) -> FaultCount {
         self.shared.faults.count()
@@ -351,7 +355,7 @@ impl Drop for Shared {
 mod tests {
     use std::{path::Path, sync::Arc};
 
-    use super::{Device, DeviceOptions, Fault, Instance};
+    use super::{super::Fault, Device, DeviceOptions, Instance};
     use crate::{
         RenderOptions, Renderer, Result, Scene,
         output::Frame,

@@ -385,6 +385,7 @@ impl Memory {
         }
     }
 
+    #[cfg(feature = "test-hooks")]
     pub fn forget_peak(&mut self) {
         (self.peak_bytes, self.largest_bytes) = (self.bytes, 0);
     }

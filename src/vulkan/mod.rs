@@ -4,6 +4,10 @@
 //! barriers; descriptors are pushed, by the names that the shaders give their bindings.
 
 mod device;
+#[cfg(feature = "test-hooks")]
+mod faults;
+#[cfg(not(feature = "test-hooks"))]
+#[path = "no_faults.rs"]
 mod faults;
 mod host;
 mod host_memory;
@@ -16,6 +20,7 @@ pub(crate) mod shaders;
 mod texel_list;
 
 pub use device::{Device, DeviceChoice, DeviceOptions};
+#[cfg(feature = "test-hooks")]
 #[doc(hidden)]
 pub use faults::{Fault, FaultCount};
 pub(crate) use host::Timeline;

@@ -135,7 +135,7 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
         assert!(engine["ray_count"].as_u64().unwrap() > 0);
         let estimated = engine["estimated_error"].as_f64().unwrap();
         assert!(estimated > 0.0 && estimated <= requested, "{estimated}");
-        // The engine's choice is no setting, and there is no sum to have a twin.
+        // The engine's choice is no setting, and there is no sum to compute in f64.
         assert_eq!(engine["rsm_size"], Value::Null);
         assert_eq!(engine["kernel_error"], Value::Null);
     }

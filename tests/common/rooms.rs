@@ -3,7 +3,7 @@
 pub use camlux::doctor::scenes::{moved, quad};
 use camlux::{
     Scene,
-    intermediates::SurfacePoint,
+    internals::SurfacePoint,
     scene::{Bands, Camera, Direct, Lens, Light, Material, Mesh, Shared, Texture},
 };
 use glam::DVec3;

@@ -6,10 +6,10 @@ use camlux::doctor::scenes::cuboid;
 use camlux::{
     RenderOptions, Scene,
     emission::{EmissionDomain, EmissionFace, Projection},
-    intermediates::SurfacePoint,
+    internals::SurfacePoint,
+    internals::f64_kernels,
     output::Layer,
     scene::{Light, Mesh, SpotCone},
-    twin,
 };
 use glam::DVec3;
 
@@ -66,7 +66,7 @@ pub fn shadows_of(gpu: &mut Gpu, scene: &Scene, light: &Light) -> Shadows {
     let rays = LightRays::new(&alone, &kept.lights[0].domain, kept.lights[0].shadow_size);
 
     let mut shadows = Shadows::default();
-    let mut truth = twin::unshadowed_direct(&alone, light, &kept);
+    let mut truth = f64_kernels::unshadowed_direct(&alone, light, &kept);
     let mut errors = [0.0; 2];
     for ((point, truth), seen) in kept.gbuffer.iter().zip(&mut truth).zip(direct.chunks(3)) {
         let Some(point) = point.as_ref().filter(|_| *truth != [0.0; 3]) else {

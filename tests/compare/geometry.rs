@@ -9,7 +9,7 @@ use crate::common::rooms;
 use camlux::{
     RenderOptions, Scene,
     emission::EmissionDomain,
-    intermediates::{Intermediates, LightIntermediates, SurfacePoint},
+    internals::{Intermediates, LightIntermediates, SurfacePoint},
     model::spot_falloff,
     output::{Frame, Layer},
     scene::{IndirectLight, Lens, Light, SpotCone, VplSum},

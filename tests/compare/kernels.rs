@@ -5,9 +5,9 @@ use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
 use crate::common::rmse::relative_rmse;
 use camlux::{
     GatherKernel, RenderOptions,
+    internals::f64_kernels,
     output::Layer,
     scene::{IndirectLight, Light, SpotCone, VplSum},
-    twin,
 };
 use glam::DVec3;
 
@@ -33,7 +33,7 @@ fn direct_light_matches_the_model() {
                 .render_with_intermediates(&alone, &mut RenderOptions::default())
                 .expect("the scene renders");
             let direct = frame.values(Layer::Direct).expect("every frame has it");
-            let mut truth = twin::unshadowed_direct(&alone, light, &kept);
+            let mut truth = f64_kernels::unshadowed_direct(&alone, light, &kept);
             for (pixel, truth) in direct.chunks_exact(3).zip(&mut truth) {
                 if pixel == [0.0; 3] {
                     *truth = [0.0; 3];
@@ -96,7 +96,7 @@ fn direct_light_on_every_kind_of_surface_matches_the_model() {
                 .render_with_intermediates(&scene, &mut RenderOptions::default())
                 .expect("the scene renders");
             let direct = frame.values(Layer::Direct).expect("every frame has it");
-            let mut truth = twin::unshadowed_direct(&scene, &light, &kept);
+            let mut truth = f64_kernels::unshadowed_direct(&scene, &light, &kept);
             for (pixel, truth) in direct.chunks_exact(3).zip(&mut truth) {
                 if pixel == [0.0; 3] {
                     *truth = [0.0; 3];
@@ -169,7 +169,8 @@ fn worst_indirect_error(gpu: &mut Gpu, mut scene: camlux::Scene, estimator: VplS
                 .renderer
                 .render_with_intermediates(&scene, &mut options)
                 .expect("the scene renders");
-            let truth = truth.get_or_insert_with(|| twin::indirect(&scene, estimator, &kept));
+            let truth =
+                truth.get_or_insert_with(|| f64_kernels::indirect(&scene, estimator, &kept));
             relative_rmse(
                 frame.values(Layer::Indirect).expect("it was asked for"),
                 truth,

@@ -6,7 +6,7 @@ use crate::common::rooms;
 use crate::common::shadows;
 use camlux::{
     LocalSpace, RayKernel, RenderOptions, Scene,
-    ray_probe::{RayHit, RayPoint, RayProbe},
+    internals::ray_probe::{RayHit, RayPoint, RayProbe},
     scene::{IndirectLight, Mesh, VplSum},
 };
 use glam::DVec3;
@@ -51,7 +51,7 @@ fn points_of(gpu: &mut Gpu, scene: &Scene) -> (Vec<RayPoint>, Vec<RayPoint>) {
         .iter()
         .flatten()
         .map(|texel| &texel.point);
-    let point = |point: &camlux::intermediates::SurfacePoint| RayPoint {
+    let point = |point: &camlux::internals::SurfacePoint| RayPoint {
         position_m: point.position_m,
         geometric_normal: point.geometric_normal,
     };

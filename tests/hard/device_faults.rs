@@ -8,8 +8,8 @@ use std::{
 use crate::common::gpu::{Gpu, demo_scene, plain_sum};
 use camlux::{
     Device, Error, Fault, Progress, RayKernel, RenderOptions, Renderer, Scene,
+    internals::ray_probe::RayProbe,
     output::Frame,
-    ray_probe::RayProbe,
     scene::{IndirectLight, Shadow},
 };
 

@@ -4,9 +4,9 @@ use crate::common::gpu::Gpu;
 use crate::common::rmse;
 use camlux::{
     RenderOptions, Scene,
+    internals::f64_kernels,
     output::Layer,
     scene::{Camera, Direct, IndirectLight, Lens, Light, Material, Mesh, VplSum},
-    twin,
 };
 use glam::DVec3;
 
@@ -60,7 +60,7 @@ fn error_does_not_grow_with_the_number_of_vpls() {
                 .render_with_intermediates(&scene, &mut RenderOptions::default())
                 .expect("the scene renders");
             assert_eq!(frame.stats.vpl_count, 6 * u64::from(rsm_size).pow(2));
-            let truth = twin::indirect(&scene, estimator, &kept);
+            let truth = f64_kernels::indirect(&scene, estimator, &kept);
             let indirect = frame.values(Layer::Indirect).expect("it was asked for");
             let error = rmse::relative_rmse(indirect, &truth);
             let what = format!("{}, {} VPLs", estimator.name(), frame.stats.vpl_count);

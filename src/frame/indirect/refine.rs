@@ -13,10 +13,11 @@ use crate::{
         gbuffer::GBuffer,
         predict,
         receivers::{self, Receivers},
-        refinement::{GridStep, RefinementCriteria, RefinementImages},
+        refinement::{RefinementCriteria, RefinementImages},
         resolve, scatter,
         smooth::Smoothing,
     },
+    plan::GridStep,
     vulkan::{Buffer, Image, Recorder},
 };
 

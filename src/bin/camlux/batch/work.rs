@@ -70,8 +70,8 @@ impl Engine {
     }
 
     /// Takes a frame that was written.
-    pub fn recycle(&mut self, frame: Frame) {
-        self.renderer.recycle(frame);
+    pub fn return_buffers(&mut self, frame: Frame) {
+        self.renderer.return_buffers(frame);
     }
 
     pub fn device_name(&self) -> &str {
@@ -123,7 +123,7 @@ pub fn render(
                 time,
             })?;
             if let Some(written) = written {
-                engine.recycle(written);
+                engine.return_buffers(written);
             }
             if stops {
                 return Ok(false);

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use camlux::intermediates::Intermediates;
+use camlux::internals::Intermediates;
 use camlux::output::{Frame, Layer};
 use camlux::scene::VplSum;
-use camlux::{Error, RenderOptions, Renderer, Scene, twin};
+use camlux::{Error, RenderOptions, Renderer, Scene, internals::f64_kernels};
 
 use super::error;
 use super::results::{EngineFigures, Entry, Kind, PassMedian, Seconds};
@@ -164,7 +164,7 @@ impl Sweep<'_> {
         Ok(())
     }
 
-    /// relRMSE of a plain sum against its f64 twin, `None` where that is black, and on how many pixels.
+    /// relRMSE of a plain sum against that of the f64 kernels, `None` where that is black, and on how many pixels.
     fn kernel_error(
         &mut self,
         scene: &Scene,
@@ -179,7 +179,7 @@ impl Sweep<'_> {
             .renderer
             .render_with_intermediates(scene, &mut options)?;
         let pixels = spread(&kept, self.extent.kernel_pixels);
-        let exact = twin::indirect_at(scene, sum, &kept, &pixels);
+        let exact = f64_kernels::indirect_at(scene, sum, &kept, &pixels);
         let (values, _) = frame_values(&frame, Layer::Indirect)?.as_chunks::<3>();
         let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| values[pixel]).collect();
         let error = error::relative_rmse(&computed, exact.as_flattened())?;

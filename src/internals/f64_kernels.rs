@@ -1,13 +1,13 @@
 //! The frame's kernels again, in f64: the formulas of [`model`] on what the raster passes handed to the kernels.
 //!
-//! The difference between a frame and its twin is the *kernel error*: rounding, and nothing else. How far the formulas
+//! The difference between a frame and what these give is the *kernel error*: rounding, and nothing else. How far the formulas
 //! are from the light that arrives, the *model error*, is another question.
 
 use std::thread;
 
+use super::{Intermediates, LightIntermediates, SurfacePoint};
 use crate::{
     Scene,
-    intermediates::{Intermediates, LightIntermediates, SurfacePoint},
     model::{self, Brdf, Receiver, Vpl},
     scene::{Bands, Light, VplSum},
 };

@@ -4,9 +4,10 @@
 use glam::{DVec2, DVec3};
 
 use crate::{
-    Device, LocalSpace, Result,
-    emission::EmissionDomain,
-    passes::{Context, gbuffer::GBuffer, light::DeviceLight, rsm::Rsm, vpl::VplLists},
+    Device, LocalSpace, Result, ShadowPlan,
+    emission::{EmissionDomain, Projection},
+    frame::Lights,
+    passes::{Context, gbuffer::GBuffer},
     scene::Bands,
     vulkan::{Image, Readback},
 };
@@ -60,7 +61,7 @@ pub struct RsmTexel {
 }
 
 impl Intermediates {
-    pub(crate) fn read_gbuffer(
+    pub(super) fn read_gbuffer(
         &mut self,
         device: &Device,
         gbuffer: &GBuffer,
@@ -81,20 +82,13 @@ impl Intermediates {
 }
 
 impl LightIntermediates {
-    pub(crate) fn read(
-        context: &Context,
-        light: &DeviceLight,
-        light_map: Option<&Image>,
-        indirect: Option<(&Rsm, &VplLists)>,
-    ) -> Result<Self> {
+    pub(super) fn read(context: &Context, lights: &Lights, index: usize) -> Result<Self> {
         let Context { device, space, .. } = *context;
+        let light = lights.light(index)?;
         let mut rsm = Vec::new();
-        let mut vpl_counts = [0; 2];
-        if let Some((images, vpls)) = indirect {
-            let lengths = vpls.lengths()?;
-            vpl_counts = [lengths.matte, lengths.glossy];
+        if let Some(images) = lights.rsm(index) {
             let read = read_images(device, &images.colors())?;
-            let is_parallel = light.domain.projection == crate::emission::Projection::Orthographic;
+            let is_parallel = light.domain.projection == Projection::Orthographic;
             let unit = if is_parallel {
                 1.0
             } else {
@@ -117,8 +111,13 @@ impl LightIntermediates {
                 })
                 .collect();
         }
+        let shadow_map = match light.plan.shadow {
+            ShadowPlan::Rsm { .. } => lights.rsm(index).map(|rsm| &rsm.position),
+            ShadowPlan::Map { .. } => lights.shadow_map(index).map(|map| &map.position),
+            ShadowPlan::Rays(_) => None,
+        };
         let shadow_size = light.plan.shadow.map_size().unwrap_or_default();
-        let shadow_map = read_images(device, &light_map.into_iter().collect::<Vec<_>>())?
+        let shadow_map = read_images(device, shadow_map.as_slice())?
             .concat()
             .into_iter()
             // Other lights may have more faces.
@@ -128,7 +127,9 @@ impl LightIntermediates {
         Ok(LightIntermediates {
             domain: light.domain.clone(),
             rsm,
-            vpl_counts,
+            vpl_counts: lights
+                .vpls_of(index)
+                .map_or([0; 2], |vpls| [vpls.lengths.matte, vpls.lengths.glossy]),
             shadow_size,
             shadow_map,
         })

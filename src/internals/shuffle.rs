@@ -1,4 +1,4 @@
-//! VPLs in another order: to see what the order makes of a sum.
+//! VPLs in another order.
 
 use crate::{
     Device, Result,
