@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use super::assets::{Assets, MeshRequest, Transform};
 use super::validate::{self, Part};
 use super::{Direct, Scene, Shared, file_parts};
-use crate::keys::{Keys, LineStarts, Source, Value, did_you_mean};
+use crate::keys::{Keys, LineStarts, TomlText, Value, did_you_mean};
 use crate::{Error, Result, input_file};
 
 const VERSION: u32 = 1;
@@ -39,8 +39,8 @@ impl Scene {
     /// # Errors
     /// Those of [`Scene::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
-        let lines = LineStarts::of(text);
-        let mut keys = Source {
+        let lines = LineStarts::new(text);
+        let mut keys = TomlText {
             name: "the scene file",
             text,
             file,

@@ -92,6 +92,20 @@ impl Part {
         })
     }
 
+    /// Fails at the first value that is not fine, with the problem of its index and itself.
+    pub fn require_each<T>(
+        self,
+        values: &[T],
+        is_fine: impl Fn(&T) -> bool,
+        problem: impl FnOnce(usize, &T) -> String,
+        hint: &str,
+    ) -> Check {
+        match values.iter().position(|value| !is_fine(value)) {
+            Some(index) => self.require(false, || problem(index, &values[index]), hint),
+            None => Ok(()),
+        }
+    }
+
     pub fn require_position(self, what: &str, position_m: DVec3) -> Check {
         self.require(
             is_near(position_m),
