@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 
 use super::lines::{place, read_text};
 use super::mtl::{Entry, Library};
-use super::obj_check::{self, CheckedObj, Named, Run};
+use super::obj_check::{self, CheckedObj, FaceGroup, Named};
 use super::{Material, Mesh, Texture, obj, texture};
 use crate::keys::did_you_mean;
 use crate::{Error, Result};
@@ -112,7 +112,7 @@ impl Assets {
     }
 
     /// In a mesh where other faces have texture coordinates, a face without them would show one arbitrary texel.
-    fn check_texcoords(&self, run: &Run, file: &Path, material: u32) -> Result<()> {
+    fn check_texcoords(&self, run: &FaceGroup, file: &Path, material: u32) -> Result<()> {
         let material = &self.materials[material as usize];
         if run.form.texcoords || material.kd_texture.is_none() {
             return Ok(());

@@ -4,8 +4,8 @@ use super::{
     Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Sensor,
     Shadow, SpotCone,
 };
-use crate::keys::{Keys, Value};
 use crate::Result;
+use crate::keys::{Keys, Value};
 
 pub(super) fn camera(keys: &mut Keys) -> Result<Camera> {
     keys.only(&[

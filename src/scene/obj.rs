@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::Mesh;
 use super::assets::{MeshRequest, Transform};
-use super::obj_check::{CheckedObj, Run};
+use super::obj_check::{CheckedObj, FaceGroup};
 use crate::{Error, Result};
 
 /// The whole file as one world-space mesh, triangles in the order of the file.
@@ -58,7 +58,7 @@ struct MeshBuilder<'a> {
 }
 
 impl MeshBuilder<'_> {
-    fn add(&mut self, group: &tobj::Mesh, run: &Run, material: u32) {
+    fn add(&mut self, group: &tobj::Mesh, run: &FaceGroup, material: u32) {
         if self.normals && !run.form.normals {
             self.add_flat(group);
         } else {

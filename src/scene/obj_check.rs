@@ -17,7 +17,7 @@ use crate::Result;
 pub(super) struct CheckedObj {
     /// The rewritten file. Its groups are named by their index in `runs`.
     pub text: String,
-    pub runs: Vec<Run>,
+    pub runs: Vec<FaceGroup>,
     /// What `usemtl` names, one a statement.
     pub materials: Vec<Named>,
     pub libraries: Vec<Named>,
@@ -30,7 +30,7 @@ pub(super) struct Named {
 }
 
 /// Consecutive faces of one material and one form.
-pub(super) struct Run {
+pub(super) struct FaceGroup {
     /// Index in [`CheckedObj::materials`]: were the name itself here, a long one would be there a thousand times.
     pub material: Option<usize>,
     pub form: Form,
@@ -202,7 +202,7 @@ impl Checker {
             return;
         }
         let _ = writeln!(self.obj.text, "g {}", self.obj.runs.len());
-        self.obj.runs.push(Run {
+        self.obj.runs.push(FaceGroup {
             material,
             form,
             line: line.number(),

@@ -1,22 +1,22 @@
 //! The part of [`Scene::validate`] that concerns materials, textures and meshes.
 
-use super::validate::{Check, Part, has_direction, is_near};
+use super::validate::{Check, ScenePart, has_direction, is_near};
 use super::{Material, Mesh, Scene, Texture};
 
 pub(super) fn check(scene: &Scene) -> Check {
     for (i, texture) in scene.textures.iter().enumerate() {
-        check_texture(Part::Texture(i), texture)?;
+        check_texture(ScenePart::Texture(i), texture)?;
     }
     for (i, material) in scene.materials.iter().enumerate() {
-        check_material(Part::Material(i), material, scene.textures.len())?;
+        check_material(ScenePart::Material(i), material, scene.textures.len())?;
     }
     for (i, mesh) in scene.meshes.iter().enumerate() {
-        check_mesh(Part::Mesh(i), mesh, scene.materials.len())?;
+        check_mesh(ScenePart::Mesh(i), mesh, scene.materials.len())?;
     }
     Ok(())
 }
 
-pub(super) fn check_texture(part: Part, texture: &Texture) -> Check {
+pub(super) fn check_texture(part: ScenePart, texture: &Texture) -> Check {
     let [width, height] = texture.size_px;
     let texels = texture.linear_rgb.len();
     part.require(
@@ -37,7 +37,7 @@ const SHARPEST: f64 = 1e9;
 /// Beyond, f32 has no digits left to tell texels apart.
 const FARTHEST_TEXCOORD: f64 = 1e6;
 
-pub(super) fn check_material(part: Part, material: &Material, texture_count: usize) -> Check {
+pub(super) fn check_material(part: ScenePart, material: &Material, texture_count: usize) -> Check {
     for (what, bands) in [("kd", material.kd), ("ks", material.ks)] {
         part.require(
             bands.iter().all(|value| (0.0..=1.0).contains(value)),
@@ -65,7 +65,7 @@ pub(super) fn check_material(part: Part, material: &Material, texture_count: usi
     )
 }
 
-pub(super) fn check_mesh(part: Part, mesh: &Mesh, material_count: usize) -> Check {
+pub(super) fn check_mesh(part: ScenePart, mesh: &Mesh, material_count: usize) -> Check {
     let vertex_count = mesh.positions_m.len();
     if let Some(vertex) = mesh.positions_m.iter().position(|&p| !is_near(p)) {
         part.require_position(&format!("vertex {vertex}"), mesh.positions_m[vertex])?;

@@ -16,7 +16,7 @@ fn plain<'a>(image: &'a [f32], reference: &'a [f32], valid: &'a [bool]) -> Pixel
 }
 
 fn compare(pixels: &Pixels) -> Comparison {
-    Comparison::of(pixels).expect("the slices fit")
+    Comparison::new(pixels).expect("the slices fit")
 }
 
 /// The figures are exact in f32 or rounded to 2^-24 of themselves, the expected ones to 7 digits.
@@ -91,7 +91,7 @@ fn edges_count_for_nothing_but_their_number() {
         edges: Some(&edges[..5]),
         ..masked
     };
-    let refused = Comparison::of(&short).expect_err("there are six pixels");
+    let refused = Comparison::new(&short).expect_err("there are six pixels");
     assert!(
         refused.to_string().contains("5 pixels where 6"),
         "{refused}"
@@ -342,7 +342,7 @@ fn slices_that_do_not_fit_are_refused() {
             "the image has 4",
         ),
     ] {
-        let message = Comparison::of(&pixels).unwrap_err().to_string();
+        let message = Comparison::new(&pixels).unwrap_err().to_string();
         assert!(message.contains(name), "{message}");
     }
 }

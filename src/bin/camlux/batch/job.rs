@@ -128,14 +128,14 @@ impl Job {
             }
         }
         let shortest = lists.iter().copied().min();
-        let asked = keys.take("frames");
-        if let Some(asked) = asked {
-            let count = asked.count()?;
+        let requested = keys.take("frames");
+        if let Some(requested) = requested {
+            let count = requested.count()?;
             return match shortest {
-                _ if count == 0 => Err(asked.error("is 0", "give 1 or more").into()),
+                _ if count == 0 => Err(requested.error("is 0", "give 1 or more").into()),
                 Some(length) if (count as usize) > length => {
                     let problem = format!("is {count}, but a list has {length} frames only");
-                    Err(asked.error(problem, "give as many or fewer").into())
+                    Err(requested.error(problem, "give as many or fewer").into())
                 }
                 _ => Ok(count),
             };
