@@ -234,7 +234,7 @@ static void check_errors(camlux_scene *scene, camlux_renderer *renderer)
     camera.fov_y_deg = -1;
     EXPECT(camlux_scene_set_camera(scene, &camera) == CAMLUX_ERROR_SCENE);
     pose.orientation_xyzw[3] = 2;
-    EXPECT(camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose) == CAMLUX_ERROR_INVALID_ARGUMENT);
+    EXPECT(camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose) == CAMLUX_ERROR_SCENE);
     options.progress = stop;
     EXPECT(camlux_renderer_render(renderer, scene, &options, &frame) == CAMLUX_CANCELLED);
     EXPECT(frame == NULL);
