@@ -2,20 +2,20 @@
 //
 // All images are storage images: lavapipe reads these in a third of the time that a texel of a sampled one takes it.
 
+#import brdf
+
 var position_mesh: texture_storage_2d<rgba32float, read>;
 var kd_material: texture_storage_2d<rgba32float, read>;
 #if PHONG
 var ks_shininess: texture_storage_2d<rgba32float, read>;
 #endif
 
-const PI: f32 = 3.14159265358979;
-
-// k_d/π · diffuse + k_s·(s+2)/(2π) · specular
+// The factors of the lobes times what each gathered.
 fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f32> {
-    var radiance = textureLoad(kd_material, pixel).rgb / PI * diffuse;
+    var radiance = diffuse_factor(textureLoad(kd_material, pixel).rgb) * diffuse;
 #if PHONG
     let gloss = textureLoad(ks_shininess, pixel);
-    radiance += gloss.rgb * ((gloss.w + 2.0) / (2.0 * PI)) * specular;
+    radiance += specular_factor(gloss.rgb, gloss.w) * specular;
 #endif
     return radiance;
 }

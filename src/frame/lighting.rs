@@ -5,7 +5,7 @@ use crate::{
     Error, IndirectMethod, LightPlan, Result,
     passes::{
         Context, gather::ListedVpls, light::DeviceLight, rsm::Rsm, shadow::ShadowMap,
-        vpl::VplLists, vpl_draws::ListedLight,
+        vpl::VplLists, vpl_sampler::ListedLight,
     },
     scene::{Estimator, Light},
 };
