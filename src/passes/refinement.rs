@@ -8,9 +8,9 @@ use crate::{
 
 /// What was gathered or interpolated at each pixel, as `shaders/refinement.wgsl` describes it.
 pub(crate) struct RefinementImages<A: Allocate = Device> {
-    /// Irradiance, W/m²; and the pixel's state.
+    /// What the diffuse lobe reflects for k_d = 1, W/sr/m²; and the pixel's state.
     diffuse: A::Image,
-    /// The same weighted by the Phong lobe; only where some material is specular.
+    /// The same of the specular lobe for k_s = 1; only where some material is specular.
     specular: Option<A::Image>,
     /// Of the samples of gathered pixels, diffuse and specular; only where gathers have noise.
     squared_differences: Option<A::Image>,

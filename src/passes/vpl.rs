@@ -121,7 +121,7 @@ pub(crate) fn extract<'r>(
     resources.extend([
         ("emission", Resource::Buffer(&light.emission)),
         ("light", Resource::Buffer(&light.uniform)),
-        ("vpls", Resource::Image(&vpls.matte)),
+        ("matte_vpls", Resource::Image(&vpls.matte)),
     ]);
     if let Some(glossy) = &vpls.glossy {
         resources.push(("glossy_vpls", Resource::Image(glossy)));
