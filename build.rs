@@ -69,7 +69,12 @@ mod compile {
         let mut structs = BTreeMap::new();
         for permutation in parse_permutations(&text) {
             let name = &permutation.name;
-            let mut source = Source::of(&permutation, shaders);
+            let mut source = Source {
+                folder: shaders,
+                defines: &permutation.defines,
+                imported: BTreeSet::new(),
+                text: String::new(),
+            };
             source.import(&permutation.pass)?;
             let (module, info) = parse(&source.text, name)?;
             let words = emit(&module, &info).map_err(|error| format!("{name}: {error}"))?;
@@ -173,16 +178,7 @@ mod compile {
         text: String,
     }
 
-    impl<'p> Source<'p> {
-        fn of(permutation: &'p Permutation, folder: &'p Path) -> Self {
-            Source {
-                folder,
-                defines: &permutation.defines,
-                imported: BTreeSet::new(),
-                text: String::new(),
-            }
-        }
-
+    impl Source<'_> {
         /// Adds a file, once, after those that it imports, with the lines `#if WORD…` (any of them) / `#else` / `#endif` resolved.
         fn import(&mut self, name: &str) -> Result<(), String> {
             if !self.imported.insert(name.into()) {
@@ -208,16 +204,11 @@ mod compile {
                     },
                     ["#endif"] if open.pop().is_none() => return fail("no #if before"),
                     ["#endif"] => {}
-                    ["#import", file] => {
-                        if is_taken {
-                            self.import(file)?;
-                        }
+                    ["#import", file] if is_taken => self.import(file)?,
+                    ["#loader", name, image] if is_taken => {
+                        self.text += &loader(&self.text, name, image)?;
                     }
-                    ["#loader", name, image] => {
-                        if is_taken {
-                            self.text += &loader(&self.text, name, image)?;
-                        }
-                    }
+                    ["#import", _] | ["#loader", _, _] => {}
                     [word, ..] if word.starts_with('#') => return fail("unknown directive"),
                     _ if is_taken => {
                         self.text += line;

@@ -68,9 +68,13 @@ fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
     let to_light = -from_light * inverseSqrt(distance_squared);
     // A light in the surface itself lights nothing there: the direction to it is not defined.
     var irradiance = select(vec3<f32>(0.0), light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
+    // CPU drivers compute both sides of a branch: where a pass knows the light's kind, the cone is left out.
+#if POINT DIRECTIONAL
+#else
     if (light.outer_half_angle > 0.0) {
         irradiance *= spot_falloff(light, -to_light);
     }
+#endif
     return Illumination(to_light, irradiance);
 }
 

@@ -94,10 +94,13 @@ mod tests {
                     asked.extend(["", "textured"].map(words));
                 }
             }
-            for kernel in RayKernel::ALL.map(RayKernel::name) {
-                asked.extend(trees.map(|tree| ("direct", vec![brdf, kernel, tree])));
+            for kind in ["point", "spot", "directional"] {
+                for kernel in RayKernel::ALL.map(RayKernel::name) {
+                    let words = |tree| ("direct", vec![kind, brdf, kernel, tree]);
+                    asked.extend(trees.map(words));
+                }
+                asked.push(("direct", vec![kind, brdf]));
             }
-            asked.push(("direct", vec![brdf]));
             asked.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
             for list in ["apart", "bounce"] {
                 asked.push(("vpl", vec!["count", brdf, list]));
