@@ -44,15 +44,15 @@ pub(super) enum Part {
 }
 
 /// What is wrong with a part; its place is known to the caller only.
-pub(super) struct Fault {
+pub(super) struct Violation {
     pub part: Part,
     problem: String,
     hint: String,
 }
 
-pub(super) type Check = std::result::Result<(), Fault>;
+pub(super) type Check = std::result::Result<(), Violation>;
 
-impl Fault {
+impl Violation {
     /// `place`: file and line, where there is a file.
     pub fn into_error(self, scene: &Scene, place: Option<&str>) -> Error {
         let part = match self.part {
@@ -68,7 +68,7 @@ impl Fault {
         self.at(place.map_or(part.clone(), |place| format!("{place}, {part}")))
     }
 
-    /// The error for a fault at this place.
+    /// The error for a violation at this place.
     pub fn at(self, place: String) -> Error {
         Error::scene(place, self.problem, self.hint)
     }
@@ -85,7 +85,7 @@ impl Part {
         if fine {
             return Ok(());
         }
-        Err(Fault {
+        Err(Violation {
             part: self,
             problem: problem(),
             hint: hint.into(),
