@@ -5,13 +5,15 @@ use std::{ffi::c_char, ptr};
 use glam::DVec3;
 
 use super::{
+    abi::c_struct,
     args::{
-        self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_F64, CAMLUX_FORMAT_U16, CAMLUX_FORMAT_U32, CStruct,
+        self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_F64, CAMLUX_FORMAT_U16, CAMLUX_FORMAT_U32,
         Component, Rows, camlux_array,
     },
     handle::{self, camlux_scene},
-    scene::{SceneObject, push},
-    status::{Failure, Outcome, camlux_status, entry},
+    instances::UnplacedMesh,
+    scene::push,
+    status::{Failure, Outcome, camlux_status, ffi_guard},
 };
 use crate::scene::Mesh;
 
@@ -47,23 +49,17 @@ pub struct camlux_mesh {
     pub name: *const c_char,
 }
 
-// SAFETY: repr(C), the size first, numbers and pointers without padding.
-unsafe impl CStruct for camlux_mesh {
-    const NAME: &'static str = "camlux_mesh";
-    const VERSION_1_BYTES: usize = 152;
-    const INIT: Self = camlux_mesh {
-        struct_size: size_of::<Self>() as u32,
-        material: 0,
-        vertex_count: 0,
-        triangle_count: 0,
-        positions_m: camlux_array::none(CAMLUX_FORMAT_F32),
-        normals: camlux_array::none(CAMLUX_FORMAT_F32),
-        texcoords: camlux_array::none(CAMLUX_FORMAT_F32),
-        indices: camlux_array::none(CAMLUX_FORMAT_U32),
-        triangle_materials: camlux_array::none(CAMLUX_FORMAT_U32),
-        name: ptr::null(),
-    };
-}
+c_struct! { camlux_mesh, 152, {
+    material: 0,
+    vertex_count: 0,
+    triangle_count: 0,
+    positions_m: camlux_array::none(CAMLUX_FORMAT_F32),
+    normals: camlux_array::none(CAMLUX_FORMAT_F32),
+    texcoords: camlux_array::none(CAMLUX_FORMAT_F32),
+    indices: camlux_array::none(CAMLUX_FORMAT_U32),
+    triangle_materials: camlux_array::none(CAMLUX_FORMAT_U32),
+    name: ptr::null(),
+} }
 
 /// Adds a mesh. It is seen once camlux_scene_add_instance has placed it. Its materials have to be there before it.
 ///
@@ -81,24 +77,22 @@ pub unsafe extern "C" fn camlux_scene_add_mesh(
     mesh: *const camlux_mesh,
     index: *mut u32,
 ) -> camlux_status {
-    entry("camlux_scene_add_mesh", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        args::check_index(index)?;
+    ffi_guard("camlux_scene_add_mesh", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let mesh = unsafe { mesh_from(args::read(mesh)?) }?;
-        let added = object.change(|state| {
-            mesh.validate(state.meshes.len(), state.scene.materials.len())?;
-            push(&mut state.meshes, mesh.into(), "mesh")
-        })?;
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { args::write_index(index, added) };
-        Ok(())
+        unsafe {
+            let mesh = mesh_from_c(args::read(mesh)?)?;
+            object.add(index, |state| {
+                mesh.validate(state.meshes.len(), state.scene.materials.len())?;
+                push(&mut state.meshes, UnplacedMesh::new(mesh.into()), "mesh")
+            })
+        }
     })
 }
 
 /// # Safety
 /// As for `camlux_scene_add_mesh`.
-unsafe fn mesh_from(mesh: camlux_mesh) -> Outcome<Mesh> {
+unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
     let camlux_mesh {
         struct_size: _,
         material,
@@ -175,9 +169,9 @@ unsafe fn reals<const N: usize>(
     name: &str,
     count: usize,
 ) -> Outcome<Vec<[f64; N]>> {
-    let formats = [
-        (CAMLUX_FORMAT_F32, "CAMLUX_FORMAT_F32 (1)", false),
-        (CAMLUX_FORMAT_F64, "CAMLUX_FORMAT_F64 (2)", true),
+    let formats = args::choices![
+        CAMLUX_FORMAT_F32 => false,
+        CAMLUX_FORMAT_F64 => true,
     ];
     let format = args::one_of(&format!("the format of {name}"), array.format, &formats)?;
     // SAFETY: the caller's word.
@@ -196,9 +190,9 @@ unsafe fn wholes<const N: usize>(
     name: &str,
     count: usize,
 ) -> Outcome<Vec<[u32; N]>> {
-    let formats = [
-        (CAMLUX_FORMAT_U16, "CAMLUX_FORMAT_U16 (3)", false),
-        (CAMLUX_FORMAT_U32, "CAMLUX_FORMAT_U32 (4)", true),
+    let formats = args::choices![
+        CAMLUX_FORMAT_U16 => false,
+        CAMLUX_FORMAT_U32 => true,
     ];
     let format = args::one_of(&format!("the format of {name}"), array.format, &formats)?;
     // SAFETY: the caller's word.
@@ -219,9 +213,6 @@ unsafe fn elements<C: Component, T, const N: usize>(
     convert: impl Fn(C) -> T,
 ) -> Outcome<Vec<[T; N]>> {
     args::reserved(name, array.reserved)?;
-    if count == 0 {
-        return Ok(Vec::new());
-    }
     let rows = Rows {
         name,
         data: array.data,

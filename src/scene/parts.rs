@@ -1,6 +1,8 @@
 //! The checks of [`Scene::validate`](super::Scene::validate) for single parts, for a caller that builds a scene part by part:
 //! a violation is told where it is made, and the scene stays as it was.
 
+use glam::DVec3;
+
 use super::validate::{self, Check, Part};
 use super::{Camera, IndirectLight, Light, Material, Mesh, Sensor, Texture, validate_surface};
 use crate::Result;
@@ -59,4 +61,20 @@ impl Mesh {
         let check = validate_surface::check_mesh(Part::Mesh(index), self, material_count);
         told(check, place)
     }
+}
+
+/// Where a mesh is placed, and the corners of its box there.
+pub(crate) fn validate_instance(
+    index: usize,
+    position_m: DVec3,
+    mut corners_m: impl Iterator<Item = DVec3>,
+) -> Result<()> {
+    let part = Part::Mesh(index);
+    let check = part
+        .require_position("position", position_m)
+        .and_then(|()| {
+            corners_m
+                .try_for_each(|corner_m| part.require_position("a corner of its box", corner_m))
+        });
+    told(check, format!("instance {index}"))
 }

@@ -336,7 +336,7 @@ fn scenes_without_light_in_view_render_black() {
             let empty = render("empty meshes", &|scene| {
                 scene.meshes = vec![Mesh::default().into(); 2];
             });
-            assert_eq!(empty.ids(Layer::MeshId), Some(&[0; 16 * 16][..]));
+            assert_eq!(empty.ids(Layer::InstanceId), Some(&[0; 16 * 16][..]));
             let away = render("looking away", &|scene| {
                 let camera = &mut scene.camera;
                 camera.look_at_m = 2.0 * camera.position_m - camera.look_at_m;
