@@ -1,5 +1,5 @@
 //! The checks of [`Scene::validate`](super::Scene::validate) for single parts, for a caller that builds a scene part by part:
-//! a fault is placed where it is made, and the scene stays as it was.
+//! a violation is placed where it is made, and the scene stays as it was.
 
 use glam::DVec3;
 
@@ -9,7 +9,7 @@ use crate::Result;
 
 /// The part's own number stands in `place`.
 fn placed(check: Check, place: String) -> Result<()> {
-    check.map_err(|fault| fault.at(place))
+    check.map_err(|violation| violation.at(place))
 }
 
 impl Camera {

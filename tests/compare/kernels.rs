@@ -4,7 +4,7 @@
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
 use crate::common::rmse::relative_rmse;
 use camlux::{
-    GatherKernel, RenderOptions,
+    DeviceKind, GatherKernel, RenderOptions,
     internals::f64_kernels,
     output::Layer,
     scene::{IndirectLight, Light, SpotCone, VplSum},
@@ -112,6 +112,18 @@ fn direct_light_on_every_kind_of_surface_matches_the_model() {
             );
         }
     }
+}
+
+/// So that the runs of `scripts/test` with eight lanes and with four take the kernel that they are there for.
+#[test]
+fn a_driver_of_the_cpu_takes_the_kernel_of_its_width() {
+    let gpu = Gpu::open();
+    let expected = match std::env::var("LP_NATIVE_VECTOR_WIDTH").as_deref() {
+        Ok("128") => GatherKernel::Broadcast4,
+        _ if gpu.device.info().kind == DeviceKind::Cpu => GatherKernel::Broadcast8,
+        _ => GatherKernel::Tile,
+    };
+    assert_eq!(GatherKernel::best_for(gpu.device.info()), expected);
 }
 
 #[test]

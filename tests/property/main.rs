@@ -17,6 +17,8 @@ mod mesh_file;
 mod metamorphic;
 mod metamorphic_rays;
 mod metrics;
+#[cfg(feature = "reference")]
+mod mirror;
 mod model;
 mod modules;
 mod output;
