@@ -110,7 +110,7 @@ impl ScenePart {
         self.require(
             is_near(position_m),
             || format!("{what} is {position_m}"),
-            format!("give finite coordinates within {FARTHEST_M:e} m of 0"),
+            "give finite coordinates within 1e12 m of 0",
         )
     }
 
