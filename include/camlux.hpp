@@ -16,7 +16,7 @@
  *
  * HANDLES
  *
- * device, scene, renderer and frame hold one reference each. Copies share the object, moves hand the reference on, destructors give
+ * device, scene, renderer, frame and cancel_token hold one reference each. Copies share the object, moves hand the reference on, destructors give
  * it back. One that was made without arguments, or moved from, is empty: it is false, and calls with it end with
  * CAMLUX_ERROR_INVALID_HANDLE. get() is the handle for camlux.h.
  *
@@ -38,6 +38,10 @@
 
 #ifndef CAMLUX_HPP
 #define CAMLUX_HPP
+
+#if __cplusplus < 201703L && !(defined(_MSVC_LANG) && _MSVC_LANG >= 201703L)
+#error "camlux.hpp needs C++17 or later: compile with -std=c++17 (C++11 can use camlux.h)"
+#else
 
 #include <cstddef>
 #include <cstdint>
@@ -492,6 +496,7 @@ public:
         camlux_render_options raw = CAMLUX_RENDER_OPTIONS_INIT;
         raw.submission_target_ms = options.submission_target_ms;
         raw.on_device = options.on_device ? 1 : 0;
+        raw.cancel_token = options.cancel_token.get();
         if (options.progress) {
             raw.progress = detail::report;
             raw.progress_user = const_cast<detail::progress_function *>(&options.progress);
@@ -500,12 +505,10 @@ public:
         const camlux_status status = camlux_renderer_render(get(), scene.get(), &raw, &rendered);
         return detail::ended(status, frame(rendered));
     }
-
-    /** Ends the render that another thread has under way. */
-    void cancel() { try_cancel().value(); }
-    result<void> try_cancel() { return detail::ended(camlux_renderer_cancel(get())); }
 };
 
 }  // namespace camlux
+
+#endif  /* C++17 */
 
 #endif  /* CAMLUX_HPP */

@@ -65,7 +65,7 @@ std::uint32_t add_box(camlux::scene &scene)
     camlux::mesh mesh;
     mesh.positions_m = positions_m;
     mesh.triangles = triangles;
-    mesh.triangle_materials = {colours.data(), colours.size()};
+    mesh.triangle_materials = colours;
     mesh.name = "box";
     return scene.add_mesh(mesh);
 }

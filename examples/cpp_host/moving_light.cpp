@@ -2,7 +2,7 @@
 //
 //     moving_light FOLDER [SIZE]
 //
-// The first frame is that of `camlux render scenes/cornell.toml`, bit for bit.
+// The first frame is that of `camlux render scenes/cornell.toml --size SIZE SIZE`, bit for bit.
 
 #include "cornell.hpp"
 #include "picture.hpp"
@@ -18,6 +18,7 @@
 namespace {
 
 constexpr int positions = 16;
+constexpr unsigned long default_size_px = 200;
 
 // A turn that begins where the scene file has the light, and comes down to the front.
 camlux::vec3 light_position_m(int index)
@@ -86,7 +87,7 @@ int run(const std::filesystem::path &folder, std::uint32_t size_px)
 
 int main(int argument_count, char **arguments)
 {
-    const unsigned long size_px = argument_count > 2 ? std::strtoul(arguments[2], nullptr, 10) : 800;
+    const unsigned long size_px = argument_count > 2 ? std::strtoul(arguments[2], nullptr, 10) : default_size_px;
     if (argument_count < 2 || argument_count > 3 || size_px < 1 || size_px > 16384) {
         std::fprintf(stderr, "usage: moving_light FOLDER [SIZE]\n");
         return 2;

@@ -79,7 +79,11 @@ enum class shadow : std::int32_t {
 
 enum class component : std::int32_t { u8 = CAMLUX_COMPONENT_U8, u16 = CAMLUX_COMPONENT_U16, f32 = CAMLUX_COMPONENT_F32 };
 
-enum class encoding : std::int32_t { linear = CAMLUX_ENCODING_LINEAR, srgb = CAMLUX_ENCODING_SRGB };
+enum class encoding : std::int32_t {
+    standard = CAMLUX_ENCODING_DEFAULT,
+    linear = CAMLUX_ENCODING_LINEAR,
+    srgb = CAMLUX_ENCODING_SRGB,
+};
 
 /** The lens of a camera by its focal lengths and principal point, pixels. */
 struct intrinsics {
@@ -125,11 +129,29 @@ struct texture {
     std::uint32_t width_px = 0, height_px = 0;
     camlux::component component = camlux::component::u8;
     std::uint32_t channels = 3;
-    camlux::encoding encoding = camlux::encoding::srgb;
+    camlux::encoding encoding = camlux::encoding::standard;
     const void *pixels = nullptr;
     std::size_t row_stride_bytes = 0;
     std::string name;
 };
+
+namespace detail {
+
+/** What an element of N numbers consists of; no type for what is no such element. */
+template <class Element, std::size_t N, class = void>
+struct number_in {};
+
+template <class Number, std::size_t N>
+struct number_in<std::array<Number, N>, N> {
+    using type = Number;
+};
+
+template <class Number>
+struct number_in<Number, 1, std::enable_if_t<std::is_arithmetic_v<Number>>> {
+    using type = Number;
+};
+
+}  // namespace detail
 
 /** camlux_light; point, spot and directional make those that are complete. */
 struct light {
@@ -168,29 +190,34 @@ struct light {
 };
 
 /**
- * Elements of a mesh as they lie in the host's memory: camlux_array with its count. They are looked at during scene::add_mesh only.
+ * Elements of N numbers each, as they lie in the host's memory: camlux_array with its count. They are looked at during
+ * scene::add_mesh only.
  *
  * The numbers are float or double for vertices, uint16_t or uint32_t for indices.
  */
+template <std::size_t N>
 class elements {
 public:
     /** None. */
     constexpr elements() noexcept = default;
 
-    /** `count` elements, the first of which begins at `first`. \param stride_bytes from one to the next; 0: without gaps. */
+    /**
+     * `count` elements, the first of which begins at `first`. \param stride_bytes from one to the next, such as sizeof(Vertex), or
+     * 3 * sizeof(float) in a list of numbers that has three for each element.
+     */
     template <class Number>
-    constexpr elements(const Number *first, std::size_t count, std::size_t stride_bytes = 0) noexcept
+    constexpr elements(const Number *first, std::size_t count, std::size_t stride_bytes) noexcept
         : first_(first), count_(count), stride_bytes_(stride_bytes), format_(format_of<Number>())
     {
     }
 
-    /** A vector, array or span whose elements are std::array<Number, N>, without gaps. N is 3 for positions, and so on. */
-    template <class Container, class Element = typename std::decay_t<Container>::value_type,
-              class Number = typename std::remove_cv_t<Element>::value_type,
-              class = std::enable_if_t<sizeof(Element) == std::tuple_size<std::remove_cv_t<Element>>::value * sizeof(Number)>>
+    /** A vector, array or span of std::array<Number, N>; where N is 1, of numbers. */
+    template <class Container, class Element = std::remove_cv_t<typename std::decay_t<Container>::value_type>,
+              class Number = typename detail::number_in<Element, N>::type>
     constexpr elements(const Container &container) noexcept
-        : first_(container.data()), count_(container.size()), stride_bytes_(sizeof(Element)), format_(format_of<Number>())
+        : elements(static_cast<const Number *>(static_cast<const void *>(container.data())), container.size(), sizeof(Element))
     {
+        static_assert(sizeof(Element) == N * sizeof(Number), "elements have no gaps inside");
     }
 
     constexpr std::size_t count() const noexcept { return count_; }
@@ -214,15 +241,34 @@ private:
 
 /** camlux_mesh. Arrays that are not empty have as many elements as there are vertices, or triangles. */
 struct mesh {
-    elements positions_m;
-    elements normals;
-    elements texcoords;
+    elements<3> positions_m;
+    elements<3> normals;
+    elements<2> texcoords;
     /** Three indices of vertices for each triangle. */
-    elements triangles;
+    elements<3> triangles;
     /** One for all triangles, where triangle_materials is empty. */
     std::uint32_t material = 0;
-    elements triangle_materials;
+    elements<1> triangle_materials;
     std::string name;
+};
+
+/** camlux_cancel_token: ends renders from another thread. Copies are the same token. */
+class cancel_token
+    : public detail::handle<camlux_cancel_token, camlux_cancel_token_retain, camlux_cancel_token_release> {
+public:
+    using handle::handle;
+
+    static cancel_token create() { return try_create().value(); }
+    static result<cancel_token> try_create()
+    {
+        camlux_cancel_token *created = nullptr;
+        const camlux_status status = camlux_cancel_token_create(&created);
+        return detail::ended(status, cancel_token(created));
+    }
+
+    /** Ends all renders with this token, those under way and those to come. */
+    void cancel() { try_cancel().value(); }
+    result<void> try_cancel() { return detail::ended(camlux_cancel_token_cancel(get())); }
 };
 
 /** camlux_render_options. */
@@ -232,6 +278,8 @@ struct render_options {
     std::function<bool(double fraction, std::string_view pass)> progress;
     /** The images stay on the device: see frame::vulkan_image. */
     bool on_device = false;
+    /** Empty: none. */
+    camlux::cancel_token cancel_token;
 };
 
 /** camlux_exr_options. */
@@ -386,7 +434,7 @@ inline camlux_mesh raw_of(const mesh &from) noexcept
 /** What camlux.h cannot know, for it has one count for several arrays. */
 inline bool counts_fit(const mesh &mesh) noexcept
 {
-    const auto fits = [](const elements &list, const elements &whole) {
+    const auto fits = [](const auto &list, const auto &whole) {
         return list.count() == 0 || list.count() == whole.count();
     };
     return fits(mesh.normals, mesh.positions_m) && fits(mesh.texcoords, mesh.positions_m) &&

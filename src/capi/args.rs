@@ -6,9 +6,10 @@ use std::{
     ptr,
 };
 
-use glam::DVec3;
-
-use super::status::{Failure, Outcome};
+use super::{
+    abi::CStruct,
+    status::{Failure, Outcome},
+};
 
 /// Elements of memory as they lie there.
 #[repr(C)]
@@ -47,18 +48,6 @@ impl camlux_array {
     }
 }
 
-/// A struct of the interface.
-///
-/// # Safety
-/// It is `repr(C)`, begins with `struct_size: u32`, has no padding, and any bytes are a value of it.
-pub(super) unsafe trait CStruct: Copy {
-    const NAME: &'static str;
-    /// Its size in the first version of the interface, whatever was added since.
-    const VERSION_1_BYTES: usize;
-    /// What the `_INIT` macro of the header has.
-    const INIT: Self;
-}
-
 /// A struct from a newer header may be longer than here, but not by any number.
 const LONGEST_STRUCT_BYTES: usize = 4096;
 
@@ -73,11 +62,6 @@ pub(super) fn check_pointer<T>(pointer: *const T, name: &str) -> Outcome {
         )));
     }
     Ok(())
-}
-
-/// Checks a place that a result is to be written to.
-pub(super) fn check_out<T>(pointer: *mut T, name: &str) -> Outcome {
-    check_pointer(pointer, name)
 }
 
 /// # Safety
@@ -137,22 +121,17 @@ pub(super) unsafe fn read_optional<T: CStruct>(pointer: *const T) -> Outcome<Opt
     unsafe { read(pointer) }.map(Some)
 }
 
-/// Checks a struct that a result is to be written to, before the work for it.
-///
-/// # Safety
-/// As for [`read`].
-pub(super) unsafe fn check_struct<T: CStruct>(pointer: *mut T) -> Outcome {
-    // SAFETY: the caller's word.
-    unsafe { struct_bytes(pointer) }.map(|_| ())
-}
-
-/// Writes as much of a struct as the host's has room for. Its `struct_size` stays.
+/// Writes as much of a struct as the host's has room for. Its `struct_size` stays. The place is checked before the work for it.
 ///
 /// # Safety
 /// As for [`read`], and the bytes are writable.
-pub(super) unsafe fn write<T: CStruct>(pointer: *mut T, value: T) -> Outcome {
+pub(super) unsafe fn write<T: CStruct>(
+    pointer: *mut T,
+    make: impl FnOnce() -> Outcome<T>,
+) -> Outcome {
     // SAFETY: the caller's word.
     let bytes = unsafe { struct_bytes(pointer) }?;
+    let value = make()?;
     let known = bytes.min(size_of::<T>());
     let kept = size_of::<u32>();
     // SAFETY: both have as many bytes; they cannot overlap, for `value` is this function's own.
@@ -163,23 +142,20 @@ pub(super) unsafe fn write<T: CStruct>(pointer: *mut T, value: T) -> Outcome {
     Ok(())
 }
 
-/// Writes an index where the host wants it.
+/// Writes a result where the host wants it. The place is checked before the work for it.
 ///
 /// # Safety
-/// `pointer` is null, or misaligned, or writable.
-pub(super) unsafe fn write_index(pointer: *mut u32, index: usize) {
-    if !pointer.is_null() {
-        // SAFETY: the caller's word, and `check_index` has been asked.
-        unsafe { pointer.write(index as u32) };
-    }
-}
-
-/// Checks a place for an index, which may be left out.
-pub(super) fn check_index(pointer: *mut u32) -> Outcome {
-    if pointer.is_null() {
-        return Ok(());
-    }
-    check_out(pointer, "index")
+/// `out` is null, or misaligned, or writable.
+pub(super) unsafe fn write_result<T>(
+    out: *mut T,
+    name: &str,
+    make: impl FnOnce() -> Outcome<T>,
+) -> Outcome {
+    check_pointer(out, name)?;
+    let result = make()?;
+    // SAFETY: checked above as far as can be; the rest is the caller's word.
+    unsafe { out.write(result) };
+    Ok(())
 }
 
 /// Text of the host; `None` where it is NULL.
@@ -213,12 +189,23 @@ pub(super) unsafe fn path(pointer: *const c_char) -> Outcome<String> {
     }
 }
 
-/// A word of a list: `what` names the argument, `names` the constants.
+/// Constants, each with what it stands for.
+macro_rules! choices {
+    ($($constant:ident => $choice:expr),* $(,)?) => {
+        [$(($constant, stringify!($constant), $choice)),*]
+    };
+}
+pub(super) use choices;
+
+/// What a constant stands for; `what` names the argument.
 pub(super) fn one_of<T: Copy>(what: &str, value: i32, choices: &[(i32, &str, T)]) -> Outcome<T> {
     match choices.iter().find(|(number, ..)| *number == value) {
         Some((.., choice)) => Ok(*choice),
         None => {
-            let names: Vec<&str> = choices.iter().map(|(_, name, _)| *name).collect();
+            let names = choices.iter();
+            let names: Vec<String> = names
+                .map(|(number, name, _)| format!("{name} ({number})"))
+                .collect();
             let names = names.join(", ");
             Err(Failure::argument(format!(
                 "{what} is {value}; give one of {names}"
@@ -227,9 +214,12 @@ pub(super) fn one_of<T: Copy>(what: &str, value: i32, choices: &[(i32, &str, T)]
     }
 }
 
-/// A flag: 0 or 1.
 pub(super) fn flag(what: &str, value: i32) -> Outcome<bool> {
-    one_of(what, value, &[(0, "0", false), (1, "1", true)])
+    match value {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(Failure::argument(format!("{what} is {value}; give 0 or 1"))),
+    }
 }
 
 pub(super) fn reserved(what: &str, value: u32) -> Outcome {
@@ -241,24 +231,8 @@ pub(super) fn reserved(what: &str, value: u32) -> Outcome {
     )))
 }
 
-pub(super) fn finite(what: &str, values: &[f64]) -> Outcome {
-    if values.iter().all(|value| value.is_finite()) {
-        return Ok(());
-    }
-    Err(Failure::argument(format!(
-        "{what} is {values:?}; give finite numbers"
-    )))
-}
-
-pub(super) fn vector(what: &str, values: [f64; 3]) -> Outcome<DVec3> {
-    finite(what, &values)?;
-    Ok(DVec3::from(values))
-}
-
-/// A component of an array in memory.
-pub(super) trait Component: Copy {
-    const BYTES: usize = size_of::<Self>();
-}
+/// A component of an array in memory: any bytes are one.
+pub(super) trait Component: Copy {}
 
 impl Component for u8 {}
 impl Component for u16 {}
@@ -283,6 +257,9 @@ impl Rows<'_> {
     /// # Safety
     /// `data` is null, or misaligned, or points to all the rows.
     pub unsafe fn read<C: Component, T>(&self, convert: impl Fn(&[C]) -> T) -> Outcome<Vec<T>> {
+        if self.count == 0 || self.length == 0 {
+            return Ok(Vec::new());
+        }
         let stride_bytes = self.checked_stride::<C>()?;
         let mut values = Vec::new();
         let room = values.try_reserve_exact(self.count);
@@ -313,20 +290,20 @@ impl Rows<'_> {
         if !data.cast::<C>().is_aligned() {
             return wrong(format!(
                 "{name} is at {data:p}, which is not aligned to {} bytes",
-                C::BYTES
+                size_of::<C>()
             ));
         }
-        let Some(tight_bytes) = length.checked_mul(C::BYTES) else {
+        let Some(tight_bytes) = length.checked_mul(size_of::<C>()) else {
             return wrong(format!("a row of {name} has {length} components"));
         };
         let stride_bytes = match self.stride_bytes {
             0 => tight_bytes,
             stride_bytes => stride_bytes,
         };
-        if stride_bytes < tight_bytes || stride_bytes % C::BYTES != 0 {
+        if stride_bytes < tight_bytes || stride_bytes % size_of::<C>() != 0 {
             return wrong(format!(
                 "the stride of {name} is {stride_bytes} bytes; give 0, or a multiple of {} of at least {tight_bytes}",
-                C::BYTES
+                size_of::<C>()
             ));
         }
         let end = count

@@ -7,10 +7,12 @@ use std::{
 };
 
 use super::{
-    args::{self, CStruct},
+    abi::{CStruct, c_struct},
+    args,
     handle::{self, camlux_device},
     log::{self, CAMLUX_LOG_INFO, CAMLUX_LOG_WARNING},
-    status::{Failure, Outcome, camlux_status, entry},
+    scene::no_part,
+    status::{Failure, Outcome, camlux_status, ffi_guard},
 };
 use crate::{Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceOptions};
 
@@ -78,37 +80,25 @@ pub struct camlux_device_info {
     pub api_version: [c_char; 32],
 }
 
-// SAFETY: repr(C), the size first, whole numbers and pointers without padding.
-unsafe impl CStruct for camlux_device_options {
-    const NAME: &'static str = "camlux_device_options";
-    const VERSION_1_BYTES: usize = 24;
-    const INIT: Self = camlux_device_options {
-        struct_size: size_of::<Self>() as u32,
-        choice: CAMLUX_DEVICE_BEST,
-        index: 0,
-        validation: 0,
-        name: ptr::null(),
-    };
-}
+c_struct! { camlux_device_options, 24, {
+    choice: CAMLUX_DEVICE_BEST,
+    index: 0,
+    validation: 0,
+    name: ptr::null(),
+} }
 
-// SAFETY: repr(C), the size first, whole numbers without padding.
-unsafe impl CStruct for camlux_device_info {
-    const NAME: &'static str = "camlux_device_info";
-    const VERSION_1_BYTES: usize = 832;
-    const INIT: Self = camlux_device_info {
-        struct_size: size_of::<Self>() as u32,
-        index: 0,
-        kind: CAMLUX_DEVICE_KIND_DISCRETE,
-        is_usable: 0,
-        max_image_px: 0,
-        subgroup_lanes: 0,
-        max_allocation_bytes: 0,
-        name: [0; 256],
-        driver: [0; 256],
-        lacks: [0; 256],
-        api_version: [0; 32],
-    };
-}
+c_struct! { camlux_device_info, 832, {
+    index: 0,
+    kind: CAMLUX_DEVICE_KIND_DISCRETE,
+    is_usable: 0,
+    max_image_px: 0,
+    subgroup_lanes: 0,
+    max_allocation_bytes: 0,
+    name: [0; 256],
+    driver: [0; 256],
+    lacks: [0; 256],
+    api_version: [0; 32],
+} }
 
 /// An open device.
 pub(super) struct DeviceObject {
@@ -144,12 +134,10 @@ impl DeviceObject {
 /// `count` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_count(count: *mut u32) -> camlux_status {
-    entry("camlux_device_count", || {
-        args::check_out(count, "count")?;
-        let devices = Device::list()?;
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { count.write(devices.len() as u32) };
-        Ok(())
+    ffi_guard("camlux_device_count", || {
+        let devices = || Ok(Device::list()?.len() as u32);
+        // SAFETY: the caller's word.
+        unsafe { args::write_result(count, "count", devices) }
     })
 }
 
@@ -167,18 +155,16 @@ pub unsafe extern "C" fn camlux_device_get_info(
     index: u32,
     info: *mut camlux_device_info,
 ) -> camlux_status {
-    entry("camlux_device_get_info", || {
-        // SAFETY: the caller's word.
-        unsafe { args::check_struct(info) }?;
-        let devices = Device::list()?;
-        let Some(device) = devices.get(index as usize) else {
-            return Err(Failure::argument(format!(
-                "there is no device {index} among {}",
-                devices.len()
-            )));
+    ffi_guard("camlux_device_get_info", || {
+        let found = || {
+            let devices = Device::list()?;
+            let device = devices.get(index as usize);
+            device
+                .map(info_of)
+                .ok_or_else(|| no_part(index, devices.len(), "device"))
         };
         // SAFETY: the caller's word.
-        unsafe { args::write(info, info_of(device)) }
+        unsafe { args::write(info, found) }
     })
 }
 
@@ -197,7 +183,7 @@ pub unsafe extern "C" fn camlux_device_create(
     options: *const camlux_device_options,
     device: *mut *mut camlux_device,
 ) -> camlux_status {
-    entry("camlux_device_create", || {
+    ffi_guard("camlux_device_create", || {
         // SAFETY: the caller's word.
         let options = unsafe { args::read_optional(options) }?;
         // SAFETY: the caller's word.
@@ -211,7 +197,7 @@ pub unsafe extern "C" fn camlux_device_create(
             Ok(DeviceObject::new(device))
         };
         // SAFETY: the caller's word.
-        unsafe { handle::hand_out(open, device, "device") }
+        unsafe { handle::return_handle(device, "device", open) }
     })
 }
 
@@ -228,10 +214,10 @@ pub unsafe extern "C" fn camlux_device_info_of(
     device: *mut camlux_device,
     info: *mut camlux_device_info,
 ) -> camlux_status {
-    entry("camlux_device_info_of", || {
-        let object = handle::get::<DeviceObject>(device)?;
+    ffi_guard("camlux_device_info_of", || {
+        let object = handle::get(device)?;
         // SAFETY: the caller's word.
-        unsafe { args::write(info, info_of(object.device.info())) }
+        unsafe { args::write(info, || Ok(info_of(object.device.info()))) }
     })
 }
 
@@ -248,45 +234,34 @@ pub unsafe extern "C" fn camlux_device_validation_count(
     device: *mut camlux_device,
     count: *mut u32,
 ) -> camlux_status {
-    entry("camlux_device_validation_count", || {
-        let object = handle::get::<DeviceObject>(device)?;
-        args::check_out(count, "count")?;
-        let messages = object.device.validation_messages().len();
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { count.write(messages as u32) };
-        Ok(())
+    ffi_guard("camlux_device_validation_count", || {
+        let object = handle::get(device)?;
+        let messages = || Ok(object.device.validation_messages().len() as u32);
+        // SAFETY: the caller's word.
+        unsafe { args::write_result(count, "count", messages) }
     })
 }
 
 /// # Safety
 /// The name is null or a C string.
 unsafe fn options_from(options: camlux_device_options) -> Outcome<DeviceOptions> {
-    let camlux_device_options {
-        struct_size: _,
-        choice,
-        index,
-        validation,
-        name,
-    } = options;
     // SAFETY: the caller's word.
-    let name = unsafe { args::text(name, "name") }?;
-    let choices = [
-        (CAMLUX_DEVICE_BEST, "CAMLUX_DEVICE_BEST (0)", 0),
-        (CAMLUX_DEVICE_INDEX, "CAMLUX_DEVICE_INDEX (1)", 1),
-        (CAMLUX_DEVICE_NAME, "CAMLUX_DEVICE_NAME (2)", 2),
+    let name = unsafe { args::text(options.name, "name") }?;
+    let name =
+        || name.ok_or_else(|| Failure::argument("choice is CAMLUX_DEVICE_NAME, but name is NULL"));
+    let choices = args::choices![
+        CAMLUX_DEVICE_BEST => 0,
+        CAMLUX_DEVICE_INDEX => 1,
+        CAMLUX_DEVICE_NAME => 2,
     ];
-    let choice = match (args::one_of("choice", choice, &choices)?, name) {
-        (0, _) => DeviceChoice::Best,
-        (1, _) => DeviceChoice::Index(index as usize),
-        (_, Some(name)) => DeviceChoice::Name(name),
-        (_, None) => {
-            let problem = "choice is CAMLUX_DEVICE_NAME, but name is NULL";
-            return Err(Failure::argument(problem));
-        }
+    let choice = match args::one_of("choice", options.choice, &choices)? {
+        0 => DeviceChoice::Best,
+        1 => DeviceChoice::Index(options.index as usize),
+        _ => DeviceChoice::Name(name()?),
     };
     Ok(DeviceOptions {
         choice,
-        validation: args::flag("validation", validation)?,
+        validation: args::flag("validation", options.validation)?,
     })
 }
 

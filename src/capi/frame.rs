@@ -7,10 +7,11 @@ use std::{
 };
 
 use super::{
-    args::{self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_U32, CStruct},
+    abi::{CStruct, c_struct},
+    args::{self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_U32},
     handle::{self, camlux_frame},
     scene::no_part,
-    status::{Failure, Outcome, c_string, camlux_status, entry},
+    status::{Failure, Outcome, c_string, camlux_status, ffi_guard},
 };
 use crate::{
     DeviceFrame,
@@ -41,49 +42,17 @@ pub const CAMLUX_LAYER_INSTANCE_ID: i32 = 8;
 /// 0: no surface, else 1 + the index of its material (CAMLUX_FORMAT_U32).
 pub const CAMLUX_LAYER_MATERIAL_ID: i32 = 9;
 
-const LAYERS: [(i32, &str, Layer); 10] = [
-    (
-        CAMLUX_LAYER_RADIANCE,
-        "CAMLUX_LAYER_RADIANCE (0)",
-        Layer::Radiance,
-    ),
-    (
-        CAMLUX_LAYER_DIRECT,
-        "CAMLUX_LAYER_DIRECT (1)",
-        Layer::Direct,
-    ),
-    (
-        CAMLUX_LAYER_INDIRECT,
-        "CAMLUX_LAYER_INDIRECT (2)",
-        Layer::Indirect,
-    ),
-    (
-        CAMLUX_LAYER_ENERGY,
-        "CAMLUX_LAYER_ENERGY (3)",
-        Layer::Energy,
-    ),
-    (
-        CAMLUX_LAYER_POSITION,
-        "CAMLUX_LAYER_POSITION (4)",
-        Layer::Position,
-    ),
-    (
-        CAMLUX_LAYER_NORMAL,
-        "CAMLUX_LAYER_NORMAL (5)",
-        Layer::Normal,
-    ),
-    (CAMLUX_LAYER_DEPTH, "CAMLUX_LAYER_DEPTH (6)", Layer::Depth),
-    (CAMLUX_LAYER_RANGE, "CAMLUX_LAYER_RANGE (7)", Layer::Range),
-    (
-        CAMLUX_LAYER_INSTANCE_ID,
-        "CAMLUX_LAYER_INSTANCE_ID (8)",
-        Layer::MeshId,
-    ),
-    (
-        CAMLUX_LAYER_MATERIAL_ID,
-        "CAMLUX_LAYER_MATERIAL_ID (9)",
-        Layer::MaterialId,
-    ),
+const LAYERS: [(i32, &str, Layer); 10] = args::choices![
+    CAMLUX_LAYER_RADIANCE => Layer::Radiance,
+    CAMLUX_LAYER_DIRECT => Layer::Direct,
+    CAMLUX_LAYER_INDIRECT => Layer::Indirect,
+    CAMLUX_LAYER_ENERGY => Layer::Energy,
+    CAMLUX_LAYER_POSITION => Layer::Position,
+    CAMLUX_LAYER_NORMAL => Layer::Normal,
+    CAMLUX_LAYER_DEPTH => Layer::Depth,
+    CAMLUX_LAYER_RANGE => Layer::Range,
+    CAMLUX_LAYER_INSTANCE_ID => Layer::InstanceId,
+    CAMLUX_LAYER_MATERIAL_ID => Layer::MaterialId,
 ];
 
 /// A layer as it lies in the frame's memory. Begin with CAMLUX_VIEW_INIT.
@@ -129,36 +98,24 @@ pub struct camlux_exr_options {
     pub reserved: u32,
 }
 
-// SAFETY: repr(C), the size first, numbers and pointers without padding.
-unsafe impl CStruct for camlux_view {
-    const NAME: &'static str = "camlux_view";
-    const VERSION_1_BYTES: usize = 64;
-    const INIT: Self = camlux_view {
-        struct_size: size_of::<Self>() as u32,
-        layer: CAMLUX_LAYER_RADIANCE,
-        data: ptr::null(),
-        row_stride_bytes: 0,
-        size_bytes: 0,
-        width_px: 0,
-        height_px: 0,
-        channels: 0,
-        format: CAMLUX_FORMAT_F32,
-        name: ptr::null(),
-        unit: ptr::null(),
-    };
-}
+c_struct! { camlux_view, 64, {
+    layer: CAMLUX_LAYER_RADIANCE,
+    data: ptr::null(),
+    row_stride_bytes: 0,
+    size_bytes: 0,
+    width_px: 0,
+    height_px: 0,
+    channels: 0,
+    format: CAMLUX_FORMAT_F32,
+    name: ptr::null(),
+    unit: ptr::null(),
+} }
 
-// SAFETY: repr(C), the size first, whole numbers without padding.
-unsafe impl CStruct for camlux_exr_options {
-    const NAME: &'static str = "camlux_exr_options";
-    const VERSION_1_BYTES: usize = 16;
-    const INIT: Self = camlux_exr_options {
-        struct_size: size_of::<Self>() as u32,
-        half: 0,
-        layers: 0,
-        reserved: 0,
-    };
-}
+c_struct! { camlux_exr_options, 16, {
+    half: 0,
+    layers: 0,
+    reserved: 0,
+} }
 
 /// A frame, and its texts for C.
 pub(super) struct FrameObject {
@@ -177,14 +134,14 @@ pub(super) struct FrameObject {
 
 impl FrameObject {
     pub fn new(frame: Frame, snapshot_ms: f64) -> FrameObject {
-        FrameObject::of(frame.stats.clone(), snapshot_ms, Some(frame), None)
+        FrameObject::from_parts(frame.stats.clone(), snapshot_ms, Some(frame), None)
     }
 
     pub fn new_on_device(frame: DeviceFrame, snapshot_ms: f64) -> FrameObject {
-        FrameObject::of(frame.stats().clone(), snapshot_ms, None, Some(frame))
+        FrameObject::from_parts(frame.stats().clone(), snapshot_ms, None, Some(frame))
     }
 
-    fn of(
+    fn from_parts(
         stats: FrameStats,
         snapshot_ms: f64,
         frame: Option<Frame>,
@@ -234,6 +191,26 @@ impl FrameObject {
                 layer.name()
             ))),
         }
+    }
+
+    fn exr_options(&self, options: camlux_exr_options) -> Outcome<ExrOptions> {
+        let layers = options.layers;
+        args::reserved(camlux_exr_options::NAME, options.reserved)?;
+        if layers >> LAYERS.len() != 0 {
+            return Err(Failure::argument(format!(
+                "layers is {layers:#x}, which has bits that stand for no layer"
+            )));
+        }
+        let picked = LAYERS
+            .iter()
+            .filter(|(number, ..)| layers >> number & 1 == 1)
+            .map(|(number, ..)| Ok(self.layer(*number)?.0))
+            .collect::<Outcome<Vec<Layer>>>()?;
+        Ok(ExrOptions {
+            half: args::flag("half", options.half)?,
+            layers: (layers != 0).then_some(picked),
+            ..ExrOptions::default()
+        })
     }
 
     fn view(&self, layer: i32) -> Outcome<camlux_view> {
@@ -291,13 +268,11 @@ pub unsafe extern "C" fn camlux_frame_layer_count(
     frame: *mut camlux_frame,
     count: *mut u32,
 ) -> camlux_status {
-    entry("camlux_frame_layer_count", || {
-        let object = handle::get::<FrameObject>(frame)?;
-        args::check_out(count, "count")?;
-        let count_of_layers = object.frame()?.layers.len();
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { count.write(count_of_layers as u32) };
-        Ok(())
+    ffi_guard("camlux_frame_layer_count", || {
+        let object = handle::get(frame)?;
+        let layers = || Ok(object.frame()?.layers.len() as u32);
+        // SAFETY: the caller's word.
+        unsafe { args::write_result(count, "count", layers) }
     })
 }
 
@@ -316,21 +291,18 @@ pub unsafe extern "C" fn camlux_frame_get_layer(
     index: u32,
     layer: *mut i32,
 ) -> camlux_status {
-    entry("camlux_frame_get_layer", || {
-        let object = handle::get::<FrameObject>(frame)?;
-        args::check_out(layer, "layer")?;
-        let layers = &object.frame()?.layers;
-        let Some((kind, _)) = layers.get(index as usize) else {
-            return Err(no_part(index, layers.len(), "layer"));
+    ffi_guard("camlux_frame_get_layer", || {
+        let object = handle::get(frame)?;
+        let number = || {
+            let layers = &object.frame()?.layers;
+            let found = layers.get(index as usize);
+            let (layer, _) = found.ok_or_else(|| no_part(index, layers.len(), "layer"))?;
+            let number = LAYERS.iter().find(|(.., known)| known == layer);
+            let problem = || crate::Error::internal("a frame has a layer that no render has");
+            Ok(number.ok_or_else(problem)?.0)
         };
-        let found = LAYERS.iter().find(|(.., layer)| layer == kind);
-        let Some((number, ..)) = found else {
-            let problem = "a frame has a layer that no render has";
-            return Err(crate::Error::internal(problem).into());
-        };
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { layer.write(*number) };
-        Ok(())
+        // SAFETY: the caller's word.
+        unsafe { args::write_result(layer, "layer", number) }
     })
 }
 
@@ -349,10 +321,10 @@ pub unsafe extern "C" fn camlux_frame_view(
     layer: i32,
     view: *mut camlux_view,
 ) -> camlux_status {
-    entry("camlux_frame_view", || {
-        let object = handle::get::<FrameObject>(frame)?;
+    ffi_guard("camlux_frame_view", || {
+        let object = handle::get(frame)?;
         // SAFETY: the caller's word.
-        unsafe { args::write(view, object.view(layer)?) }
+        unsafe { args::write(view, || object.view(layer)) }
     })
 }
 
@@ -375,10 +347,10 @@ pub unsafe extern "C" fn camlux_frame_copy(
     size_bytes: usize,
     row_stride_bytes: usize,
 ) -> camlux_status {
-    entry("camlux_frame_copy", || {
-        let object = handle::get::<FrameObject>(frame)?;
+    ffi_guard("camlux_frame_copy", || {
+        let object = handle::get(frame)?;
         let view = object.view(layer)?;
-        args::check_out(destination.cast::<u8>(), "destination")?;
+        args::check_pointer(destination.cast::<u8>(), "destination")?;
         let row_bytes = view.row_stride_bytes;
         let rows = view.height_px as usize;
         let stride = match row_stride_bytes {
@@ -415,7 +387,8 @@ pub unsafe extern "C" fn camlux_frame_copy(
 ///
 /// \param path UTF-8; a file of that name is replaced.
 /// \param options NULL: those of CAMLUX_EXR_OPTIONS_INIT.
-/// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does
+/// not have.
 /// \threads any; frames do not change.
 ///
 /// # Safety
@@ -426,13 +399,13 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
     path: *const c_char,
     options: *const camlux_exr_options,
 ) -> camlux_status {
-    entry("camlux_frame_write_exr", || {
-        let object = handle::get::<FrameObject>(frame)?;
+    ffi_guard("camlux_frame_write_exr", || {
+        let object = handle::get(frame)?;
         // SAFETY: the caller's word.
         let path = unsafe { args::path(path) }?;
         // SAFETY: the caller's word.
         let options = unsafe { args::read_optional(options) }?.unwrap_or(CStruct::INIT);
-        let options = exr_options_from(options)?;
+        let options = object.exr_options(options)?;
         write_exr(OutputFile::create(path)?, object.frame()?, &options)?;
         Ok(())
     })
@@ -452,35 +425,12 @@ pub unsafe extern "C" fn camlux_frame_write_png(
     frame: *mut camlux_frame,
     path: *const c_char,
 ) -> camlux_status {
-    entry("camlux_frame_write_png", || {
-        let object = handle::get::<FrameObject>(frame)?;
+    ffi_guard("camlux_frame_write_png", || {
+        let object = handle::get(frame)?;
         // SAFETY: the caller's word.
         let path = unsafe { args::path(path) }?;
         let frame = object.frame()?;
         write_png(OutputFile::create(path)?, frame, PngView::for_frame(frame))?;
         Ok(())
-    })
-}
-
-fn exr_options_from(options: camlux_exr_options) -> Outcome<ExrOptions> {
-    let camlux_exr_options {
-        struct_size: _,
-        half,
-        layers,
-        reserved,
-    } = options;
-    args::reserved(camlux_exr_options::NAME, reserved)?;
-    if layers >> LAYERS.len() != 0 {
-        return Err(Failure::argument(format!(
-            "layers is {layers:#x}, which has bits that stand for no layer"
-        )));
-    }
-    let picked = LAYERS
-        .iter()
-        .filter(|(number, ..)| layers >> number & 1 == 1);
-    Ok(ExrOptions {
-        half: args::flag("half", half)?,
-        layers: (layers != 0).then(|| picked.map(|(.., layer)| *layer).collect()),
-        ..ExrOptions::default()
     })
 }

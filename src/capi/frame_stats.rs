@@ -3,11 +3,11 @@
 use std::{ffi::c_char, ptr};
 
 use super::{
-    args::{self, CStruct},
-    frame::FrameObject,
+    abi::{CStruct, c_struct},
+    args,
     handle::{self, camlux_frame},
     scene::no_part,
-    status::{camlux_status, entry},
+    status::{camlux_status, ffi_guard},
 };
 
 /// The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH.
@@ -75,39 +75,27 @@ pub struct camlux_pass_time {
     pub name: *const c_char,
 }
 
-// SAFETY: repr(C), the size first, numbers and pointers without padding.
-unsafe impl CStruct for camlux_frame_stats {
-    const NAME: &'static str = "camlux_frame_stats";
-    const VERSION_1_BYTES: usize = 96;
-    const INIT: Self = camlux_frame_stats {
-        struct_size: size_of::<Self>() as u32,
-        pass_count: 0,
-        wall_ms: 0.0,
-        passes_ms: 0.0,
-        snapshot_ms: 0.0,
-        vpl_count: 0,
-        ray_count: 0,
-        pixel_vpl_pairs: 0,
-        estimated_error: 0.0,
-        estimated_interpolation_error: 0.0,
-        submissions: 0,
-        reserved: 0,
-        device: ptr::null(),
-        driver: ptr::null(),
-    };
-}
+c_struct! { camlux_frame_stats, 96, {
+    pass_count: 0,
+    wall_ms: 0.0,
+    passes_ms: 0.0,
+    snapshot_ms: 0.0,
+    vpl_count: 0,
+    ray_count: 0,
+    pixel_vpl_pairs: 0,
+    estimated_error: 0.0,
+    estimated_interpolation_error: 0.0,
+    submissions: 0,
+    reserved: 0,
+    device: ptr::null(),
+    driver: ptr::null(),
+} }
 
-// SAFETY: repr(C), the size first, numbers and pointers without padding.
-unsafe impl CStruct for camlux_pass_time {
-    const NAME: &'static str = "camlux_pass_time";
-    const VERSION_1_BYTES: usize = 24;
-    const INIT: Self = camlux_pass_time {
-        struct_size: size_of::<Self>() as u32,
-        reserved: 0,
-        ms: 0.0,
-        name: ptr::null(),
-    };
-}
+c_struct! { camlux_pass_time, 24, {
+    reserved: 0,
+    ms: 0.0,
+    name: ptr::null(),
+} }
 
 /// What a frame has cost.
 ///
@@ -122,26 +110,30 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
     frame: *mut camlux_frame,
     stats: *mut camlux_frame_stats,
 ) -> camlux_status {
-    entry("camlux_frame_get_stats", || {
-        let object = handle::get::<FrameObject>(frame)?;
-        let found = &object.stats;
-        let found = camlux_frame_stats {
-            pass_count: found.passes.len() as u32,
-            wall_ms: found.wall_milliseconds,
-            passes_ms: found.passes.iter().map(|pass| pass.milliseconds).sum(),
-            snapshot_ms: object.snapshot_ms,
-            vpl_count: found.vpl_count,
-            ray_count: found.ray_count,
-            pixel_vpl_pairs: found.pixel_vpl_pairs,
-            estimated_error: found.estimated_error.unwrap_or(f64::NAN),
-            estimated_interpolation_error: found.estimated_interpolation_error.unwrap_or(f64::NAN),
-            submissions: found.submissions,
-            device: object.device.as_ptr(),
-            driver: object.driver.as_ptr(),
-            ..CStruct::INIT
+    ffi_guard("camlux_frame_get_stats", || {
+        let object = handle::get(frame)?;
+        let stats_of = || {
+            let found = &object.stats;
+            Ok(camlux_frame_stats {
+                pass_count: found.passes.len() as u32,
+                wall_ms: found.wall_milliseconds,
+                passes_ms: found.passes.iter().map(|pass| pass.milliseconds).sum(),
+                snapshot_ms: object.snapshot_ms,
+                vpl_count: found.vpl_count,
+                ray_count: found.ray_count,
+                pixel_vpl_pairs: found.pixel_vpl_pairs,
+                estimated_error: found.estimated_error.unwrap_or(f64::NAN),
+                estimated_interpolation_error: found
+                    .estimated_interpolation_error
+                    .unwrap_or(f64::NAN),
+                submissions: found.submissions,
+                device: object.device.as_ptr(),
+                driver: object.driver.as_ptr(),
+                ..CStruct::INIT
+            })
         };
         // SAFETY: the caller's word.
-        unsafe { args::write(stats, found) }
+        unsafe { args::write(stats, stats_of) }
     })
 }
 
@@ -161,21 +153,19 @@ pub unsafe extern "C" fn camlux_frame_get_pass(
     index: u32,
     pass: *mut camlux_pass_time,
 ) -> camlux_status {
-    entry("camlux_frame_get_pass", || {
-        let object = handle::get::<FrameObject>(frame)?;
+    ffi_guard("camlux_frame_get_pass", || {
+        let object = handle::get(frame)?;
         let passes = &object.stats.passes;
-        let found = passes
-            .get(index as usize)
-            .zip(object.pass_names.get(index as usize));
-        let Some((time, name)) = found else {
-            return Err(no_part(index, passes.len(), "pass"));
-        };
-        let found = camlux_pass_time {
-            ms: time.milliseconds,
-            name: name.as_ptr(),
-            ..CStruct::INIT
+        let time = || {
+            let found = passes.iter().zip(&object.pass_names).nth(index as usize);
+            let (pass, name) = found.ok_or_else(|| no_part(index, passes.len(), "pass"))?;
+            Ok(camlux_pass_time {
+                ms: pass.milliseconds,
+                name: name.as_ptr(),
+                ..CStruct::INIT
+            })
         };
         // SAFETY: the caller's word.
-        unsafe { args::write(pass, found) }
+        unsafe { args::write(pass, time) }
     })
 }

@@ -1,20 +1,20 @@
-//! Handles: numbers of a table of counted objects.
+//! Handles: keys of a table of counted objects, in the form of pointers.
 
 use std::{
+    any::Any,
     ptr,
-    sync::{
-        Arc, PoisonError, RwLock,
-        atomic::{AtomicU32, Ordering},
-    },
+    sync::{Arc, LazyLock, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard},
 };
+
+use slotmap::{DefaultKey, Key, KeyData, SlotMap};
 
 use super::{
     args,
     device::DeviceObject,
     frame::FrameObject,
-    renderer::RendererObject,
+    renderer::{CancelToken, RendererObject},
     scene::SceneObject,
-    status::{CAMLUX_ERROR_INVALID_HANDLE, Failure, Outcome, camlux_status, entry},
+    status::{CAMLUX_ERROR_INVALID_HANDLE, Failure, Outcome, camlux_status, ffi_guard},
 };
 
 /// An open Vulkan device. See camlux_device_create.
@@ -37,235 +37,134 @@ pub struct camlux_frame {
     _opaque: (),
 }
 
-/// A value that the host knows by a handle.
-pub(super) trait Object: Send + Sync + Sized {
-    type Handle;
-    const KIND: Kind;
-    fn into_any(this: Arc<Self>) -> Any;
-    fn from_any(any: &Any) -> Option<&Arc<Self>>;
+/// Ends renders from another thread. See camlux_cancel_token_create.
+pub struct camlux_cancel_token {
+    _opaque: (),
 }
 
-/// In a handle's upper bits.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Device = 1,
-    Scene = 2,
-    Renderer = 3,
-    Frame = 4,
+/// What a handle points to in C, which nothing ever does.
+pub(super) trait Handle {
+    const NAME: &'static str;
+    /// What the table has for it.
+    type Object: Any + Send + Sync;
 }
 
-/// An object of any kind.
-#[derive(Clone)]
-pub(super) enum Any {
-    Device(Arc<DeviceObject>),
-    Scene(Arc<SceneObject>),
-    Renderer(Arc<RendererObject>),
-    Frame(Arc<FrameObject>),
-}
-
-impl Kind {
-    const ALL: [Kind; 4] = [Kind::Device, Kind::Scene, Kind::Renderer, Kind::Frame];
-
-    fn name(self) -> &'static str {
-        match self {
-            Kind::Device => "camlux_device",
-            Kind::Scene => "camlux_scene",
-            Kind::Renderer => "camlux_renderer",
-            Kind::Frame => "camlux_frame",
-        }
-    }
-}
-
-macro_rules! object {
-    ($kind:ident, $object:ty, $handle:ty) => {
-        impl Object for $object {
-            type Handle = $handle;
-            const KIND: Kind = Kind::$kind;
-
-            fn into_any(this: Arc<Self>) -> Any {
-                Any::$kind(this)
-            }
-
-            fn from_any(any: &Any) -> Option<&Arc<Self>> {
-                match any {
-                    Any::$kind(object) => Some(object),
-                    _ => None,
-                }
-            }
+macro_rules! handle {
+    ($handle:ident, $object:ty) => {
+        impl Handle for $handle {
+            const NAME: &'static str = stringify!($handle);
+            type Object = $object;
         }
     };
 }
 
-object!(Device, DeviceObject, camlux_device);
-object!(Scene, SceneObject, camlux_scene);
-object!(Renderer, RendererObject, camlux_renderer);
-object!(Frame, FrameObject, camlux_frame);
+handle!(camlux_device, DeviceObject);
+handle!(camlux_scene, SceneObject);
+handle!(camlux_renderer, RendererObject);
+handle!(camlux_frame, FrameObject);
+handle!(camlux_cancel_token, CancelToken);
 
-const SLOT_BITS: u32 = 32;
-const GENERATION_BITS: u32 = 28;
-const LAST_GENERATION: u32 = (1 << GENERATION_BITS) - 1;
-// A handle's number fills 64 bits.
+struct Entry {
+    /// The name of its handle.
+    kind: &'static str,
+    references: u32,
+    object: Arc<dyn Any + Send + Sync>,
+}
+
+struct Table(SlotMap<DefaultKey, Entry>);
+
+static TABLE: LazyLock<RwLock<Table>> = LazyLock::new(|| RwLock::new(Table(SlotMap::new())));
+
+fn read_table() -> RwLockReadGuard<'static, Table> {
+    TABLE.read().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn write_table() -> RwLockWriteGuard<'static, Table> {
+    TABLE.write().unwrap_or_else(PoisonError::into_inner)
+}
+
+// A key fills 64 bits.
 const _: () = assert!(usize::BITS == 64, "the C interface is for 64-bit machines");
 
-/// The number that a handle is.
-#[derive(Clone, Copy)]
-struct Id {
-    kind: usize,
-    generation: u32,
-    slot: u32,
-}
-
-impl Id {
-    fn of(number: usize) -> Id {
-        Id {
-            kind: number >> (SLOT_BITS + GENERATION_BITS),
-            generation: (number >> SLOT_BITS) as u32 & LAST_GENERATION,
-            slot: number as u32,
-        }
-    }
-
-    fn number(self) -> usize {
-        self.kind << (SLOT_BITS + GENERATION_BITS)
-            | (self.generation as usize) << SLOT_BITS
-            | self.slot as usize
-    }
-}
-
-/// A place of the table. Its generation tells the handles that it has had apart.
-struct Slot {
-    generation: u32,
-    references: AtomicU32,
-    object: Option<Any>,
-}
-
-struct Table {
-    slots: Vec<Slot>,
-    free: Vec<u32>,
-}
-
-static TABLE: RwLock<Table> = RwLock::new(Table {
-    slots: Vec::new(),
-    free: Vec::new(),
-});
-
 impl Table {
-    /// The slot of a handle, if the object of that kind is still there.
-    fn find<T: Object>(&self, number: usize) -> Outcome<&Slot> {
-        let id = Id::of(number);
-        let wanted = T::KIND.name();
-        let wrong = |problem: String| {
-            Err(Failure {
-                status: CAMLUX_ERROR_INVALID_HANDLE,
-                message: format!(
-                    "{problem}; give a {wanted} that was created and not yet released"
-                ),
-            })
+    /// The key of a handle, if the object of that kind is still there.
+    fn find<H: Handle>(&self, handle: *mut H) -> Outcome<DefaultKey> {
+        let wanted = H::NAME;
+        let number = handle.addr() as u64;
+        let key = KeyData::from_ffi(number);
+        let problem = match self.0.get(key.into()) {
+            _ if number == 0 => format!("the {wanted} is NULL"),
+            // Small numbers are taken for keys that they are not.
+            _ if key.as_ffi() != number => format!("{number:#x} is no handle of camlux"),
+            None => format!("the {wanted} has been released, or never was one"),
+            Some(entry) if entry.kind != wanted => format!("the {wanted} is a {}", entry.kind),
+            Some(_) => return Ok(key.into()),
         };
-        if number == 0 {
-            return wrong(format!("the {wanted} is NULL"));
-        }
-        if id.kind != T::KIND as usize {
-            return match Kind::ALL.into_iter().find(|kind| *kind as usize == id.kind) {
-                Some(kind) => wrong(format!("the {wanted} is a {}", kind.name())),
-                None => wrong(format!("{number:#x} is no handle of camlux")),
-            };
-        }
-        let slot = self.slots.get(id.slot as usize);
-        match slot.filter(|slot| slot.generation == id.generation && slot.object.is_some()) {
-            Some(slot) => Ok(slot),
-            None => wrong(format!("the {wanted} has been released")),
-        }
+        Err(Failure {
+            status: CAMLUX_ERROR_INVALID_HANDLE,
+            message: format!("{problem}; give a {wanted} that was created and not yet released"),
+        })
     }
 }
 
 /// The object of a handle, which stays alive as long as what is returned.
-pub(super) fn get<T: Object>(handle: *mut T::Handle) -> Outcome<Arc<T>> {
-    let table = TABLE.read().unwrap_or_else(PoisonError::into_inner);
-    let slot = table.find::<T>(handle.addr())?;
-    let object = slot.object.as_ref().and_then(T::from_any).cloned();
-    object.ok_or_else(|| crate::Error::internal("a handle's kind is not its object's").into())
+pub(super) fn get<H: Handle>(handle: *mut H) -> Outcome<Arc<H::Object>> {
+    let table = read_table();
+    let object = table.0[table.find(handle)?].object.clone();
+    let object = object.downcast();
+    object.map_err(|_| crate::Error::internal("a handle's kind is not its object's").into())
 }
 
-/// A new handle, with one reference.
-pub(super) fn insert<T: Object>(object: T) -> *mut T::Handle {
-    let object = Some(T::into_any(Arc::new(object)));
-    let mut table = TABLE.write().unwrap_or_else(PoisonError::into_inner);
-    let slot = match table.free.pop() {
-        Some(index) => {
-            let slot = &mut table.slots[index as usize];
-            slot.generation += 1;
-            slot.references = AtomicU32::new(1);
-            slot.object = object;
-            index
-        }
-        None => {
-            table.slots.push(Slot {
-                generation: 0,
-                references: AtomicU32::new(1),
-                object,
-            });
-            (table.slots.len() - 1) as u32
-        }
-    };
-    let id = Id {
-        kind: T::KIND as usize,
-        generation: table.slots[slot as usize].generation,
-        slot,
-    };
-    ptr::without_provenance_mut(id.number())
-}
-
-/// A new object's handle at the place that the host has given.
+/// A new object's handle, with one reference, at the place that the host has given.
 ///
 /// # Safety
-/// As for [`args::check_out`].
-pub(super) unsafe fn hand_out<T: Object>(
-    make: impl FnOnce() -> Outcome<T>,
-    out: *mut *mut T::Handle,
+/// As for [`args::write_result`].
+pub(super) unsafe fn return_handle<H: Handle>(
+    out: *mut *mut H,
     name: &str,
+    make: impl FnOnce() -> Outcome<H::Object>,
 ) -> Outcome {
-    args::check_out(out, name)?;
-    let handle = insert(make()?);
-    // SAFETY: checked above as far as can be; the rest is the caller's word.
-    unsafe { out.write(handle) };
+    let insert = || {
+        let entry = Entry {
+            kind: H::NAME,
+            references: 1,
+            object: Arc::new(make()?),
+        };
+        let key = write_table().0.insert(entry).data();
+        Ok(ptr::without_provenance_mut(key.as_ffi() as usize))
+    };
+    // SAFETY: the caller's word.
+    unsafe { args::write_result(out, name, insert) }
+}
+
+fn retain<H: Handle>(handle: *mut H) -> Outcome {
+    let mut table = write_table();
+    let key = table.find(handle)?;
+    let references = &mut table.0[key].references;
+    *references = references.checked_add(1).ok_or_else(|| {
+        Failure::argument(format!(
+            "the {} has {} references already; release some",
+            H::NAME,
+            u32::MAX
+        ))
+    })?;
     Ok(())
 }
 
-fn retain<T: Object>(handle: *mut T::Handle) -> Outcome {
-    let table = TABLE.read().unwrap_or_else(PoisonError::into_inner);
-    let references = &table.find::<T>(handle.addr())?.references;
-    let counted = references.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |count| {
-        count.checked_add(1)
-    });
-    match counted {
-        Ok(_) => Ok(()),
-        Err(_) => Err(Failure::argument(format!(
-            "the {} has {} references already; release some",
-            T::KIND.name(),
-            u32::MAX
-        ))),
-    }
-}
-
-fn release<T: Object>(handle: *mut T::Handle) -> Outcome {
+fn release<H: Handle>(handle: *mut H) -> Outcome {
     if handle.is_null() {
         return Ok(());
     }
-    let mut table = TABLE.write().unwrap_or_else(PoisonError::into_inner);
-    let references = &table.find::<T>(handle.addr())?.references;
-    if references.fetch_sub(1, Ordering::Relaxed) > 1 {
-        return Ok(());
-    }
-    let index = Id::of(handle.addr()).slot;
-    let slot = &mut table.slots[index as usize];
-    let object = slot.object.take();
-    // A slot whose numbers are used up stays empty.
-    if slot.generation < LAST_GENERATION {
-        table.free.push(index);
-    }
+    let mut table = write_table();
+    let key = table.find(handle)?;
+    table.0[key].references -= 1;
+    let last = match table.0[key].references {
+        0 => table.0.remove(key),
+        _ => None,
+    };
     drop(table);
     // A device takes its time to go: not while others wait for the table.
-    drop(object);
+    drop(last);
     Ok(())
 }
 
@@ -279,13 +178,10 @@ fn release<T: Object>(handle: *mut T::Handle) -> Outcome {
 /// `count` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_handle_count(count: *mut u32) -> camlux_status {
-    entry("camlux_handle_count", || {
-        args::check_out(count, "count")?;
-        let table = TABLE.read().unwrap_or_else(PoisonError::into_inner);
-        let live = table.slots.iter().filter(|slot| slot.object.is_some());
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { count.write(live.count() as u32) };
-        Ok(())
+    ffi_guard("camlux_handle_count", || {
+        let live = || Ok(read_table().0.len() as u32);
+        // SAFETY: the caller's word.
+        unsafe { args::write_result(count, "count", live) }
     })
 }
 
@@ -295,7 +191,7 @@ pub unsafe extern "C" fn camlux_handle_count(count: *mut u32) -> camlux_status {
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_device_retain(device: *mut camlux_device) -> camlux_status {
-    entry("camlux_device_retain", || retain::<DeviceObject>(device))
+    ffi_guard("camlux_device_retain", || retain(device))
 }
 
 /// Counts one owner of a device less. With the last one its handle ends; the device itself is closed once its renderers
@@ -306,7 +202,7 @@ pub extern "C" fn camlux_device_retain(device: *mut camlux_device) -> camlux_sta
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_device_release(device: *mut camlux_device) -> camlux_status {
-    entry("camlux_device_release", || release::<DeviceObject>(device))
+    ffi_guard("camlux_device_release", || release(device))
 }
 
 /// Counts one more owner of a scene.
@@ -315,7 +211,7 @@ pub extern "C" fn camlux_device_release(device: *mut camlux_device) -> camlux_st
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_scene_retain(scene: *mut camlux_scene) -> camlux_status {
-    entry("camlux_scene_retain", || retain::<SceneObject>(scene))
+    ffi_guard("camlux_scene_retain", || retain(scene))
 }
 
 /// Counts one owner of a scene less, and frees it with the last one. Renders of it that are under way are not disturbed.
@@ -325,7 +221,7 @@ pub extern "C" fn camlux_scene_retain(scene: *mut camlux_scene) -> camlux_status
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_scene_release(scene: *mut camlux_scene) -> camlux_status {
-    entry("camlux_scene_release", || release::<SceneObject>(scene))
+    ffi_guard("camlux_scene_release", || release(scene))
 }
 
 /// Counts one more owner of a renderer.
@@ -334,9 +230,7 @@ pub extern "C" fn camlux_scene_release(scene: *mut camlux_scene) -> camlux_statu
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_renderer_retain(renderer: *mut camlux_renderer) -> camlux_status {
-    entry("camlux_renderer_retain", || {
-        retain::<RendererObject>(renderer)
-    })
+    ffi_guard("camlux_renderer_retain", || retain(renderer))
 }
 
 /// Counts one owner of a renderer less, and frees it with the last one. A render that is under way on it ends first.
@@ -346,9 +240,7 @@ pub extern "C" fn camlux_renderer_retain(renderer: *mut camlux_renderer) -> caml
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_renderer_release(renderer: *mut camlux_renderer) -> camlux_status {
-    entry("camlux_renderer_release", || {
-        release::<RendererObject>(renderer)
-    })
+    ffi_guard("camlux_renderer_release", || release(renderer))
 }
 
 /// Counts one more owner of a frame.
@@ -357,7 +249,7 @@ pub extern "C" fn camlux_renderer_release(renderer: *mut camlux_renderer) -> cam
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_frame_retain(frame: *mut camlux_frame) -> camlux_status {
-    entry("camlux_frame_retain", || retain::<FrameObject>(frame))
+    ffi_guard("camlux_frame_retain", || retain(frame))
 }
 
 /// Counts one owner of a frame less, and frees it with the last one: what camlux_frame_view and the like have pointed to is
@@ -368,5 +260,24 @@ pub extern "C" fn camlux_frame_retain(frame: *mut camlux_frame) -> camlux_status
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_frame_release(frame: *mut camlux_frame) -> camlux_status {
-    entry("camlux_frame_release", || release::<FrameObject>(frame))
+    ffi_guard("camlux_frame_release", || release(frame))
+}
+
+/// Counts one more owner of a cancel token.
+///
+/// \errors CAMLUX_ERROR_INVALID_HANDLE.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_cancel_token_retain(token: *mut camlux_cancel_token) -> camlux_status {
+    ffi_guard("camlux_cancel_token_retain", || retain(token))
+}
+
+/// Counts one owner of a cancel token less, and frees it with the last one. Renders that are under way with it keep it.
+///
+/// \param token NULL is fine: nothing happens.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_cancel_token_release(token: *mut camlux_cancel_token) -> camlux_status {
+    ffi_guard("camlux_cancel_token_release", || release(token))
 }

@@ -19,7 +19,7 @@
 
 #define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL }
 
-#define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, CAMLUX_COMPONENT_U8, 3, CAMLUX_ENCODING_SRGB, \
+#define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, CAMLUX_COMPONENT_U8, 3, CAMLUX_ENCODING_DEFAULT, \
     NULL, 0, NULL }
 
 #define CAMLUX_MESH_INIT { (uint32_t)sizeof(camlux_mesh), 0, 0, 0, \
@@ -33,7 +33,7 @@
 
 #define CAMLUX_BOUNDS_INIT { (uint32_t)sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0 }
+#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL }
 
 #define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
 

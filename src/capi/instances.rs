@@ -3,12 +3,16 @@
 use glam::{DQuat, DVec3};
 
 use super::{
-    args::{self, CStruct},
+    abi::{CStruct, c_struct},
+    args,
     handle::{self, camlux_scene},
-    scene::{SceneObject, SceneState, part, push},
-    status::{Failure, Outcome, camlux_status, entry},
+    scene::{SceneState, part, push},
+    status::{Failure, Outcome, camlux_status, ffi_guard},
 };
-use crate::scene::{Light, Mesh, Shared};
+use crate::{
+    Error,
+    scene::{BoundingBox, Light, Mesh, Shared, validate_instance},
+};
 
 /// The camera; its index is 0.
 pub const CAMLUX_PART_CAMERA: i32 = 0;
@@ -32,17 +36,11 @@ pub struct camlux_pose {
     pub orientation_xyzw: [f64; 4],
 }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_pose {
-    const NAME: &'static str = "camlux_pose";
-    const VERSION_1_BYTES: usize = 64;
-    const INIT: Self = camlux_pose {
-        struct_size: size_of::<Self>() as u32,
-        reserved: 0,
-        position_m: [0.0; 3],
-        orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
-    };
-}
+c_struct! { camlux_pose, 64, {
+    reserved: 0,
+    position_m: [0.0; 3],
+    orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
+} }
 
 /// A checked pose.
 ///
@@ -62,24 +60,21 @@ impl Pose {
         orientation: DQuat::IDENTITY,
     };
 
-    fn from(pose: camlux_pose) -> Outcome<Pose> {
-        let camlux_pose {
-            struct_size: _,
-            reserved,
-            position_m,
-            orientation_xyzw,
-        } = pose;
-        args::reserved(camlux_pose::NAME, reserved)?;
-        args::finite("orientation_xyzw", &orientation_xyzw)?;
+    fn from_c(pose: camlux_pose) -> Outcome<Pose> {
+        args::reserved(camlux_pose::NAME, pose.reserved)?;
+        let orientation_xyzw = pose.orientation_xyzw;
         let orientation = DQuat::from_array(orientation_xyzw);
         let length = orientation.length();
-        if (length - 1.0).abs() > LENGTH_TOLERANCE {
-            return Err(Failure::argument(format!(
-                "orientation_xyzw is {orientation_xyzw:?}, of length {length}; give a unit quaternion, x y z w"
-            )));
+        if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
+            return Err(Error::scene(
+                "pose",
+                format!("orientation_xyzw is {orientation_xyzw:?}, of length {length}"),
+                "give a unit quaternion, x y z w",
+            )
+            .into());
         }
         Ok(Pose {
-            position_m: args::vector("position_m", position_m)?,
+            position_m: DVec3::from(pose.position_m),
             orientation: orientation.normalize(),
         })
     }
@@ -89,17 +84,45 @@ impl Pose {
         self.position_m == DVec3::ZERO && self.orientation.xyz() == DVec3::ZERO
     }
 
-    fn placed(&self, mesh: &Mesh) -> Mesh {
-        let turned = |vector: &DVec3| self.orientation * *vector;
+    /// From the own space to world space.
+    fn place(&self, position_m: DVec3) -> DVec3 {
+        self.orientation * position_m + self.position_m
+    }
+
+    fn place_mesh(&self, mesh: &Mesh) -> Mesh {
+        let positions_m = mesh.positions_m.iter();
+        let normals = mesh.normals.iter();
         Mesh {
-            positions_m: mesh
-                .positions_m
-                .iter()
-                .map(|position_m| turned(position_m) + self.position_m)
+            positions_m: positions_m
+                .map(|&position_m| self.place(position_m))
                 .collect(),
-            normals: mesh.normals.iter().map(turned).collect(),
+            normals: normals.map(|&normal| self.orientation * normal).collect(),
             ..mesh.clone()
         }
+    }
+}
+
+/// A mesh in its own space.
+pub(super) struct UnplacedMesh {
+    pub mesh: Shared<Mesh>,
+    bounds: Option<BoundingBox>,
+}
+
+impl UnplacedMesh {
+    pub fn new(mesh: Shared<Mesh>) -> UnplacedMesh {
+        UnplacedMesh {
+            bounds: BoundingBox::around(mesh.positions_m.iter().copied()),
+            mesh,
+        }
+    }
+
+    fn validate_pose(&self, pose: &Pose, instance: usize) -> crate::Result<()> {
+        let corners_m = self.bounds.map(|bounds| bounds.corners_m());
+        let placed_m = corners_m
+            .into_iter()
+            .flatten()
+            .map(|corner_m| pose.place(corner_m));
+        validate_instance(instance, pose.position_m, placed_m)
     }
 }
 
@@ -121,15 +144,15 @@ impl Instance {
     }
 
     /// The mesh in world space, if it is not there yet. In the identity's place it is the mesh itself.
-    pub fn place(&mut self, meshes: &[Shared<Mesh>]) -> Option<Shared<Mesh>> {
+    pub fn place(&mut self, meshes: &[UnplacedMesh]) -> Option<Shared<Mesh>> {
         if std::mem::replace(&mut self.is_placed, true) {
             return None;
         }
-        let mesh = meshes.get(self.mesh)?;
+        let mesh = &meshes.get(self.mesh)?.mesh;
         if self.pose.is_identity() {
             return Some(mesh.clone());
         }
-        Some(self.pose.placed(mesh).into())
+        Some(self.pose.place_mesh(mesh).into())
     }
 }
 
@@ -138,7 +161,8 @@ impl Instance {
 /// \param mesh the index of a mesh. It may be placed any number of times; without an instance it is not there.
 /// \param pose NULL: where it is.
 /// \param index receives the instance's index; may be NULL.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_OUT_OF_MEMORY.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or takes the mesh
+/// too far out; CAMLUX_ERROR_OUT_OF_MEMORY.
 /// \threads any; calls for one scene take turns.
 ///
 /// # Safety
@@ -150,27 +174,26 @@ pub unsafe extern "C" fn camlux_scene_add_instance(
     pose: *const camlux_pose,
     index: *mut u32,
 ) -> camlux_status {
-    entry("camlux_scene_add_instance", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        args::check_index(index)?;
+    ffi_guard("camlux_scene_add_instance", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
         let pose = match unsafe { args::read_optional(pose) }? {
-            Some(pose) => Pose::from(pose)?,
+            Some(pose) => Pose::from_c(pose)?,
             None => Pose::IDENTITY,
         };
-        let added = object.change(|state| {
-            let shared = part(&mut state.meshes, mesh, "mesh")?.clone();
-            let added = push(&mut state.scene.meshes, shared, "instance")?;
+        let add = |state: &mut SceneState| {
+            let unplaced = part(&mut state.meshes, mesh, "mesh")?;
+            unplaced.validate_pose(&pose, state.instances.len())?;
+            let added = push(&mut state.scene.meshes, unplaced.mesh.clone(), "instance")?;
             let instance = Instance::new(mesh as usize, pose);
             push(&mut state.instances, instance, "instance").inspect_err(|_| {
                 // Both lists or none.
                 state.scene.meshes.pop();
             })?;
-            Ok::<_, Failure>(added)
-        })?;
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { args::write_index(index, added) };
-        Ok(())
+            Ok(added)
+        };
+        // SAFETY: the caller's word.
+        unsafe { object.add(index, add) }
     })
 }
 
@@ -184,7 +207,8 @@ pub unsafe extern "C" fn camlux_scene_add_instance(
 ///
 /// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
 /// \param index of the light or instance; 0 for the camera.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a position too far out.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or too far
+/// out.
 /// \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
 ///
 /// # Safety
@@ -196,25 +220,17 @@ pub unsafe extern "C" fn camlux_scene_set_pose(
     index: u32,
     pose: *const camlux_pose,
 ) -> camlux_status {
-    entry("camlux_scene_set_pose", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_pose", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let pose = Pose::from(unsafe { args::read(pose) }?)?;
-        let choices = [
-            (
-                CAMLUX_PART_CAMERA,
-                "CAMLUX_PART_CAMERA (0)",
-                move_camera as fn(&mut SceneState, u32, Pose) -> Outcome,
-            ),
-            (CAMLUX_PART_LIGHT, "CAMLUX_PART_LIGHT (1)", move_light),
-            (
-                CAMLUX_PART_INSTANCE,
-                "CAMLUX_PART_INSTANCE (2)",
-                move_instance,
-            ),
+        let pose = Pose::from_c(unsafe { args::read(pose) }?)?;
+        let choices = args::choices![
+            CAMLUX_PART_CAMERA => move_camera as fn(&mut SceneState, u32, Pose) -> Outcome,
+            CAMLUX_PART_LIGHT => move_light,
+            CAMLUX_PART_INSTANCE => move_instance,
         ];
         let move_it = args::one_of("part", part, &choices)?;
-        object.change(|state| move_it(state, index, pose))
+        move_it(&mut object.lock_to_change(), index, pose)
     })
 }
 
@@ -253,6 +269,7 @@ fn move_light(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
 
 fn move_instance(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
     let instance = part(&mut state.instances, index, "instance")?;
+    state.meshes[instance.mesh].validate_pose(&pose, index as usize)?;
     if instance.pose != pose {
         instance.pose = pose;
         instance.is_placed = false;

@@ -3,10 +3,11 @@
 use glam::DVec3;
 
 use super::{
-    args::{self, CStruct},
+    abi::{CStruct, c_struct},
+    args,
     handle::{self, camlux_scene},
-    scene::{SceneObject, no_part, part, push},
-    status::{Outcome, camlux_status, entry},
+    scene::{no_part, part, push},
+    status::{Outcome, camlux_status, ffi_guard},
 };
 use crate::scene::{Light, SpotCone};
 
@@ -40,21 +41,15 @@ pub struct camlux_light {
     pub outer_half_angle_deg: f64,
 }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_light {
-    const NAME: &'static str = "camlux_light";
-    const VERSION_1_BYTES: usize = 120;
-    const INIT: Self = camlux_light {
-        struct_size: size_of::<Self>() as u32,
-        kind: CAMLUX_LIGHT_POINT,
-        position_m: [0.0; 3],
-        direction: [0.0; 3],
-        power_w: [0.0; 3],
-        irradiance_w_m2: [0.0; 3],
-        inner_half_angle_deg: 0.0,
-        outer_half_angle_deg: 0.0,
-    };
-}
+c_struct! { camlux_light, 120, {
+    kind: CAMLUX_LIGHT_POINT,
+    position_m: [0.0; 3],
+    direction: [0.0; 3],
+    power_w: [0.0; 3],
+    irradiance_w_m2: [0.0; 3],
+    inner_half_angle_deg: 0.0,
+    outer_half_angle_deg: 0.0,
+} }
 
 /// Adds a light.
 ///
@@ -70,19 +65,17 @@ pub unsafe extern "C" fn camlux_scene_add_light(
     light: *const camlux_light,
     index: *mut u32,
 ) -> camlux_status {
-    entry("camlux_scene_add_light", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        args::check_index(index)?;
+    ffi_guard("camlux_scene_add_light", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let light = light_from(unsafe { args::read(light) }?)?;
-        let added = object.change(|state| {
-            let lights = &mut state.scene.lights;
-            light.validate(lights.len())?;
-            push(lights, light, "light")
-        })?;
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { args::write_index(index, added) };
-        Ok(())
+        unsafe {
+            let light = light_from_c(args::read(light)?)?;
+            object.add(index, |state| {
+                let lights = &mut state.scene.lights;
+                light.validate(lights.len())?;
+                push(lights, light, "light")
+            })
+        }
     })
 }
 
@@ -100,15 +93,13 @@ pub unsafe extern "C" fn camlux_scene_set_light(
     index: u32,
     light: *const camlux_light,
 ) -> camlux_status {
-    entry("camlux_scene_set_light", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_light", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let light = light_from(unsafe { args::read(light) }?)?;
+        let light = light_from_c(unsafe { args::read(light) }?)?;
         light.validate(index as usize)?;
-        object.change(|state| {
-            *part(&mut state.scene.lights, index, "light")? = light;
-            Ok(())
-        })
+        *part(&mut object.lock_to_change().scene.lights, index, "light")? = light;
+        Ok(())
     })
 }
 
@@ -126,72 +117,44 @@ pub unsafe extern "C" fn camlux_scene_get_light(
     index: u32,
     light: *mut camlux_light,
 ) -> camlux_status {
-    entry("camlux_scene_get_light", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        let found = object.look(|state| {
-            let lights = &state.scene.lights;
-            let found = lights.get(index as usize).copied();
+    ffi_guard("camlux_scene_get_light", || {
+        let object = handle::get(scene)?;
+        let found = || {
+            let lights = &object.lock().scene.lights;
+            let found = lights.get(index as usize).map(light_to_c);
             found.ok_or_else(|| no_part(index, lights.len(), "light"))
-        })?;
+        };
         // SAFETY: the caller's word.
-        unsafe { args::write(light, light_of(&found)) }
+        unsafe { args::write(light, found) }
     })
 }
 
-fn light_from(light: camlux_light) -> Outcome<Light> {
-    let camlux_light {
-        struct_size: _,
-        kind,
-        position_m,
-        direction,
-        power_w,
-        irradiance_w_m2,
-        inner_half_angle_deg,
-        outer_half_angle_deg,
-    } = light;
-    let cone = SpotCone {
-        inner_half_angle_deg,
-        outer_half_angle_deg,
-    };
-    let point = Light::Point {
-        position_m: DVec3::from(position_m),
-        power_w,
-    };
-    let spot = Light::Spot {
-        position_m: DVec3::from(position_m),
-        direction: DVec3::from(direction),
-        cone,
-        power_w,
-    };
-    let directional = Light::Directional {
-        direction: DVec3::from(direction),
-        irradiance_w_m2,
-    };
-    let choices = [
-        (CAMLUX_LIGHT_POINT, "CAMLUX_LIGHT_POINT (0)", point),
-        (CAMLUX_LIGHT_SPOT, "CAMLUX_LIGHT_SPOT (1)", spot),
-        (
-            CAMLUX_LIGHT_DIRECTIONAL,
-            "CAMLUX_LIGHT_DIRECTIONAL (2)",
-            directional,
-        ),
+fn light_from_c(light: camlux_light) -> Outcome<Light> {
+    let position_m = DVec3::from(light.position_m);
+    let direction = DVec3::from(light.direction);
+    let choices = args::choices![
+        CAMLUX_LIGHT_POINT => Light::Point {
+            position_m,
+            power_w: light.power_w,
+        },
+        CAMLUX_LIGHT_SPOT => Light::Spot {
+            position_m,
+            direction,
+            cone: SpotCone {
+                inner_half_angle_deg: light.inner_half_angle_deg,
+                outer_half_angle_deg: light.outer_half_angle_deg,
+            },
+            power_w: light.power_w,
+        },
+        CAMLUX_LIGHT_DIRECTIONAL => Light::Directional {
+            direction,
+            irradiance_w_m2: light.irradiance_w_m2,
+        },
     ];
-    let light = args::one_of("kind", kind, &choices)?;
-    match light {
-        Light::Point { .. } => args::finite("position_m", &position_m)?,
-        Light::Spot { .. } => {
-            args::finite("position_m", &position_m)?;
-            args::finite("direction", &direction)?;
-            args::finite("inner_half_angle_deg", &[inner_half_angle_deg])?;
-            args::finite("outer_half_angle_deg", &[outer_half_angle_deg])?;
-        }
-        Light::Directional { .. } => args::finite("direction", &direction)?,
-    }
-    args::finite("power_w or irradiance_w_m2", &light.emission())?;
-    Ok(light)
+    args::one_of("kind", light.kind, &choices)
 }
 
-fn light_of(light: &Light) -> camlux_light {
+fn light_to_c(light: &Light) -> camlux_light {
     let init = camlux_light::INIT;
     match *light {
         Light::Point {

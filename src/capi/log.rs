@@ -6,15 +6,16 @@ use std::{
     sync::{PoisonError, RwLock},
 };
 
-use super::status::{CAMLUX_ERROR_BUSY, Failure, c_string, camlux_status, entry};
+use super::status::{Failure, c_string, camlux_status, ffi_guard};
 
 /// No messages.
 pub const CAMLUX_LOG_OFF: i32 = 0;
-/// Calls that failed.
+/// Calls that failed, but for those that were cancelled or found something in use.
 pub const CAMLUX_LOG_ERROR: i32 = 1;
 /// And what can be rendered but is probably not meant; what the validation layer says.
 pub const CAMLUX_LOG_WARNING: i32 = 2;
-/// And devices that are opened, frames that are rendered with their times, renders that are cancelled.
+/// And devices that are opened, frames that are rendered with their times, renders that are cancelled, calls that found something
+/// in use.
 pub const CAMLUX_LOG_INFO: i32 = 3;
 /// And the times of every pass.
 pub const CAMLUX_LOG_DEBUG: i32 = 4;
@@ -63,17 +64,16 @@ pub unsafe extern "C" fn camlux_set_log(
     callback: camlux_log_callback,
     user: *mut c_void,
 ) -> camlux_status {
-    entry("camlux_set_log", || {
+    ffi_guard("camlux_set_log", || {
         if !(CAMLUX_LOG_OFF..=CAMLUX_LOG_DEBUG).contains(&level) {
             return Err(Failure::argument(format!(
                 "level is {level}; give CAMLUX_LOG_OFF (0) to CAMLUX_LOG_DEBUG (4)"
             )));
         }
         if IN_CALLBACK.get() {
-            return Err(Failure {
-                status: CAMLUX_ERROR_BUSY,
-                message: "it was called inside a log callback; call it elsewhere".into(),
-            });
+            return Err(Failure::busy(
+                "it was called inside a log callback; call it elsewhere",
+            ));
         }
         let sink = callback
             .filter(|_| level > CAMLUX_LOG_OFF)

@@ -83,7 +83,7 @@
  *
  * HANDLES AND MEMORY
  *
- * Devices, scenes, renderers and frames are handles. A handle is a number in the form of a pointer: it points to nothing, can be
+ * Devices, scenes, renderers, frames and cancel tokens are handles. A handle is a number in the form of a pointer: it points to nothing, can be
  * copied, compared and handed to other threads, and a wrong one (NULL, released, of another kind, made up) is
  * CAMLUX_ERROR_INVALID_HANDLE, never a crash. Each counts its owners: it is created with one, camlux_..._retain counts one more,
  * camlux_..._release one less, and with the last it ends. Releasing NULL does nothing. A renderer keeps its device open; a frame
@@ -97,8 +97,12 @@
  *
  * Functions return a camlux_status: CAMLUX_OK (0), CAMLUX_CANCELLED (above 0), or an error (below 0). Then camlux_last_error has
  * a sentence for the user: what is wrong, where, and how to mend it. A call that fails changes nothing. Each function names the
- * errors that it can end with; any may also end with CAMLUX_ERROR_INTERNAL, which is a bug of camlux and no end of the process.
- * Nothing is ever printed: see camlux_set_log.
+ * errors that it can end with. Two of them share what can be wrong with a call: CAMLUX_ERROR_INVALID_ARGUMENT is for how something
+ * is handed over (pointers, sizes, constants, the index or layer that a call is for), CAMLUX_ERROR_SCENE for what that then says of
+ * the scene (values out of their range or not finite, members that do not go together).
+ *
+ * Any may also end with CAMLUX_ERROR_INTERNAL, which is a bug of camlux and no end of the process; Rust then writes a line to
+ * standard error. Nothing else is ever printed: see camlux_set_log.
  *
  *
  * STRUCTS AND VERSIONS

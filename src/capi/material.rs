@@ -3,12 +3,13 @@
 use std::{ffi::c_char, ptr};
 
 use super::{
-    args::{self, CAMLUX_NONE, CStruct},
+    abi::c_struct,
+    args::{self, CAMLUX_NONE},
     handle::{self, camlux_scene},
-    scene::{SceneObject, part, push},
-    status::{Failure, Outcome, camlux_status, entry},
+    scene::{part, push},
+    status::{Outcome, camlux_status, ffi_guard},
 };
-use crate::scene::Material;
+use crate::{Error, scene::Material};
 
 /// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s. Begin with CAMLUX_MATERIAL_INIT: black,
 /// without texture.
@@ -29,19 +30,13 @@ pub struct camlux_material {
     pub name: *const c_char,
 }
 
-// SAFETY: repr(C), the size first, numbers and pointers without padding.
-unsafe impl CStruct for camlux_material {
-    const NAME: &'static str = "camlux_material";
-    const VERSION_1_BYTES: usize = 72;
-    const INIT: Self = camlux_material {
-        struct_size: size_of::<Self>() as u32,
-        kd_texture: CAMLUX_NONE,
-        kd: [0.0; 3],
-        ks: [0.0; 3],
-        shininess: -1.0,
-        name: ptr::null(),
-    };
-}
+c_struct! { camlux_material, 72, {
+    kd_texture: CAMLUX_NONE,
+    kd: [0.0; 3],
+    ks: [0.0; 3],
+    shininess: -1.0,
+    name: ptr::null(),
+} }
 
 /// Adds a material.
 ///
@@ -58,19 +53,17 @@ pub unsafe extern "C" fn camlux_scene_add_material(
     material: *const camlux_material,
     index: *mut u32,
 ) -> camlux_status {
-    entry("camlux_scene_add_material", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        args::check_index(index)?;
+    ffi_guard("camlux_scene_add_material", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let material = unsafe { material_from(args::read(material)?) }?;
-        let added = object.change(|state| {
-            let scene = &mut state.scene;
-            material.validate(scene.materials.len(), scene.textures.len())?;
-            push(&mut scene.materials, material, "material")
-        })?;
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { args::write_index(index, added) };
-        Ok(())
+        unsafe {
+            let material = material_from_c(args::read(material)?)?;
+            object.add(index, |state| {
+                let scene = &mut state.scene;
+                material.validate(scene.materials.len(), scene.textures.len())?;
+                push(&mut scene.materials, material, "material")
+            })
+        }
     })
 }
 
@@ -88,46 +81,43 @@ pub unsafe extern "C" fn camlux_scene_set_material(
     index: u32,
     material: *const camlux_material,
 ) -> camlux_status {
-    entry("camlux_scene_set_material", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_material", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let material = unsafe { material_from(args::read(material)?) }?;
-        object.change(|state| {
-            let scene = &mut state.scene;
-            let place = part(&mut scene.materials, index, "material")?;
-            material.validate(index as usize, scene.textures.len())?;
-            *place = material;
-            Ok(())
-        })
+        let material = unsafe { material_from_c(args::read(material)?) }?;
+        let scene = &mut object.lock_to_change().scene;
+        let place = part(&mut scene.materials, index, "material")?;
+        material.validate(index as usize, scene.textures.len())?;
+        *place = material;
+        Ok(())
     })
 }
 
 /// # Safety
 /// The name is null or a C string.
-unsafe fn material_from(material: camlux_material) -> Outcome<Material> {
+unsafe fn material_from_c(material: camlux_material) -> Outcome<Material> {
     let camlux_material {
-        struct_size: _,
-        kd_texture,
         kd,
         ks,
         shininess,
-        name,
+        kd_texture,
+        ..
     } = material;
-    args::finite("kd", &kd)?;
-    args::finite("ks", &ks)?;
-    args::finite("shininess", &[shininess])?;
     // SAFETY: the caller's word.
-    let name = unsafe { args::text(name, "name") }?.unwrap_or_default();
+    let name = unsafe { args::text(material.name, "name") }?.unwrap_or_default();
     let mut material = Material::lambert(name, kd);
     material.ks = ks;
     material.kd_texture = (kd_texture != CAMLUX_NONE).then_some(kd_texture as usize);
-    if shininess >= 0.0 {
+    if shininess.is_nan() || shininess >= 0.0 {
         material.shininess = shininess;
     } else if material.is_specular() {
         // An exponent of 1 would be a silent choice of a very wide lobe.
-        return Err(Failure::argument(format!(
-            "ks is {ks:?}, but shininess is {shininess}; set the exponent, such as 20"
-        )));
+        return Err(Error::scene(
+            format!("material \"{}\"", material.name),
+            format!("ks is {ks:?}, but shininess is {shininess}"),
+            "set the exponent, such as 20",
+        )
+        .into());
     }
     Ok(material)
 }

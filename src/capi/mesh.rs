@@ -5,13 +5,15 @@ use std::{ffi::c_char, ptr};
 use glam::DVec3;
 
 use super::{
+    abi::c_struct,
     args::{
-        self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_F64, CAMLUX_FORMAT_U16, CAMLUX_FORMAT_U32, CStruct,
+        self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_F64, CAMLUX_FORMAT_U16, CAMLUX_FORMAT_U32,
         Component, Rows, camlux_array,
     },
     handle::{self, camlux_scene},
-    scene::{SceneObject, push},
-    status::{Failure, Outcome, camlux_status, entry},
+    instances::UnplacedMesh,
+    scene::push,
+    status::{Failure, Outcome, camlux_status, ffi_guard},
 };
 use crate::scene::Mesh;
 
@@ -47,23 +49,17 @@ pub struct camlux_mesh {
     pub name: *const c_char,
 }
 
-// SAFETY: repr(C), the size first, numbers and pointers without padding.
-unsafe impl CStruct for camlux_mesh {
-    const NAME: &'static str = "camlux_mesh";
-    const VERSION_1_BYTES: usize = 152;
-    const INIT: Self = camlux_mesh {
-        struct_size: size_of::<Self>() as u32,
-        material: 0,
-        vertex_count: 0,
-        triangle_count: 0,
-        positions_m: camlux_array::none(CAMLUX_FORMAT_F32),
-        normals: camlux_array::none(CAMLUX_FORMAT_F32),
-        texcoords: camlux_array::none(CAMLUX_FORMAT_F32),
-        indices: camlux_array::none(CAMLUX_FORMAT_U32),
-        triangle_materials: camlux_array::none(CAMLUX_FORMAT_U32),
-        name: ptr::null(),
-    };
-}
+c_struct! { camlux_mesh, 152, {
+    material: 0,
+    vertex_count: 0,
+    triangle_count: 0,
+    positions_m: camlux_array::none(CAMLUX_FORMAT_F32),
+    normals: camlux_array::none(CAMLUX_FORMAT_F32),
+    texcoords: camlux_array::none(CAMLUX_FORMAT_F32),
+    indices: camlux_array::none(CAMLUX_FORMAT_U32),
+    triangle_materials: camlux_array::none(CAMLUX_FORMAT_U32),
+    name: ptr::null(),
+} }
 
 /// Adds a mesh. It is seen once camlux_scene_add_instance has placed it. Its materials have to be there before it.
 ///
@@ -81,67 +77,58 @@ pub unsafe extern "C" fn camlux_scene_add_mesh(
     mesh: *const camlux_mesh,
     index: *mut u32,
 ) -> camlux_status {
-    entry("camlux_scene_add_mesh", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        args::check_index(index)?;
+    ffi_guard("camlux_scene_add_mesh", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let mesh = unsafe { mesh_from(args::read(mesh)?) }?;
-        let added = object.change(|state| {
-            mesh.validate(state.meshes.len(), state.scene.materials.len())?;
-            push(&mut state.meshes, mesh.into(), "mesh")
-        })?;
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { args::write_index(index, added) };
-        Ok(())
+        unsafe {
+            let mesh = mesh_from_c(args::read(mesh)?)?;
+            object.add(index, |state| {
+                mesh.validate(state.meshes.len(), state.scene.materials.len())?;
+                push(&mut state.meshes, UnplacedMesh::new(mesh.into()), "mesh")
+            })
+        }
     })
 }
 
 /// # Safety
 /// As for `camlux_scene_add_mesh`.
-unsafe fn mesh_from(mesh: camlux_mesh) -> Outcome<Mesh> {
-    let camlux_mesh {
-        struct_size: _,
-        material,
-        vertex_count,
-        triangle_count,
-        positions_m,
-        normals,
-        texcoords,
-        indices,
-        triangle_materials,
-        name,
-    } = mesh;
-    for (what, count) in [
-        ("vertex_count", vertex_count),
-        ("triangle_count", triangle_count),
-    ] {
+unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
+    let [vertices, triangles] = [mesh.vertex_count, mesh.triangle_count];
+    for (what, count) in [("vertex_count", vertices), ("triangle_count", triangles)] {
         if count > u32::MAX as usize {
             return Err(Failure::argument(format!(
                 "{what} is {count}, more than 32-bit indices can tell apart; split the mesh"
             )));
         }
     }
+    let optional = |array: &camlux_array, count| if array.data.is_null() { 0 } else { count };
+    let vectors = |list: Vec<[f64; 3]>| list.into_iter().map(DVec3::from).collect();
+    let materials = &mesh.triangle_materials;
     // SAFETY: the caller's word, for each of them.
     unsafe {
-        let name = args::text(name, "name")?.unwrap_or_default();
-        let positions_m = reals(&positions_m, "positions_m", vertex_count)?;
-        let triangle_materials = match triangle_materials.data.is_null() {
-            true => uniform(material, triangle_count)?,
-            false => wholes(&triangle_materials, "triangle_materials", triangle_count)?
-                .into_iter()
-                .map(|[material]| material)
-                .collect(),
-        };
+        let materials: Vec<[u32; 1]> = wholes(
+            materials,
+            "triangle_materials",
+            optional(materials, triangles),
+        )?;
         Ok(Mesh {
-            name,
-            positions_m: positions_m.into_iter().map(DVec3::from).collect(),
-            normals: optional_reals(&normals, "normals", vertex_count)?
-                .into_iter()
-                .map(DVec3::from)
-                .collect(),
-            texcoords: optional_reals(&texcoords, "texcoords", vertex_count)?,
-            triangles: wholes(&indices, "indices", triangle_count)?,
-            triangle_materials,
+            name: args::text(mesh.name, "name")?.unwrap_or_default(),
+            positions_m: vectors(reals(&mesh.positions_m, "positions_m", vertices)?),
+            normals: vectors(reals(
+                &mesh.normals,
+                "normals",
+                optional(&mesh.normals, vertices),
+            )?),
+            texcoords: reals(
+                &mesh.texcoords,
+                "texcoords",
+                optional(&mesh.texcoords, vertices),
+            )?,
+            triangles: wholes(&mesh.indices, "indices", triangles)?,
+            triangle_materials: match mesh.triangle_materials.data.is_null() {
+                true => uniform(mesh.material, triangles)?,
+                false => materials.concat(),
+            },
         })
     }
 }
@@ -156,28 +143,17 @@ fn uniform(material: u32, count: usize) -> Outcome<Vec<u32>> {
 
 /// # Safety
 /// As for [`Rows::read`].
-unsafe fn optional_reals<const N: usize>(
-    array: &camlux_array,
-    name: &str,
-    count: usize,
-) -> Outcome<Vec<[f64; N]>> {
-    if array.data.is_null() {
-        return Ok(Vec::new());
-    }
-    // SAFETY: the caller's word.
-    unsafe { reals(array, name, count) }
-}
-
-/// # Safety
-/// As for [`Rows::read`].
 unsafe fn reals<const N: usize>(
     array: &camlux_array,
     name: &str,
     count: usize,
 ) -> Outcome<Vec<[f64; N]>> {
-    let formats = [
-        (CAMLUX_FORMAT_F32, "CAMLUX_FORMAT_F32 (1)", false),
-        (CAMLUX_FORMAT_F64, "CAMLUX_FORMAT_F64 (2)", true),
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let formats = args::choices![
+        CAMLUX_FORMAT_F32 => false,
+        CAMLUX_FORMAT_F64 => true,
     ];
     let format = args::one_of(&format!("the format of {name}"), array.format, &formats)?;
     // SAFETY: the caller's word.
@@ -196,9 +172,12 @@ unsafe fn wholes<const N: usize>(
     name: &str,
     count: usize,
 ) -> Outcome<Vec<[u32; N]>> {
-    let formats = [
-        (CAMLUX_FORMAT_U16, "CAMLUX_FORMAT_U16 (3)", false),
-        (CAMLUX_FORMAT_U32, "CAMLUX_FORMAT_U32 (4)", true),
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let formats = args::choices![
+        CAMLUX_FORMAT_U16 => false,
+        CAMLUX_FORMAT_U32 => true,
     ];
     let format = args::one_of(&format!("the format of {name}"), array.format, &formats)?;
     // SAFETY: the caller's word.
@@ -219,9 +198,6 @@ unsafe fn elements<C: Component, T, const N: usize>(
     convert: impl Fn(C) -> T,
 ) -> Outcome<Vec<[T; N]>> {
     args::reserved(name, array.reserved)?;
-    if count == 0 {
-        return Ok(Vec::new());
-    }
     let rows = Rows {
         name,
         data: array.data,

@@ -1,7 +1,7 @@
 //! The C interface: `include/camlux.h` is generated from this module, and the comments here are its manual.
 //!
-//! Every function is an [`entry`](status::entry): it takes nothing on trust that can be checked, turns a panic into a status,
-//! and changes nothing where it fails. Handles are numbers of a table and never addresses, so that a wrong one is found out.
+//! Every function runs in an [`ffi_guard`](status::ffi_guard): it takes nothing on trust that can be checked, turns a panic into a status,
+//! and changes nothing where it fails. Handles are keys of a table and never addresses, so that a wrong one is found out.
 
 #![allow(
     non_camel_case_types,

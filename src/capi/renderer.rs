@@ -12,13 +12,16 @@ use std::{
 };
 
 use super::{
-    args::{self, CStruct},
+    abi::{CStruct, c_struct},
+    args,
     device::DeviceObject,
     frame::FrameObject,
-    handle::{self, camlux_device, camlux_frame, camlux_renderer, camlux_scene},
+    handle::{
+        self, camlux_cancel_token, camlux_device, camlux_frame, camlux_renderer, camlux_scene,
+    },
     log::{self, CAMLUX_LOG_DEBUG, CAMLUX_LOG_INFO, CAMLUX_LOG_WARNING},
     scene::SceneObject,
-    status::{CAMLUX_ERROR_BUSY, Failure, Outcome, c_string, camlux_status, entry},
+    status::{Failure, Outcome, c_string, camlux_status, ffi_guard},
 };
 use crate::{Progress, RenderOptions, Renderer, output::FrameStats};
 
@@ -50,31 +53,29 @@ pub struct camlux_render_options {
     pub on_device: i32,
     /// 0.
     pub reserved: u32,
+    /// NULL: none. The render ends with CAMLUX_CANCELLED once this is cancelled, before its first pass where it was already.
+    pub cancel_token: *mut camlux_cancel_token,
 }
 
-// SAFETY: repr(C), the size first, numbers, pointers and an optional function pointer (a pointer that may be null) without
-// padding.
-unsafe impl CStruct for camlux_render_options {
-    const NAME: &'static str = "camlux_render_options";
-    const VERSION_1_BYTES: usize = 24;
-    const INIT: Self = camlux_render_options {
-        struct_size: size_of::<Self>() as u32,
-        submission_target_ms: 500,
-        progress: None,
-        progress_user: ptr::null_mut(),
-        on_device: 0,
-        reserved: 0,
-    };
-}
+c_struct! { camlux_render_options, 40, {
+    submission_target_ms: 500,
+    progress: None,
+    progress_user: ptr::null_mut(),
+    on_device: 0,
+    reserved: 0,
+    cancel_token: ptr::null_mut(),
+} }
 
 /// A renderer, and the device that it keeps open.
 pub(super) struct RendererObject {
     /// Before the device, so that it is dropped first.
     renderer: Mutex<Renderer>,
     device: Arc<DeviceObject>,
-    /// Of the render that is under way.
-    is_cancelled: AtomicBool,
 }
+
+/// Whether it was cancelled, which it stays.
+#[derive(Default)]
+pub(super) struct CancelToken(AtomicBool);
 
 /// Makes a renderer on a device. It keeps the device open, and on it what the next frame may need again.
 ///
@@ -89,17 +90,16 @@ pub unsafe extern "C" fn camlux_renderer_create(
     device: *mut camlux_device,
     renderer: *mut *mut camlux_renderer,
 ) -> camlux_status {
-    entry("camlux_renderer_create", || {
-        let device = handle::get::<DeviceObject>(device)?;
+    ffi_guard("camlux_renderer_create", || {
+        let device = handle::get(device)?;
         let make = || {
             Ok(RendererObject {
                 renderer: Mutex::new(Renderer::new(&device.device)?),
                 device: device.clone(),
-                is_cancelled: AtomicBool::new(false),
             })
         };
         // SAFETY: the caller's word.
-        unsafe { handle::hand_out(make, renderer, "renderer") }
+        unsafe { handle::return_handle(renderer, "renderer", make) }
     })
 }
 
@@ -125,56 +125,75 @@ pub unsafe extern "C" fn camlux_renderer_render(
     options: *const camlux_render_options,
     frame: *mut *mut camlux_frame,
 ) -> camlux_status {
-    entry("camlux_renderer_render", || {
-        let renderer = handle::get::<RendererObject>(renderer)?;
-        let scene = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_renderer_render", || {
+        let renderer = handle::get(renderer)?;
+        let scene = handle::get(scene)?;
         // SAFETY: the caller's word.
         let options = unsafe { args::read_optional(options) }?.unwrap_or(CStruct::INIT);
-        if options.submission_target_ms == 0 {
-            let problem = "submission_target_ms is 0; give milliseconds, such as 500";
-            return Err(Failure::argument(problem));
-        }
         let render = || renderer.render(&scene, &options);
         // SAFETY: the caller's word.
-        unsafe { handle::hand_out(render, frame, "frame") }
+        unsafe { handle::return_handle(frame, "frame", render) }
     })
 }
 
-/// Ends the render that is under way with CAMLUX_CANCELLED, at the latest after one submission (see camlux_render_options). It
-/// does not wait for that. Without one it does nothing: later renders are not touched.
+/// Makes a token by which another thread ends renders: set it in camlux_render_options.
+///
+/// \param token receives the handle, with one reference: give it back by camlux_cancel_token_release.
+/// \errors CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any. Any number of renders may have the same token.
+///
+/// # Safety
+/// `token` is NULL or points to a writable pointer.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_cancel_token_create(
+    token: *mut *mut camlux_cancel_token,
+) -> camlux_status {
+    ffi_guard("camlux_cancel_token_create", || {
+        // SAFETY: the caller's word.
+        unsafe { handle::return_handle(token, "token", || Ok(CancelToken::default())) }
+    })
+}
+
+/// Ends all renders with this token by CAMLUX_CANCELLED: those that are under way after one submission at the latest (see
+/// camlux_render_options), those that begin later at once. It does not wait for them. A token stays cancelled.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any: meant for another thread than the one that renders, or a signal handler's helper thread.
 #[unsafe(no_mangle)]
-pub extern "C" fn camlux_renderer_cancel(renderer: *mut camlux_renderer) -> camlux_status {
-    entry("camlux_renderer_cancel", || {
-        let renderer = handle::get::<RendererObject>(renderer)?;
-        renderer.is_cancelled.store(true, Ordering::Relaxed);
+pub extern "C" fn camlux_cancel_token_cancel(token: *mut camlux_cancel_token) -> camlux_status {
+    ffi_guard("camlux_cancel_token_cancel", || {
+        handle::get(token)?.0.store(true, Ordering::Relaxed);
         Ok(())
     })
 }
 
 impl RendererObject {
     fn render(&self, scene: &SceneObject, options: &camlux_render_options) -> Outcome<FrameObject> {
+        if options.submission_target_ms == 0 {
+            let problem = "submission_target_ms is 0; give milliseconds, such as 500";
+            return Err(Failure::argument(problem));
+        }
         let stays_on_device = args::flag("on_device", options.on_device)?;
+        args::reserved(camlux_render_options::NAME, options.reserved)?;
+        let token = match options.cancel_token.is_null() {
+            true => Arc::default(),
+            false => handle::get(options.cancel_token)?,
+        };
         let mut renderer = match self.renderer.try_lock() {
             Ok(renderer) => renderer,
             // What a frame that failed had on the device is given up, by a panic as well.
             Err(TryLockError::Poisoned(poisoned)) => PoisonError::into_inner(poisoned),
             Err(TryLockError::WouldBlock) => {
-                return Err(Failure {
-                    status: CAMLUX_ERROR_BUSY,
-                    message:
-                        "the renderer is rendering; wait for it, or make a renderer for each thread"
-                            .into(),
-                });
+                return Err(Failure::busy(
+                    "the renderer is rendering; wait for it, or make a renderer for each thread",
+                ));
             }
         };
-        self.is_cancelled.store(false, Ordering::Relaxed);
+        token.check()?;
         let start = Instant::now();
         let scene_now = scene.snapshot();
         let snapshot_ms = start.elapsed().as_secs_f64() * 1e3;
-        let mut report = |progress| self.report(progress, options);
+        let mut report = |progress| report(progress, options, &token);
         let mut render_options = RenderOptions {
             progress: Some(&mut report),
             submission_target: Duration::from_millis(options.submission_target_ms.into()),
@@ -201,21 +220,34 @@ impl RendererObject {
         log_times(&frame.stats, scene_now.camera.resolution_px);
         Ok(frame)
     }
+}
 
-    fn report(&self, progress: Progress, options: &camlux_render_options) -> ControlFlow<()> {
-        if let Some(callback) = options.progress {
-            let pass = c_string(progress.pass);
-            let fraction = f64::from(progress.fraction);
-            // SAFETY: the host's function, of that type; the text outlives the call.
-            let is_enough = unsafe { callback(fraction, pass.as_ptr(), options.progress_user) };
-            if is_enough != 0 {
-                return ControlFlow::Break(());
-            }
+impl CancelToken {
+    fn check(&self) -> crate::Result<()> {
+        match self.0.load(Ordering::Relaxed) {
+            true => Err(crate::Error::Cancelled),
+            false => Ok(()),
         }
-        match self.is_cancelled.load(Ordering::Relaxed) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+    }
+}
+
+fn report(
+    progress: Progress,
+    options: &camlux_render_options,
+    token: &CancelToken,
+) -> ControlFlow<()> {
+    if let Some(callback) = options.progress {
+        let pass = c_string(progress.pass);
+        let fraction = f64::from(progress.fraction);
+        // SAFETY: the host's function, of that type; the text outlives the call.
+        let is_enough = unsafe { callback(fraction, pass.as_ptr(), options.progress_user) };
+        if is_enough != 0 {
+            return ControlFlow::Break(());
         }
+    }
+    match token.check() {
+        Ok(()) => ControlFlow::Continue(()),
+        Err(_) => ControlFlow::Break(()),
     }
 }
 

@@ -3,21 +3,19 @@
 use std::{
     ffi::c_char,
     path::Path,
-    sync::{Mutex, PoisonError},
+    sync::{Mutex, MutexGuard, PoisonError},
 };
 
 use super::{
-    args::{self, CStruct},
+    abi::{CStruct, c_struct},
+    args,
     handle::{self, camlux_scene},
-    instances::{Instance, Pose},
+    instances::{Instance, Pose, UnplacedMesh},
     log::{self, CAMLUX_LOG_WARNING},
-    scene_options::first_camera,
-    status::{CAMLUX_ERROR_OUT_OF_MEMORY, Failure, Outcome, camlux_status, entry},
+    scene_options::camera_from_c,
+    status::{CAMLUX_ERROR_OUT_OF_MEMORY, Failure, Outcome, camlux_status, ffi_guard},
 };
-use crate::{
-    Scene,
-    scene::{Direct, Mesh, Shared},
-};
+use crate::{Scene, scene::Direct};
 
 /// How many parts a scene has. Begin with CAMLUX_SCENE_COUNTS_INIT.
 #[repr(C)]
@@ -51,31 +49,19 @@ pub struct camlux_bounds {
     pub max_m: [f64; 3],
 }
 
-// SAFETY: repr(C), the size first, whole numbers without padding.
-unsafe impl CStruct for camlux_scene_counts {
-    const NAME: &'static str = "camlux_scene_counts";
-    const VERSION_1_BYTES: usize = 24;
-    const INIT: Self = camlux_scene_counts {
-        struct_size: size_of::<Self>() as u32,
-        textures: 0,
-        materials: 0,
-        meshes: 0,
-        instances: 0,
-        lights: 0,
-    };
-}
+c_struct! { camlux_scene_counts, 24, {
+    textures: 0,
+    materials: 0,
+    meshes: 0,
+    instances: 0,
+    lights: 0,
+} }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_bounds {
-    const NAME: &'static str = "camlux_bounds";
-    const VERSION_1_BYTES: usize = 56;
-    const INIT: Self = camlux_bounds {
-        struct_size: size_of::<Self>() as u32,
-        is_empty: 0,
-        min_m: [0.0; 3],
-        max_m: [0.0; 3],
-    };
-}
+c_struct! { camlux_bounds, 56, {
+    is_empty: 0,
+    min_m: [0.0; 3],
+    max_m: [0.0; 3],
+} }
 
 /// A scene that its host changes as it likes.
 pub(super) struct SceneObject {
@@ -86,8 +72,7 @@ pub(super) struct SceneObject {
 pub(super) struct SceneState {
     /// Its meshes are the instances, placed; they are made when they are needed.
     pub scene: Scene,
-    /// In their own space.
-    pub meshes: Vec<Shared<Mesh>>,
+    pub meshes: Vec<UnplacedMesh>,
     pub instances: Vec<Instance>,
     /// Whether the log has had the warnings.
     is_warned: bool,
@@ -96,7 +81,8 @@ pub(super) struct SceneState {
 impl SceneObject {
     /// A scene whose meshes lie where they are.
     pub fn new(scene: Scene) -> SceneObject {
-        let meshes = scene.meshes.clone();
+        let meshes = scene.meshes.iter().cloned();
+        let meshes: Vec<UnplacedMesh> = meshes.map(UnplacedMesh::new).collect();
         let at_home = |mesh| Instance::new(mesh, Pose::IDENTITY);
         SceneObject {
             state: Mutex::new(SceneState {
@@ -109,32 +95,49 @@ impl SceneObject {
     }
 
     /// A panic while the lock was held leaves nothing half done: every change is one assignment or one push.
-    fn with<T>(&self, use_it: impl FnOnce(&mut SceneState) -> T) -> T {
-        use_it(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner))
+    pub fn lock(&self) -> MutexGuard<'_, SceneState> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    pub fn look<T>(&self, look: impl FnOnce(&SceneState) -> T) -> T {
-        self.with(|state| look(state))
+    /// For a change, after which warnings are due again.
+    pub fn lock_to_change(&self) -> MutexGuard<'_, SceneState> {
+        let mut state = self.lock();
+        state.is_warned = false;
+        state
     }
 
-    /// For what is checked and has only to be stored.
-    pub fn change<T>(&self, change: impl FnOnce(&mut SceneState) -> T) -> T {
-        self.with(|state| {
-            state.is_warned = false;
-            change(state)
-        })
+    /// Adds a part, and writes its index where the host wants it.
+    ///
+    /// # Safety
+    /// `index` is null, or misaligned, or writable.
+    pub unsafe fn add(
+        &self,
+        index: *mut u32,
+        add: impl FnOnce(&mut SceneState) -> Outcome<usize>,
+    ) -> Outcome {
+        let add = || Ok(add(&mut self.lock_to_change())? as u32);
+        if index.is_null() {
+            return add().map(|_| ());
+        }
+        // SAFETY: the caller's word.
+        unsafe { args::write_result(index, "index", add) }
     }
 
     /// The scene as it is now, to render. Its meshes are the ones of the snapshot before, where they have not moved.
     pub fn snapshot(&self) -> Scene {
-        self.with(|state| {
-            for (instance, placed) in state.instances.iter_mut().zip(&mut state.scene.meshes) {
-                if let Some(mesh) = instance.place(&state.meshes) {
-                    *placed = mesh;
-                }
+        let mut state = self.lock();
+        let SceneState {
+            scene,
+            meshes,
+            instances,
+            ..
+        } = &mut *state;
+        for (instance, placed) in instances.iter_mut().zip(&mut scene.meshes) {
+            if let Some(mesh) = instance.place(meshes) {
+                *placed = mesh;
             }
-            state.scene.clone()
-        })
+        }
+        scene.clone()
     }
 
     /// Tells the log once what is probably not meant in a scene that has been found fine.
@@ -142,7 +145,7 @@ impl SceneObject {
         if !log::is_wanted(CAMLUX_LOG_WARNING) {
             return;
         }
-        if self.with(|state| std::mem::replace(&mut state.is_warned, true)) {
+        if std::mem::replace(&mut self.lock().is_warned, true) {
             return;
         }
         for warning in snapshot.warnings() {
@@ -187,10 +190,10 @@ pub(super) fn no_part(index: u32, count: usize, what: &str) -> Failure {
 /// `scene` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> camlux_status {
-    entry("camlux_scene_create", || {
+    ffi_guard("camlux_scene_create", || {
         let make = || {
             Ok(SceneObject::new(Scene {
-                camera: first_camera(),
+                camera: camera_from_c(CStruct::INIT)?,
                 sensor: None,
                 lights: Vec::new(),
                 meshes: Vec::new(),
@@ -201,7 +204,7 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
             }))
         };
         // SAFETY: the caller's word.
-        unsafe { handle::hand_out(make, scene, "scene") }
+        unsafe { handle::return_handle(scene, "scene", make) }
     })
 }
 
@@ -220,7 +223,7 @@ pub unsafe extern "C" fn camlux_scene_load_file(
     path: *const c_char,
     scene: *mut *mut camlux_scene,
 ) -> camlux_status {
-    entry("camlux_scene_load_file", || {
+    ffi_guard("camlux_scene_load_file", || {
         // SAFETY: the caller's word.
         let path = unsafe { args::path(path) }?;
         let load = || {
@@ -229,19 +232,19 @@ pub unsafe extern "C" fn camlux_scene_load_file(
             Ok(object)
         };
         // SAFETY: the caller's word.
-        unsafe { handle::hand_out(load, scene, "scene") }
+        unsafe { handle::return_handle(scene, "scene", load) }
     })
 }
 
-/// Checks all that a render relies on, without a device. What is wrong with a part alone was told where it was set; what is
-/// left is that there is a light, and that moved meshes are not too far out.
+/// Checks all that a render relies on, without a device. What is wrong with a part was told where it was set; what is left is
+/// that there is a light.
 ///
 /// \errors CAMLUX_ERROR_SCENE; CAMLUX_ERROR_INVALID_HANDLE.
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_scene_validate(scene: *mut camlux_scene) -> camlux_status {
-    entry("camlux_scene_validate", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_validate", || {
+        let object = handle::get(scene)?;
         let snapshot = object.snapshot();
         snapshot.validate()?;
         object.log_warnings(&snapshot);
@@ -262,16 +265,19 @@ pub unsafe extern "C" fn camlux_scene_get_counts(
     scene: *mut camlux_scene,
     counts: *mut camlux_scene_counts,
 ) -> camlux_status {
-    entry("camlux_scene_get_counts", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        let found = object.look(|state| camlux_scene_counts {
-            textures: state.scene.textures.len() as u32,
-            materials: state.scene.materials.len() as u32,
-            meshes: state.meshes.len() as u32,
-            instances: state.instances.len() as u32,
-            lights: state.scene.lights.len() as u32,
-            ..CStruct::INIT
-        });
+    ffi_guard("camlux_scene_get_counts", || {
+        let object = handle::get(scene)?;
+        let found = || {
+            let state = object.lock();
+            Ok(camlux_scene_counts {
+                textures: state.scene.textures.len() as u32,
+                materials: state.scene.materials.len() as u32,
+                meshes: state.meshes.len() as u32,
+                instances: state.instances.len() as u32,
+                lights: state.scene.lights.len() as u32,
+                ..CStruct::INIT
+            })
+        };
         // SAFETY: the caller's word.
         unsafe { args::write(counts, found) }
     })
@@ -290,20 +296,18 @@ pub unsafe extern "C" fn camlux_scene_get_bounds(
     scene: *mut camlux_scene,
     bounds: *mut camlux_bounds,
 ) -> camlux_status {
-    entry("camlux_scene_get_bounds", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        // SAFETY: the caller's word.
-        unsafe { args::check_struct(bounds) }?;
-        let found = object.snapshot().bounding_box();
-        let [min_m, max_m] = match found {
-            Some(found) => [found.min_m, found.max_m].map(|corner| corner.to_array()),
-            None => [[0.0; 3]; 2],
-        };
-        let found = camlux_bounds {
-            is_empty: i32::from(found.is_none()),
-            min_m,
-            max_m,
-            ..CStruct::INIT
+    ffi_guard("camlux_scene_get_bounds", || {
+        let object = handle::get(scene)?;
+        let found = || {
+            let found = object.snapshot().bounding_box();
+            let corners = found.map(|found| [found.min_m, found.max_m]);
+            let [min_m, max_m] = corners.unwrap_or_default().map(|corner| corner.to_array());
+            Ok(camlux_bounds {
+                is_empty: i32::from(found.is_none()),
+                min_m,
+                max_m,
+                ..CStruct::INIT
+            })
         };
         // SAFETY: the caller's word.
         unsafe { args::write(bounds, found) }

@@ -3,10 +3,10 @@
 use glam::DVec3;
 
 use super::{
-    args::{self, CStruct},
+    abi::{CStruct, c_struct},
+    args,
     handle::{self, camlux_scene},
-    scene::SceneObject,
-    status::{Outcome, camlux_status, entry},
+    status::{Outcome, camlux_status, ffi_guard},
 };
 use crate::scene::{
     Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Sensor, Shadow,
@@ -111,62 +111,38 @@ pub struct camlux_direct {
     pub shadow: i32,
 }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_camera {
-    const NAME: &'static str = "camlux_camera";
-    const VERSION_1_BYTES: usize = 128;
-    const INIT: Self = camlux_camera {
-        struct_size: size_of::<Self>() as u32,
-        width_px: 640,
-        height_px: 480,
-        lens: CAMLUX_LENS_FOV_Y,
-        position_m: [0.0; 3],
-        look_at_m: [0.0, 0.0, 1.0],
-        up: [0.0, -1.0, 0.0],
-        fov_y_deg: 45.0,
-        fx_px: 0.0,
-        fy_px: 0.0,
-        cx_px: 0.0,
-        cy_px: 0.0,
-    };
-}
+c_struct! { camlux_camera, 128, {
+    width_px: 640,
+    height_px: 480,
+    lens: CAMLUX_LENS_FOV_Y,
+    position_m: [0.0; 3],
+    look_at_m: [0.0, 0.0, 1.0],
+    up: [0.0, -1.0, 0.0],
+    fov_y_deg: 45.0,
+    fx_px: 0.0,
+    fy_px: 0.0,
+    cx_px: 0.0,
+    cy_px: 0.0,
+} }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_sensor {
-    const NAME: &'static str = "camlux_sensor";
-    const VERSION_1_BYTES: usize = 40;
-    const INIT: Self = camlux_sensor {
-        struct_size: size_of::<Self>() as u32,
-        reserved: 0,
-        pixel_pitch_um: [0.0; 2],
-        exposure_time_s: 0.0,
-        duty_cycle: 1.0,
-    };
-}
+c_struct! { camlux_sensor, 40, {
+    reserved: 0,
+    pixel_pitch_um: [0.0; 2],
+    exposure_time_s: 0.0,
+    duty_cycle: 1.0,
+} }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_indirect {
-    const NAME: &'static str = "camlux_indirect";
-    const VERSION_1_BYTES: usize = 32;
-    const INIT: Self = camlux_indirect {
-        struct_size: size_of::<Self>() as u32,
-        estimator: CAMLUX_ESTIMATOR_FINAL_GATHER,
-        rsm_size: 0,
-        reserved: 0,
-        target_error: 0.0,
-        interpolation_error: 0.0,
-    };
-}
+c_struct! { camlux_indirect, 32, {
+    estimator: CAMLUX_ESTIMATOR_FINAL_GATHER,
+    rsm_size: 0,
+    reserved: 0,
+    target_error: 0.0,
+    interpolation_error: 0.0,
+} }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_direct {
-    const NAME: &'static str = "camlux_direct";
-    const VERSION_1_BYTES: usize = 8;
-    const INIT: Self = camlux_direct {
-        struct_size: size_of::<Self>() as u32,
-        shadow: CAMLUX_SHADOW_DEFAULT,
-    };
-}
+c_struct! { camlux_direct, 8, {
+    shadow: CAMLUX_SHADOW_DEFAULT,
+} }
 
 /// Sets the camera. A scene that was created has that of CAMLUX_CAMERA_INIT before.
 ///
@@ -180,12 +156,12 @@ pub unsafe extern "C" fn camlux_scene_set_camera(
     scene: *mut camlux_scene,
     camera: *const camlux_camera,
 ) -> camlux_status {
-    entry("camlux_scene_set_camera", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_camera", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let camera = camera_from(unsafe { args::read(camera) }?)?;
+        let camera = camera_from_c(unsafe { args::read(camera) }?)?;
         camera.validate()?;
-        object.change(|state| state.scene.camera = camera);
+        object.lock_to_change().scene.camera = camera;
         Ok(())
     })
 }
@@ -203,11 +179,11 @@ pub unsafe extern "C" fn camlux_scene_get_camera(
     scene: *mut camlux_scene,
     camera: *mut camlux_camera,
 ) -> camlux_status {
-    entry("camlux_scene_get_camera", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        let found = object.look(|state| state.scene.camera);
+    ffi_guard("camlux_scene_get_camera", || {
+        let object = handle::get(scene)?;
+        let found = || Ok(camera_to_c(&object.lock().scene.camera));
         // SAFETY: the caller's word.
-        unsafe { args::write(camera, camera_of(&found)) }
+        unsafe { args::write(camera, found) }
     })
 }
 
@@ -224,14 +200,14 @@ pub unsafe extern "C" fn camlux_scene_set_sensor(
     scene: *mut camlux_scene,
     sensor: *const camlux_sensor,
 ) -> camlux_status {
-    entry("camlux_scene_set_sensor", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_sensor", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
         let sensor = match unsafe { args::read_optional(sensor) }? {
-            Some(sensor) => Some(sensor_from(sensor)?),
+            Some(sensor) => Some(sensor_from_c(sensor)?),
             None => None,
         };
-        object.change(|state| state.scene.sensor = sensor);
+        object.lock_to_change().scene.sensor = sensor;
         Ok(())
     })
 }
@@ -249,14 +225,14 @@ pub unsafe extern "C" fn camlux_scene_set_indirect(
     scene: *mut camlux_scene,
     indirect: *const camlux_indirect,
 ) -> camlux_status {
-    entry("camlux_scene_set_indirect", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_indirect", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
         let indirect = match unsafe { args::read_optional(indirect) }? {
             Some(indirect) => Some(indirect_from(indirect)?),
             None => None,
         };
-        object.change(|state| state.scene.indirect = indirect);
+        object.lock_to_change().scene.indirect = indirect;
         Ok(())
     })
 }
@@ -274,86 +250,43 @@ pub unsafe extern "C" fn camlux_scene_set_direct(
     scene: *mut camlux_scene,
     direct: *const camlux_direct,
 ) -> camlux_status {
-    entry("camlux_scene_set_direct", || {
-        let object = handle::get::<SceneObject>(scene)?;
+    ffi_guard("camlux_scene_set_direct", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let camlux_direct {
-            struct_size: _,
-            shadow,
-        } = unsafe { args::read_optional(direct) }?.unwrap_or(CStruct::INIT);
-        let choices = [
-            (CAMLUX_SHADOW_DEFAULT, "CAMLUX_SHADOW_DEFAULT (0)", None),
-            (
-                CAMLUX_SHADOW_MAP,
-                "CAMLUX_SHADOW_MAP (1)",
-                Some(Shadow::Map),
-            ),
-            (
-                CAMLUX_SHADOW_RAYS,
-                "CAMLUX_SHADOW_RAYS (2)",
-                Some(Shadow::Rays),
-            ),
+        let direct = unsafe { args::read_optional(direct) }?.unwrap_or(CStruct::INIT);
+        let choices = args::choices![
+            CAMLUX_SHADOW_DEFAULT => None,
+            CAMLUX_SHADOW_MAP => Some(Shadow::Map),
+            CAMLUX_SHADOW_RAYS => Some(Shadow::Rays),
         ];
-        let shadow = args::one_of("shadow", shadow, &choices)?;
-        object.change(|state| state.scene.direct = Direct { shadow });
+        let shadow = args::one_of("shadow", direct.shadow, &choices)?;
+        object.lock_to_change().scene.direct = Direct { shadow };
         Ok(())
     })
 }
 
-/// The camera that a scene begins with.
-pub(super) fn first_camera() -> Camera {
-    let init = camlux_camera::INIT;
-    Camera {
-        resolution_px: [init.width_px, init.height_px],
-        position_m: DVec3::from(init.position_m),
-        look_at_m: DVec3::from(init.look_at_m),
-        up: DVec3::from(init.up),
-        lens: Lens::FovY {
-            fov_y_deg: init.fov_y_deg,
+pub(super) fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
+    let lenses = args::choices![
+        CAMLUX_LENS_FOV_Y => Lens::FovY {
+            fov_y_deg: camera.fov_y_deg,
         },
-    }
-}
-
-fn camera_from(camera: camlux_camera) -> Outcome<Camera> {
-    let camlux_camera {
-        struct_size: _,
-        width_px,
-        height_px,
-        lens,
-        position_m,
-        look_at_m,
-        up,
-        fov_y_deg,
-        fx_px,
-        fy_px,
-        cx_px,
-        cy_px,
-    } = camera;
-    let fov = Lens::FovY { fov_y_deg };
-    let intrinsics = Lens::Intrinsics(Intrinsics {
-        fx: fx_px,
-        fy: fy_px,
-        cx: cx_px,
-        cy: cy_px,
-    });
-    let choices = [
-        (CAMLUX_LENS_FOV_Y, "CAMLUX_LENS_FOV_Y (0)", fov),
-        (
-            CAMLUX_LENS_INTRINSICS,
-            "CAMLUX_LENS_INTRINSICS (1)",
-            intrinsics,
-        ),
+        CAMLUX_LENS_INTRINSICS => Lens::Intrinsics(Intrinsics {
+            fx: camera.fx_px,
+            fy: camera.fy_px,
+            cx: camera.cx_px,
+            cy: camera.cy_px,
+        }),
     ];
     Ok(Camera {
-        resolution_px: [width_px, height_px],
-        position_m: args::vector("position_m", position_m)?,
-        look_at_m: args::vector("look_at_m", look_at_m)?,
-        up: args::vector("up", up)?,
-        lens: args::one_of("lens", lens, &choices)?,
+        resolution_px: [camera.width_px, camera.height_px],
+        position_m: DVec3::from(camera.position_m),
+        look_at_m: DVec3::from(camera.look_at_m),
+        up: DVec3::from(camera.up),
+        lens: args::one_of("lens", camera.lens, &lenses)?,
     })
 }
 
-fn camera_of(camera: &Camera) -> camlux_camera {
+fn camera_to_c(camera: &Camera) -> camlux_camera {
     let mut found = camlux_camera {
         width_px: camera.resolution_px[0],
         height_px: camera.resolution_px[1],
@@ -373,22 +306,12 @@ fn camera_of(camera: &Camera) -> camlux_camera {
     found
 }
 
-fn sensor_from(sensor: camlux_sensor) -> Outcome<Sensor> {
-    let camlux_sensor {
-        struct_size: _,
-        reserved,
-        pixel_pitch_um,
-        exposure_time_s,
-        duty_cycle,
-    } = sensor;
-    args::reserved(camlux_sensor::NAME, reserved)?;
-    args::finite("pixel_pitch_um", &pixel_pitch_um)?;
-    args::finite("exposure_time_s", &[exposure_time_s])?;
-    args::finite("duty_cycle", &[duty_cycle])?;
+fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
+    args::reserved(camlux_sensor::NAME, sensor.reserved)?;
     let sensor = Sensor {
-        pixel_pitch_um,
-        exposure_time_s,
-        duty_cycle,
+        pixel_pitch_um: sensor.pixel_pitch_um,
+        exposure_time_s: sensor.exposure_time_s,
+        duty_cycle: sensor.duty_cycle,
     };
     sensor.validate()?;
     Ok(sensor)
@@ -404,31 +327,17 @@ fn indirect_from(indirect: camlux_indirect) -> Outcome<IndirectLight> {
         interpolation_error,
     } = indirect;
     args::reserved(camlux_indirect::NAME, reserved)?;
-    args::finite("target_error", &[target_error])?;
-    args::finite("interpolation_error", &[interpolation_error])?;
     let given = |error: f64| (error != 0.0).then_some(error);
-    let choices = [
-        (
-            CAMLUX_ESTIMATOR_FINAL_GATHER,
-            "CAMLUX_ESTIMATOR_FINAL_GATHER (0)",
-            IndirectLight::FinalGather {
-                target_error: given(target_error).unwrap_or(DEFAULT_TARGET_ERROR),
-                rsm_size: (rsm_size > 0).then_some(rsm_size),
-            },
-        ),
-        (
-            CAMLUX_ESTIMATOR_RSM_AVERAGE,
-            "CAMLUX_ESTIMATOR_RSM_AVERAGE (1)",
-            IndirectLight::RsmAverage {
-                rsm_size,
-                interpolation_error: given(interpolation_error),
-            },
-        ),
-        (
-            CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-            "CAMLUX_ESTIMATOR_INSTANT_RADIOSITY (2)",
-            IndirectLight::InstantRadiosity { rsm_size },
-        ),
+    let choices = args::choices![
+        CAMLUX_ESTIMATOR_FINAL_GATHER => IndirectLight::FinalGather {
+            target_error: given(target_error).unwrap_or(DEFAULT_TARGET_ERROR),
+            rsm_size: (rsm_size > 0).then_some(rsm_size),
+        },
+        CAMLUX_ESTIMATOR_RSM_AVERAGE => IndirectLight::RsmAverage {
+            rsm_size,
+            interpolation_error: given(interpolation_error),
+        },
+        CAMLUX_ESTIMATOR_INSTANT_RADIOSITY => IndirectLight::InstantRadiosity { rsm_size },
     ];
     let indirect = args::one_of("estimator", estimator, &choices)?;
     for (name, error, used) in [

@@ -1,10 +1,10 @@
 //! How a call ends: statuses, the thread's message, and the frame around every function.
 
 use std::{
-    cell::{Cell, RefCell},
+    any::Any,
+    cell::RefCell,
     ffi::{CStr, CString, c_char},
     panic::{self, AssertUnwindSafe},
-    sync::Once,
 };
 
 use super::log::{self, CAMLUX_LOG_ERROR, CAMLUX_LOG_INFO};
@@ -17,13 +17,15 @@ pub type camlux_status = i32;
 
 /// Done.
 pub const CAMLUX_OK: i32 = 0;
-/// The render was stopped by camlux_renderer_cancel or by its progress callback. There is no frame.
+/// The render was stopped by its cancel token or by its progress callback. There is no frame.
 pub const CAMLUX_CANCELLED: i32 = 1;
 /// A handle is NULL, was released, is of another kind, or was never one.
 pub const CAMLUX_ERROR_INVALID_HANDLE: i32 = -1;
-/// An argument is NULL, out of its range, misaligned, not finite, no UTF-8, or a struct of a wrong size.
+/// The call cannot be understood: a pointer that is NULL or misaligned, a struct of a wrong size, a number that is none of the
+/// constants, a text that is no UTF-8, memory that is too small, an index or a layer that is not there.
 pub const CAMLUX_ERROR_INVALID_ARGUMENT: i32 = -2;
-/// A part of a scene, or a file that it is read from, is not usable.
+/// What it says of a scene cannot be: values of a part that are not finite or out of their range, members of a part that do not
+/// go together or name another part that is not there, a file that cannot be read.
 pub const CAMLUX_ERROR_SCENE: i32 = -3;
 /// The scene asks for more than the device has.
 pub const CAMLUX_ERROR_DEVICE_LIMIT: i32 = -4;
@@ -42,6 +44,22 @@ pub const CAMLUX_ERROR_INTERNAL: i32 = -10;
 /// The driver gave the device up; the message says in which pass. Release what came from the device, and create it anew.
 pub const CAMLUX_ERROR_DEVICE_LOST: i32 = -11;
 
+const TEXTS: [(camlux_status, &CStr); 13] = [
+    (CAMLUX_OK, c"ok"),
+    (CAMLUX_CANCELLED, c"cancelled"),
+    (CAMLUX_ERROR_INVALID_HANDLE, c"invalid handle"),
+    (CAMLUX_ERROR_INVALID_ARGUMENT, c"invalid argument"),
+    (CAMLUX_ERROR_SCENE, c"unusable scene"),
+    (CAMLUX_ERROR_DEVICE_LIMIT, c"over a limit of the device"),
+    (CAMLUX_ERROR_NO_DEVICE, c"no usable device"),
+    (CAMLUX_ERROR_VULKAN, c"Vulkan call failed"),
+    (CAMLUX_ERROR_OUT_OF_MEMORY, c"out of memory"),
+    (CAMLUX_ERROR_OUTPUT, c"file cannot be written"),
+    (CAMLUX_ERROR_BUSY, c"in use"),
+    (CAMLUX_ERROR_INTERNAL, c"internal error"),
+    (CAMLUX_ERROR_DEVICE_LOST, c"device lost"),
+];
+
 /// A call that fails.
 pub(super) struct Failure {
     pub status: camlux_status,
@@ -54,6 +72,13 @@ impl Failure {
     pub fn argument(message: impl Into<String>) -> Failure {
         Failure {
             status: CAMLUX_ERROR_INVALID_ARGUMENT,
+            message: message.into(),
+        }
+    }
+
+    pub fn busy(message: &str) -> Failure {
+        Failure {
+            status: CAMLUX_ERROR_BUSY,
             message: message.into(),
         }
     }
@@ -88,9 +113,6 @@ impl From<Error> for Failure {
 
 thread_local! {
     static LAST_ERROR: RefCell<CString> = RefCell::default();
-    /// Whether this thread is inside a call, and what its panic said.
-    static IN_CALL: Cell<bool> = const { Cell::new(false) };
-    static PANIC: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
 /// The message of this thread's latest call that did not end with CAMLUX_OK: what is wrong, where, and how to mend it, in
@@ -112,52 +134,40 @@ pub extern "C" fn camlux_last_error() -> *const c_char {
 /// \threads any.
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_status_text(status: camlux_status) -> *const c_char {
-    let text = match status {
-        CAMLUX_OK => c"ok",
-        CAMLUX_CANCELLED => c"cancelled",
-        CAMLUX_ERROR_INVALID_HANDLE => c"invalid handle",
-        CAMLUX_ERROR_INVALID_ARGUMENT => c"invalid argument",
-        CAMLUX_ERROR_SCENE => c"unusable scene",
-        CAMLUX_ERROR_DEVICE_LIMIT => c"over a limit of the device",
-        CAMLUX_ERROR_NO_DEVICE => c"no usable device",
-        CAMLUX_ERROR_VULKAN => c"Vulkan call failed",
-        CAMLUX_ERROR_OUT_OF_MEMORY => c"out of memory",
-        CAMLUX_ERROR_OUTPUT => c"file cannot be written",
-        CAMLUX_ERROR_BUSY => c"in use",
-        CAMLUX_ERROR_INTERNAL => c"internal error",
-        _ => c"unknown status",
-    };
-    text.as_ptr()
+    let found = TEXTS.iter().find(|(known, _)| *known == status);
+    found.map_or(c"unknown status", |(_, text)| text).as_ptr()
 }
 
-/// The frame around every call.
-pub(super) fn entry(call: &str, body: impl FnOnce() -> Outcome) -> camlux_status {
-    keep_panics_quiet();
-    // Calls come from inside of calls, in callbacks.
-    let was_in_call = IN_CALL.replace(true);
+/// Runs a call of the interface: its failure, or its panic, becomes the status and the message.
+pub(super) fn ffi_guard(call: &str, body: impl FnOnce() -> Outcome) -> camlux_status {
     let ended = panic::catch_unwind(AssertUnwindSafe(|| {
         #[cfg(test)]
         super::tests::panic_where_asked();
         body()
     }));
-    IN_CALL.set(was_in_call);
     match ended {
         Ok(Ok(())) => CAMLUX_OK,
         Ok(Err(failure)) => end_with(call, failure),
         Err(payload) => {
+            let problem = panic_message(&*payload);
             // A payload's own drop may panic, out here where nothing catches it.
             std::mem::forget(payload);
-            let said = PANIC.take().unwrap_or_else(|| "a panic".into());
-            let problem = Error::Internal { problem: said };
-            end_with(call, problem.into())
+            end_with(call, Error::internal(problem).into())
         }
     }
+}
+
+fn panic_message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    let text = text.or(payload.downcast_ref::<String>().map(String::as_str));
+    text.unwrap_or("a panic").into()
 }
 
 fn end_with(call: &str, failure: Failure) -> camlux_status {
     let message = format!("{call}: {}", failure.message);
     let level = match failure.status {
-        CAMLUX_CANCELLED => CAMLUX_LOG_INFO,
+        // Nothing is wrong: it was asked for, or can be tried again.
+        CAMLUX_CANCELLED | CAMLUX_ERROR_BUSY => CAMLUX_LOG_INFO,
         _ => CAMLUX_LOG_ERROR,
     };
     log::write(level, || message.clone());
@@ -169,24 +179,4 @@ fn end_with(call: &str, failure: Failure) -> camlux_status {
 pub(super) fn c_string(text: &str) -> CString {
     let until_nul = text.split('\0').next().unwrap_or_default();
     CString::new(until_nul).unwrap_or_default()
-}
-
-/// The library prints nothing: a panic inside a call goes into its message. Others go where they went before.
-fn keep_panics_quiet() {
-    static ONCE: Once = Once::new();
-    ONCE.call_once(|| {
-        let others = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if IN_CALL.try_with(Cell::get) != Ok(true) {
-                return others(info);
-            }
-            let payload = info.payload();
-            let said = payload.downcast_ref::<&str>().copied();
-            let said = said.or(payload.downcast_ref::<String>().map(String::as_str));
-            let said = said.unwrap_or("a panic");
-            let place = info.location().map(|place| format!(" at {place}"));
-            let text = format!("{said}{}", place.unwrap_or_default());
-            let _ = PANIC.try_with(|panic| panic.replace(Some(text)));
-        }));
-    });
 }

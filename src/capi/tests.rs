@@ -3,14 +3,15 @@
 use std::{
     cell::Cell,
     ffi::CStr,
+    panic,
     ptr::{null, null_mut},
+    sync::{
+        Arc,
+        atomic::{AtomicU32, Ordering},
+    },
 };
 
-use super::{
-    args::{self, CStruct},
-    status::entry,
-    *,
-};
+use super::{abi::c_struct, args, status::ffi_guard, *};
 
 thread_local! {
     static PANICS: Cell<bool> = const { Cell::new(false) };
@@ -42,7 +43,7 @@ macro_rules! calls {
 
 #[test]
 fn a_panic_in_any_call_becomes_a_status() {
-    let calls: [Call; 47] = calls![
+    let calls: [Call; 50] = calls![
         camlux_set_log(0, None, null_mut()),
         camlux_handle_count(null_mut()),
         camlux_device_retain(null_mut()),
@@ -77,7 +78,10 @@ fn a_panic_in_any_call_becomes_a_status() {
         camlux_renderer_release(null_mut()),
         camlux_renderer_create(null_mut(), null_mut()),
         camlux_renderer_render(null_mut(), null_mut(), null(), null_mut()),
-        camlux_renderer_cancel(null_mut()),
+        camlux_cancel_token_create(null_mut()),
+        camlux_cancel_token_cancel(null_mut()),
+        camlux_cancel_token_retain(null_mut()),
+        camlux_cancel_token_release(null_mut()),
         camlux_frame_retain(null_mut()),
         camlux_frame_release(null_mut()),
         camlux_frame_layer_count(null_mut(), null_mut()),
@@ -97,7 +101,7 @@ fn a_panic_in_any_call_becomes_a_status() {
         PANICS.set(false);
         assert_eq!(status, CAMLUX_ERROR_INTERNAL, "{name}");
         let message = last_error();
-        assert!(message.starts_with(&format!("{name}: internal error: asked for by a test at ")));
+        assert!(message.starts_with(&format!("{name}: internal error: asked for by a test")));
     }
     // None is forgotten.
     let header = include_str!("../../include/camlux.h");
@@ -110,11 +114,30 @@ fn a_panic_in_any_call_becomes_a_status() {
 #[test]
 fn a_panic_with_any_payload_is_caught() {
     let formatted = || panic!("{} things", 2);
-    assert_eq!(entry("test", formatted), CAMLUX_ERROR_INTERNAL);
+    assert_eq!(ffi_guard("test", formatted), CAMLUX_ERROR_INTERNAL);
     assert!(last_error().contains("2 things"));
     let odd = || std::panic::panic_any(7_u8);
-    assert_eq!(entry("test", odd), CAMLUX_ERROR_INTERNAL);
+    assert_eq!(ffi_guard("test", odd), CAMLUX_ERROR_INTERNAL);
     assert!(last_error().contains("a panic"));
+}
+
+/// The hook is the process's: it hears of a panic inside of a call as of any other.
+#[test]
+fn the_panic_hook_stays() {
+    static HEARD: AtomicU32 = AtomicU32::new(0);
+    let here = std::thread::current().id();
+    let before = Arc::new(panic::take_hook());
+    let others = before.clone();
+    panic::set_hook(Box::new(move |info| {
+        if std::thread::current().id() != here {
+            return others(info);
+        }
+        HEARD.fetch_add(1, Ordering::Relaxed);
+    }));
+    let status = ffi_guard("test", || panic!("in a call"));
+    panic::set_hook(Box::new(move |info| before(info)));
+    assert_eq!(status, CAMLUX_ERROR_INTERNAL);
+    assert_eq!(HEARD.load(Ordering::Relaxed), 1);
 }
 
 /// A struct that a later version has made longer.
@@ -126,16 +149,10 @@ struct Grown {
     added: u64,
 }
 
-// SAFETY: repr(C), the size first, whole numbers without padding.
-unsafe impl CStruct for Grown {
-    const NAME: &'static str = "grown";
-    const VERSION_1_BYTES: usize = 8;
-    const INIT: Self = Grown {
-        struct_size: 16,
-        first: 1,
-        added: 2,
-    };
-}
+c_struct! { Grown, 8, {
+    first: 1,
+    added: 2,
+} }
 
 #[test]
 fn a_struct_of_an_old_program_has_defaults_for_what_was_added() {
@@ -158,7 +175,7 @@ fn a_struct_of_an_old_program_has_defaults_for_what_was_added() {
         added: 8,
     };
     // SAFETY: as above.
-    let written = unsafe { args::write(&raw mut room, result) };
+    let written = unsafe { args::write(&raw mut room, || Ok(result)) };
     assert!(written.is_ok());
     let expected = Grown {
         struct_size: 8,

@@ -6,10 +6,11 @@ use std::{
 };
 
 use super::{
-    args::{self, CStruct, Component, Rows},
+    abi::c_struct,
+    args::{self, Component, Rows},
     handle::{self, camlux_scene},
-    scene::{SceneObject, push},
-    status::{Failure, Outcome, camlux_status, entry},
+    scene::push,
+    status::{Failure, Outcome, camlux_status, ffi_guard},
 };
 use crate::scene::{Texture, linear_from_srgb};
 
@@ -20,12 +21,14 @@ pub const CAMLUX_COMPONENT_U16: i32 = 1;
 /// Components of 32 bits, floating point, 0 to 1.
 pub const CAMLUX_COMPONENT_F32: i32 = 2;
 
+/// CAMLUX_ENCODING_LINEAR for floating point, else CAMLUX_ENCODING_SRGB.
+pub const CAMLUX_ENCODING_DEFAULT: i32 = 0;
 /// Values are reflectances.
-pub const CAMLUX_ENCODING_LINEAR: i32 = 0;
+pub const CAMLUX_ENCODING_LINEAR: i32 = 1;
 /// Values are encoded by the transfer function of sRGB (IEC 61966-2-1), as in most image files.
-pub const CAMLUX_ENCODING_SRGB: i32 = 1;
+pub const CAMLUX_ENCODING_SRGB: i32 = 2;
 
-/// Pixels that multiply a material's kd. Begin with CAMLUX_TEXTURE_INIT: 8-bit sRGB of three channels.
+/// Pixels that multiply a material's kd. Begin with CAMLUX_TEXTURE_INIT: three channels of 8 bits, encoded as sRGB.
 ///
 /// The first row is the upper edge, v = 1. Textures repeat, and are sampled bilinearly.
 #[repr(C)]
@@ -41,7 +44,7 @@ pub struct camlux_texture {
     pub component: i32,
     /// Components of a pixel: 1 (grey), 3 (R, G, B) or 4 (R, G, B and one that is left out).
     pub channels: u32,
-    /// CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB.
+    /// CAMLUX_ENCODING_DEFAULT, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB.
     pub encoding: i32,
     /// The first row, aligned to the size of a component; copied.
     pub pixels: *const c_void,
@@ -51,22 +54,16 @@ pub struct camlux_texture {
     pub name: *const c_char,
 }
 
-// SAFETY: repr(C), the size first, numbers and pointers without padding.
-unsafe impl CStruct for camlux_texture {
-    const NAME: &'static str = "camlux_texture";
-    const VERSION_1_BYTES: usize = 48;
-    const INIT: Self = camlux_texture {
-        struct_size: size_of::<Self>() as u32,
-        width_px: 0,
-        height_px: 0,
-        component: CAMLUX_COMPONENT_U8,
-        channels: 3,
-        encoding: CAMLUX_ENCODING_SRGB,
-        pixels: ptr::null(),
-        row_stride_bytes: 0,
-        name: ptr::null(),
-    };
-}
+c_struct! { camlux_texture, 48, {
+    width_px: 0,
+    height_px: 0,
+    component: CAMLUX_COMPONENT_U8,
+    channels: 3,
+    encoding: CAMLUX_ENCODING_DEFAULT,
+    pixels: ptr::null(),
+    row_stride_bytes: 0,
+    name: ptr::null(),
+} }
 
 /// Adds a texture. Its pixels are copied.
 ///
@@ -84,64 +81,47 @@ pub unsafe extern "C" fn camlux_scene_add_texture(
     texture: *const camlux_texture,
     index: *mut u32,
 ) -> camlux_status {
-    entry("camlux_scene_add_texture", || {
-        let object = handle::get::<SceneObject>(scene)?;
-        args::check_index(index)?;
+    ffi_guard("camlux_scene_add_texture", || {
+        let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let texture = unsafe { texture_from(args::read(texture)?) }?;
-        let added = object.change(|state| {
-            let textures = &mut state.scene.textures;
-            texture.validate(textures.len())?;
-            push(textures, texture.into(), "texture")
-        })?;
-        // SAFETY: checked above as far as can be; the rest is the caller's word.
-        unsafe { args::write_index(index, added) };
-        Ok(())
+        unsafe {
+            let texture = texture_from_c(args::read(texture)?)?;
+            object.add(index, |state| {
+                let textures = &mut state.scene.textures;
+                texture.validate(textures.len())?;
+                push(textures, texture.into(), "texture")
+            })
+        }
     })
 }
 
 /// # Safety
 /// As for `camlux_scene_add_texture`.
-unsafe fn texture_from(texture: camlux_texture) -> Outcome<Texture> {
-    let camlux_texture {
-        struct_size: _,
-        width_px,
-        height_px,
-        component,
-        channels,
-        encoding,
-        pixels,
-        row_stride_bytes,
-        name,
-    } = texture;
+unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
     // SAFETY: the caller's word.
-    let name = unsafe { args::text(name, "name") }?.unwrap_or_default();
+    let name = unsafe { args::text(texture.name, "name") }?.unwrap_or_default();
+    let channels = texture.channels as usize;
     if ![1, 3, 4].contains(&channels) {
         return Err(Failure::argument(format!(
             "channels is {channels}; give 1, 3 or 4"
         )));
     }
-    if width_px == 0 || height_px == 0 {
-        return Err(Failure::argument(format!(
-            "the texture has {width_px} x {height_px} pixels; give at least one"
-        )));
-    }
-    let encodings = [
-        (CAMLUX_ENCODING_LINEAR, "CAMLUX_ENCODING_LINEAR (0)", false),
-        (CAMLUX_ENCODING_SRGB, "CAMLUX_ENCODING_SRGB (1)", true),
+    let encodings = args::choices![
+        CAMLUX_ENCODING_DEFAULT => texture.component != CAMLUX_COMPONENT_F32,
+        CAMLUX_ENCODING_LINEAR => false,
+        CAMLUX_ENCODING_SRGB => true,
     ];
-    let is_encoded = args::one_of("encoding", encoding, &encodings)?;
+    let is_encoded = args::one_of("encoding", texture.encoding, &encodings)?;
     let decode = |value: f64| match is_encoded {
         true => linear_from_srgb(value) as f32,
         false => value as f32,
     };
-    let channels = channels as usize;
     let rows = Rows {
         name: "pixels",
-        data: pixels,
-        stride_bytes: row_stride_bytes,
-        count: height_px as usize,
-        length: width_px as usize * channels,
+        data: texture.pixels,
+        stride_bytes: texture.row_stride_bytes,
+        count: texture.height_px as usize,
+        length: texture.width_px as usize * channels,
     };
     // Powers are slow: one for every value that there is, instead of one for every pixel.
     let table = |last: u16| -> Vec<f32> {
@@ -150,12 +130,12 @@ unsafe fn texture_from(texture: camlux_texture) -> Outcome<Texture> {
             .map(|value| decode(value / f64::from(last)))
             .collect()
     };
-    let components = [
-        (CAMLUX_COMPONENT_U8, "CAMLUX_COMPONENT_U8 (0)", 0),
-        (CAMLUX_COMPONENT_U16, "CAMLUX_COMPONENT_U16 (1)", 1),
-        (CAMLUX_COMPONENT_F32, "CAMLUX_COMPONENT_F32 (2)", 2),
+    let components = args::choices![
+        CAMLUX_COMPONENT_U8 => 0,
+        CAMLUX_COMPONENT_U16 => 1,
+        CAMLUX_COMPONENT_F32 => 2,
     ];
-    let linear_rgb = match args::one_of("component", component, &components)? {
+    let linear_rgb = match args::one_of("component", texture.component, &components)? {
         0 => {
             let table = table(u8::MAX.into());
             // SAFETY: the caller's word.
@@ -176,7 +156,7 @@ unsafe fn texture_from(texture: camlux_texture) -> Outcome<Texture> {
     }?;
     Ok(Texture {
         name,
-        size_px: [width_px, height_px],
+        size_px: [texture.width_px, texture.height_px],
         linear_rgb,
     })
 }

@@ -5,11 +5,12 @@ use std::{ffi::c_void, ptr, sync::Arc};
 use ash::vk::{self, Handle};
 
 use super::{
-    args::{self, CStruct},
+    abi::{CStruct, c_struct},
+    args,
     device::DeviceObject,
     frame::FrameObject,
     handle::{self, camlux_device, camlux_frame},
-    status::{Failure, Outcome, camlux_status, entry},
+    status::{Failure, Outcome, camlux_status, ffi_guard},
 };
 use crate::{Device, HostVulkan, QueueLock};
 
@@ -84,45 +85,33 @@ pub struct camlux_vulkan_image {
     pub metres_per_unit: f64,
 }
 
-// SAFETY: repr(C), the size first, numbers, pointers and optional function pointers (pointers that may be null) without padding.
-unsafe impl CStruct for camlux_vulkan_device {
-    const NAME: &'static str = "camlux_vulkan_device";
-    const VERSION_1_BYTES: usize = 80;
-    const INIT: Self = camlux_vulkan_device {
-        struct_size: size_of::<Self>() as u32,
-        queue_family: 0,
-        get_instance_proc_addr: None,
-        instance: ptr::null_mut(),
-        physical_device: ptr::null_mut(),
-        device: ptr::null_mut(),
-        device_create_info: ptr::null(),
-        queue: ptr::null_mut(),
-        lock_queue: None,
-        unlock_queue: None,
-        lock_user: ptr::null_mut(),
-    };
-}
+c_struct! { camlux_vulkan_device, 80, {
+    queue_family: 0,
+    get_instance_proc_addr: None,
+    instance: ptr::null_mut(),
+    physical_device: ptr::null_mut(),
+    device: ptr::null_mut(),
+    device_create_info: ptr::null(),
+    queue: ptr::null_mut(),
+    lock_queue: None,
+    unlock_queue: None,
+    lock_user: ptr::null_mut(),
+} }
 
-// SAFETY: repr(C), the size first, numbers without padding.
-unsafe impl CStruct for camlux_vulkan_image {
-    const NAME: &'static str = "camlux_vulkan_image";
-    const VERSION_1_BYTES: usize = 88;
-    const INIT: Self = camlux_vulkan_image {
-        struct_size: size_of::<Self>() as u32,
-        layer: 0,
-        image: 0,
-        semaphore: 0,
-        semaphore_value: 0,
-        format: 0,
-        layout: 0,
-        width_px: 0,
-        height_px: 0,
-        queue_family: 0,
-        reserved: 0,
-        origin_m: [0.0; 3],
-        metres_per_unit: 1.0,
-    };
-}
+c_struct! { camlux_vulkan_image, 88, {
+    layer: 0,
+    image: 0,
+    semaphore: 0,
+    semaphore_value: 0,
+    format: 0,
+    layout: 0,
+    width_px: 0,
+    height_px: 0,
+    queue_family: 0,
+    reserved: 0,
+    origin_m: [0.0; 3],
+    metres_per_unit: 1.0,
+} }
 
 /// The host's callbacks.
 struct HostLock {
@@ -167,19 +156,16 @@ pub unsafe extern "C" fn camlux_device_create_from_vulkan(
     vulkan: *const camlux_vulkan_device,
     device: *mut *mut camlux_device,
 ) -> camlux_status {
-    entry("camlux_device_create_from_vulkan", || {
+    ffi_guard("camlux_device_create_from_vulkan", || {
         // SAFETY: the caller's word.
-        let vulkan = unsafe { args::read_optional(vulkan) }?
-            .ok_or_else(|| Failure::argument("vulkan is NULL; give the host's device"))?;
-        // SAFETY: the caller's word.
-        let host = unsafe { host_vulkan(&vulkan) }?;
+        let host = unsafe { host_vulkan(&args::read(vulkan)?) }?;
         let open = || {
             // SAFETY: the caller's word.
             let device = unsafe { Device::of_host(&host) }?;
             Ok(DeviceObject::new(device))
         };
         // SAFETY: the caller's word.
-        unsafe { handle::hand_out(open, device, "device") }
+        unsafe { handle::return_handle(device, "device", open) }
     })
 }
 
@@ -242,10 +228,10 @@ pub unsafe extern "C" fn camlux_frame_get_vulkan_image(
     layer: i32,
     image: *mut camlux_vulkan_image,
 ) -> camlux_status {
-    entry("camlux_frame_get_vulkan_image", || {
-        let object = handle::get::<FrameObject>(frame)?;
+    ffi_guard("camlux_frame_get_vulkan_image", || {
+        let object = handle::get(frame)?;
         // SAFETY: the caller's word.
-        unsafe { args::write(image, vulkan_image(&object, layer)?) }
+        unsafe { args::write(image, || vulkan_image(&object, layer)) }
     })
 }
 

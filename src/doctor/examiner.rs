@@ -285,7 +285,7 @@ fn error_against(frame: &Frame, truth: &Frame, layer: Layer) -> f64 {
         reference: values(truth, layer),
         image_standard_error: None,
         reference_standard_error: noise,
-        valid: &is_set(Layer::MeshId),
+        valid: &is_set(Layer::InstanceId),
         edges: Some(&is_set(Layer::Edge)),
         channels: layer.channel_names().len(),
     });

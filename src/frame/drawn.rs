@@ -77,7 +77,7 @@ impl DeviceFrame {
     }
 
     /// The image of a layer: radiance, direct, indirect and energy in R, G and B in the layer's unit; N in X, Y and Z; P in X, Y
-    /// and Z in [`DeviceFrame::local_space`] with `id.mesh` as the fourth. `None` for layers that are made on the way to
+    /// and Z in [`DeviceFrame::local_space`] with `id.instance` as the fourth. `None` for layers that are made on the way to
     /// the host, and for those that the scene does not have.
     pub fn image(&self, layer: Layer) -> Option<DeviceImage> {
         let images = &self.shared.drawn.images;

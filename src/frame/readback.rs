@@ -62,7 +62,7 @@ pub(crate) fn read_layers(
         (Layer::Normal, Some(LayerData::Float(normal))),
         (Layer::Depth, Some(LayerData::Float(depth))),
         (Layer::Range, Some(LayerData::Float(range))),
-        (Layer::MeshId, Some(LayerData::Id(mesh_ids))),
+        (Layer::InstanceId, Some(LayerData::Id(mesh_ids))),
         (Layer::MaterialId, Some(LayerData::Id(material_ids))),
     ];
     let made = |(layer, data): (Layer, Option<LayerData>)| Some((layer, data?));

@@ -249,7 +249,7 @@ fn sample_type(layer: Layer, half: bool) -> SampleType {
         Layer::StandardError | Layer::Energy | Layer::Position | Layer::Depth | Layer::Range => {
             false
         }
-        Layer::MeshId | Layer::MaterialId | Layer::Edge => return SampleType::U32,
+        Layer::InstanceId | Layer::MaterialId | Layer::Edge => return SampleType::U32,
     };
     if half && may_be_half {
         SampleType::F16

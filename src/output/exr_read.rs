@@ -18,7 +18,7 @@ pub struct LayeredImage {
 /// The channels of a file that share a prefix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageLayer {
-    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.mesh`, `id.material`
+    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.instance`, `id.material`
     /// and `edge` are layers of one channel, as [`Layer::name`] has them.
     pub name: String,
     /// The full names, as in the file: R, G, B, A, then X, Y, Z, then others by the alphabet.
@@ -73,7 +73,7 @@ impl LayeredImage {
     }
 
     /// Which pixels show a surface, row by row from the top: those with `valid.A` over 0.5; in a file without it, with an
-    /// `id.mesh` over 0; without that, with a finite `depth`; and without any of them, all.
+    /// `id.instance` over 0; without that, with a finite `depth`; and without any of them, all.
     pub fn surface_pixels(&self) -> Vec<bool> {
         let single = |name: &str| {
             self.layer(name)
@@ -85,7 +85,7 @@ impl LayeredImage {
         if let Some(valid) = single("valid") {
             return where_true(valid, &|value| value > 0.5);
         }
-        if let Some(id) = single(Layer::MeshId.name()) {
+        if let Some(id) = single(Layer::InstanceId.name()) {
             return where_true(id, &|value| value > 0.0);
         }
         if let Some(depth) = single(Layer::Depth.name()) {

@@ -29,7 +29,7 @@ pub enum Layer {
     /// |P − C|, metres.
     Range,
     /// 0: background, else 1 + index into [`Scene::meshes`].
-    MeshId,
+    InstanceId,
     /// 0: background, else 1 + index into [`Scene::materials`].
     MaterialId,
     /// 1: the pixel's centre lies within 1/128 pixel of an edge, so that rounding decides which of two surfaces it shows; else
@@ -49,7 +49,7 @@ impl Layer {
         Layer::Normal,
         Layer::Depth,
         Layer::Range,
-        Layer::MeshId,
+        Layer::InstanceId,
         Layer::MaterialId,
         Layer::Edge,
     ];
@@ -66,7 +66,7 @@ impl Layer {
             Layer::Normal => "N",
             Layer::Depth => "depth",
             Layer::Range => "range",
-            Layer::MeshId => "id.mesh",
+            Layer::InstanceId => "id.instance",
             Layer::MaterialId => "id.material",
             Layer::Edge => "edge",
         }
@@ -89,7 +89,7 @@ impl Layer {
             Layer::Normal => &["N.X", "N.Y", "N.Z"],
             Layer::Depth => &["depth.Z"],
             Layer::Range => &["range.Z"],
-            Layer::MeshId => &["id.mesh"],
+            Layer::InstanceId => &["id.instance"],
             Layer::MaterialId => &["id.material"],
             Layer::Edge => &["edge"],
         }
@@ -101,13 +101,13 @@ impl Layer {
             Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::StandardError => "W/sr/m^2",
             Layer::Energy => "J",
             Layer::Position | Layer::Depth | Layer::Range => "m",
-            Layer::Normal | Layer::MeshId | Layer::MaterialId | Layer::Edge => "1",
+            Layer::Normal | Layer::InstanceId | Layer::MaterialId | Layer::Edge => "1",
         }
     }
 
     /// Whether the values are whole numbers ([`LayerData::Id`]).
     pub fn is_id(self) -> bool {
-        matches!(self, Layer::MeshId | Layer::MaterialId | Layer::Edge)
+        matches!(self, Layer::InstanceId | Layer::MaterialId | Layer::Edge)
     }
 
     /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light. No
@@ -172,7 +172,7 @@ impl Frame {
             let values = self.values(layer);
             values.is_some_and(|values| values.iter().all(|&value| value == 0.0))
         };
-        let ids = self.ids(Layer::MeshId);
+        let ids = self.ids(Layer::InstanceId);
         let warning = if ids.is_some_and(|ids| ids.iter().all(|&id| id == 0)) {
             "nothing is in view: every pixel shows the background; check the camera's position and look_at"
         } else if is_black(Layer::Radiance) {

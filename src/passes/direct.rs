@@ -28,7 +28,7 @@ pub(crate) fn shade<'r>(
     direct: &'r Image,
 ) -> Result<()> {
     let plan = context.plan;
-    let mut words = vec![light.plan.kind, plan.brdf_word()];
+    let mut words = vec![plan.brdf_word()];
     let mut resources = gbuffer.resources();
     resources.extend([
         ("light", Resource::Buffer(&light.uniform)),

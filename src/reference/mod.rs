@@ -277,7 +277,7 @@ impl Reference {
             ),
             (Layer::Depth, scalar(&|pixel| pixel.depth_m)),
             (Layer::Range, scalar(&|pixel| pixel.range_m)),
-            (Layer::MeshId, id(&|pixel| pixel.mesh_id)),
+            (Layer::InstanceId, id(&|pixel| pixel.mesh_id)),
             (Layer::MaterialId, id(&|pixel| pixel.material_id)),
             (Layer::Edge, id(&|pixel| pixel.is_edge.into())),
         ];

@@ -1,5 +1,7 @@
 //! How far the surfaces of a scene reach.
 
+#[cfg(feature = "capi")]
+use glam::BVec3;
 use glam::DVec3;
 
 use super::Scene;
@@ -12,8 +14,26 @@ pub struct BoundingBox {
 }
 
 impl BoundingBox {
+    /// The least box around points; None without any.
+    pub fn around(points_m: impl Iterator<Item = DVec3>) -> Option<BoundingBox> {
+        let boxes = points_m.map(|point_m| BoundingBox {
+            min_m: point_m,
+            max_m: point_m,
+        });
+        boxes.reduce(|a, b| BoundingBox {
+            min_m: a.min_m.min(b.min_m),
+            max_m: a.max_m.max(b.max_m),
+        })
+    }
+
     pub fn centre_m(&self) -> DVec3 {
         0.5 * (self.min_m + self.max_m)
+    }
+
+    #[cfg(feature = "capi")]
+    pub(crate) fn corners_m(&self) -> [DVec3; 8] {
+        let is_max = |corner: usize| BVec3::new(corner & 1 != 0, corner & 2 != 0, corner & 4 != 0);
+        std::array::from_fn(|corner| DVec3::select(is_max(corner), self.max_m, self.min_m))
     }
 }
 
@@ -25,20 +45,15 @@ pub struct BoundingSphere {
 }
 
 impl Scene {
+    /// Triangles of all meshes.
+    pub fn triangle_count(&self) -> u64 {
+        let triangles = self.meshes.iter().map(|mesh| mesh.triangles.len() as u64);
+        triangles.sum()
+    }
+
     /// The box around every vertex that a triangle uses; None without triangles. For a validated scene.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
-        self.triangle_corners_m()
-            .flatten()
-            .fold(None, |bounds: Option<BoundingBox>, corner| {
-                let BoundingBox { min_m, max_m } = bounds.unwrap_or(BoundingBox {
-                    min_m: corner,
-                    max_m: corner,
-                });
-                Some(BoundingBox {
-                    min_m: min_m.min(corner),
-                    max_m: max_m.max(corner),
-                })
-            })
+        BoundingBox::around(self.triangle_corners_m().flatten())
     }
 
     /// A sphere around every vertex that a triangle uses; None without triangles. For a validated scene.

@@ -31,6 +31,8 @@ pub use indirect::{DEFAULT_TARGET_ERROR, IndirectLight, TARGET_ERRORS, VplSum};
 pub use light::{Light, LightParameter, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;
+#[cfg(feature = "capi")]
+pub(crate) use parts::validate_instance;
 pub use shared::Shared;
 #[cfg(feature = "capi")]
 pub(crate) use texture::linear_from_srgb;

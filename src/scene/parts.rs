@@ -1,6 +1,8 @@
 //! The checks of [`Scene::validate`](super::Scene::validate) for single parts, for a caller that builds a scene part by part:
 //! a fault is placed where it is made, and the scene stays as it was.
 
+use glam::DVec3;
+
 use super::validate::{self, Check, ScenePart};
 use super::{Camera, IndirectLight, Light, Material, Mesh, Sensor, Texture, validate_surface};
 use crate::Result;
@@ -60,4 +62,20 @@ impl Mesh {
         let check = validate_surface::check_mesh(ScenePart::Mesh(index), self, material_count);
         placed(check, place)
     }
+}
+
+/// Where a mesh is placed, and the corners of its box there.
+pub(crate) fn validate_instance(
+    index: usize,
+    position_m: DVec3,
+    mut corners_m: impl Iterator<Item = DVec3>,
+) -> Result<()> {
+    let part = ScenePart::Mesh(index);
+    let check = part
+        .require_position("position", position_m)
+        .and_then(|()| {
+            corners_m
+                .try_for_each(|corner_m| part.require_position("a corner of its box", corner_m))
+        });
+    placed(check, format!("instance {index}"))
 }

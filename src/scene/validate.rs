@@ -161,7 +161,7 @@ pub(super) fn check(scene: &Scene) -> Check {
     ScenePart::Scene.require(
         !scene.lights.is_empty(),
         || "there is no light".into(),
-        "add a [[light]]",
+        "add a light",
     )?;
     for (i, light) in scene.lights.iter().enumerate() {
         check_light(ScenePart::Light(i), light)?;
@@ -205,11 +205,11 @@ pub(super) fn camera(camera: &Camera) -> Check {
             "give degrees between 0 and 180, both excluded",
         ),
         Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => {
-            part.require_above_zero("intrinsics_px fx", fx)?;
-            part.require_above_zero("intrinsics_px fy", fy)?;
+            part.require_above_zero("fx", fx)?;
+            part.require_above_zero("fy", fy)?;
             part.require(
                 cx.is_finite() && cy.is_finite(),
-                || format!("intrinsics_px cx, cy are {cx}, {cy}"),
+                || format!("cx, cy are {cx}, {cy}"),
                 "give the finite pixel coordinates of the principal point",
             )
         }

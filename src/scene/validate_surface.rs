@@ -51,16 +51,10 @@ pub(super) fn check_material(part: ScenePart, material: &Material, texture_count
         || format!("shininess is {shininess}"),
         "give a Phong exponent of 0 or more, up to 1e9",
     )?;
+    let index = material.kd_texture.unwrap_or_default();
     part.require(
-        material
-            .kd_texture
-            .is_none_or(|index| index < texture_count),
-        || {
-            format!(
-                "kd_texture is {:?} of {texture_count} textures",
-                material.kd_texture
-            )
-        },
+        material.kd_texture.is_none() || index < texture_count,
+        || format!("kd_texture is {index}, but the number of textures is {texture_count}"),
         "give the index of a texture, counted from 0",
     )
 }

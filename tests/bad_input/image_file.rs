@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use camlux::output::LayeredImage;
 use exr::prelude::*;
 
-/// A valid file of 8 × 6 pixels with the channels `direct.R` (16-bit), `id.mesh` and `direct.B`.
+/// A valid file of 8 × 6 pixels with the channels `direct.R` (16-bit), `id.instance` and `direct.B`.
 fn write_image(path: &Path, encoding: Encoding) {
     let pixels = |offset: usize| move |i: usize| (i + offset) as f32;
     let list = [
@@ -18,7 +18,7 @@ fn write_image(path: &Path, encoding: Encoding) {
             "direct.R",
             FlatSamples::F16((0..48).map(pixels(0)).map(f16::from_f32).collect()),
         ),
-        ("id.mesh", FlatSamples::U32((0..48).collect())),
+        ("id.instance", FlatSamples::U32((0..48).collect())),
     ];
     let channels = list.map(|(name, samples)| AnyChannel::new(name, samples));
     let layer = Layer::new(

@@ -211,7 +211,7 @@ CHECK(camlux_bounds_min_m_size, sizeof(((camlux_bounds *)0)->min_m) == 24);
 CHECK(camlux_bounds_max_m_offset, offsetof(camlux_bounds, max_m) == 32);
 CHECK(camlux_bounds_max_m_size, sizeof(((camlux_bounds *)0)->max_m) == 24);
 
-CHECK(camlux_render_options_size, sizeof(camlux_render_options) == 32);
+CHECK(camlux_render_options_size, sizeof(camlux_render_options) == 40);
 CHECK(camlux_render_options_struct_size_offset, offsetof(camlux_render_options, struct_size) == 0);
 CHECK(camlux_render_options_struct_size_size, sizeof(((camlux_render_options *)0)->struct_size) == 4);
 CHECK(camlux_render_options_submission_target_ms_offset, offsetof(camlux_render_options, submission_target_ms) == 4);
@@ -224,6 +224,8 @@ CHECK(camlux_render_options_on_device_offset, offsetof(camlux_render_options, on
 CHECK(camlux_render_options_on_device_size, sizeof(((camlux_render_options *)0)->on_device) == 4);
 CHECK(camlux_render_options_reserved_offset, offsetof(camlux_render_options, reserved) == 28);
 CHECK(camlux_render_options_reserved_size, sizeof(((camlux_render_options *)0)->reserved) == 4);
+CHECK(camlux_render_options_cancel_token_offset, offsetof(camlux_render_options, cancel_token) == 32);
+CHECK(camlux_render_options_cancel_token_size, sizeof(((camlux_render_options *)0)->cancel_token) == 8);
 
 CHECK(camlux_vulkan_device_size, sizeof(camlux_vulkan_device) == 80);
 CHECK(camlux_vulkan_device_struct_size_offset, offsetof(camlux_vulkan_device, struct_size) == 0);
@@ -367,7 +369,7 @@ static const unsigned char rust_camlux_pose[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,
 static const camlux_material init_of_camlux_material = CAMLUX_MATERIAL_INIT;
 static const unsigned char rust_camlux_material[] = {72,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0};
 static const camlux_texture init_of_camlux_texture = CAMLUX_TEXTURE_INIT;
-static const unsigned char rust_camlux_texture[] = {48,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,3,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_texture[] = {48,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,3,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_mesh init_of_camlux_mesh = CAMLUX_MESH_INIT;
 static const unsigned char rust_camlux_mesh[] = {152,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_light init_of_camlux_light = CAMLUX_LIGHT_INIT;
@@ -377,7 +379,7 @@ static const unsigned char rust_camlux_scene_counts[] = {24,0,0,0,0,0,0,0,0,0,0,
 static const camlux_bounds init_of_camlux_bounds = CAMLUX_BOUNDS_INIT;
 static const unsigned char rust_camlux_bounds[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_render_options init_of_camlux_render_options = CAMLUX_RENDER_OPTIONS_INIT;
-static const unsigned char rust_camlux_render_options[] = {32,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_render_options[] = {40,0,0,0,244,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_device init_of_camlux_vulkan_device = CAMLUX_VULKAN_DEVICE_INIT;
 static const unsigned char rust_camlux_vulkan_device[] = {80,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_vulkan_image init_of_camlux_vulkan_image = CAMLUX_VULKAN_IMAGE_INIT;
@@ -404,7 +406,7 @@ static const struct init inits[] = {
     {"camlux_light", 120, rust_camlux_light, &init_of_camlux_light},
     {"camlux_scene_counts", 24, rust_camlux_scene_counts, &init_of_camlux_scene_counts},
     {"camlux_bounds", 56, rust_camlux_bounds, &init_of_camlux_bounds},
-    {"camlux_render_options", 32, rust_camlux_render_options, &init_of_camlux_render_options},
+    {"camlux_render_options", 40, rust_camlux_render_options, &init_of_camlux_render_options},
     {"camlux_vulkan_device", 80, rust_camlux_vulkan_device, &init_of_camlux_vulkan_device},
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
@@ -412,3 +414,5 @@ static const struct init inits[] = {
     {"camlux_frame_stats", 88, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };
+
+static const camlux_status statuses[] = {CAMLUX_OK, CAMLUX_CANCELLED, CAMLUX_ERROR_INVALID_HANDLE, CAMLUX_ERROR_INVALID_ARGUMENT, CAMLUX_ERROR_SCENE, CAMLUX_ERROR_DEVICE_LIMIT, CAMLUX_ERROR_NO_DEVICE, CAMLUX_ERROR_VULKAN, CAMLUX_ERROR_OUT_OF_MEMORY, CAMLUX_ERROR_OUTPUT, CAMLUX_ERROR_BUSY, CAMLUX_ERROR_INTERNAL, CAMLUX_ERROR_DEVICE_LOST, };

@@ -42,6 +42,24 @@ static void check_inits(void)
 #endif
 }
 
+/* Every status has a text of its own. */
+static void check_status_texts(void)
+{
+#ifndef CAMLUX_TEST_OLD_HEADER
+    const size_t count = sizeof statuses / sizeof statuses[0];
+    size_t i, j;
+    EXPECT(count >= 13);
+    for (i = 0; i < count; i++) {
+        const char *text = camlux_status_text(statuses[i]);
+        EXPECT(text[0] != 0 && strcmp(text, "unknown status") != 0);
+        for (j = 0; j < i; j++)
+            EXPECT(strcmp(text, camlux_status_text(statuses[j])) != 0);
+    }
+#endif
+    EXPECT(strcmp(camlux_status_text(CAMLUX_CANCELLED), "cancelled") == 0);
+    EXPECT(strcmp(camlux_status_text(77), "unknown status") == 0);
+}
+
 /* A vertex as a simulator may have it. */
 struct vertex {
     unsigned char tag[4];
@@ -136,7 +154,7 @@ static void check_values(camlux_frame *frame)
     double x, y, d2, expected;
 
     OK(camlux_frame_view(frame, CAMLUX_LAYER_INSTANCE_ID, &ids));
-    EXPECT(ids.format == CAMLUX_FORMAT_U32 && ids.channels == 1 && strcmp(ids.name, "id.mesh") == 0);
+    EXPECT(ids.format == CAMLUX_FORMAT_U32 && ids.channels == 1 && strcmp(ids.name, "id.instance") == 0);
     EXPECT(((const uint32_t *)ids.data)[pixel] == 3);
     EXPECT(((const uint32_t *)ids.data)[SIZE_PX * (SIZE_PX / 2)] == 4);
     EXPECT(fabs(depth_m[pixel] - 4.5) < 1e-5);
@@ -197,6 +215,7 @@ static void check_errors(camlux_scene *scene, camlux_renderer *renderer)
     camlux_pose pose = CAMLUX_POSE_INIT;
     camlux_frame *frame = NULL;
     camlux_render_options options = CAMLUX_RENDER_OPTIONS_INIT;
+    camlux_cancel_token *token = NULL;
     struct { camlux_camera camera; uint64_t added; } newer = {CAMLUX_CAMERA_INIT, 1};
     int on_stack = 0;
 
@@ -221,12 +240,17 @@ static void check_errors(camlux_scene *scene, camlux_renderer *renderer)
     EXPECT(camlux_scene_set_indirect(scene, &sum) == CAMLUX_ERROR_SCENE);
     EXPECT(strstr(camlux_last_error(), "target_error is 0.05") != NULL);
     pose.orientation_xyzw[3] = 2;
-    EXPECT(camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose) == CAMLUX_ERROR_INVALID_ARGUMENT);
+    EXPECT(camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose) == CAMLUX_ERROR_SCENE);
     options.progress = stop;
     EXPECT(camlux_renderer_render(renderer, scene, &options, &frame) == CAMLUX_CANCELLED);
     EXPECT(frame == NULL);
-    EXPECT(strcmp(camlux_status_text(CAMLUX_CANCELLED), "cancelled") == 0);
-    EXPECT(strcmp(camlux_status_text(77), "unknown status") == 0);
+    options.progress = NULL;
+    OK(camlux_cancel_token_create(&token));
+    OK(camlux_cancel_token_cancel(token));
+    options.cancel_token = token;
+    EXPECT(camlux_renderer_render(renderer, scene, &options, &frame) == CAMLUX_CANCELLED);
+    EXPECT(frame == NULL);
+    OK(camlux_cancel_token_release(token));
 }
 
 static void check_everything(void)
@@ -244,6 +268,7 @@ static void check_everything(void)
     uint32_t left = 1;
 
     check_inits();
+    check_status_texts();
     EXPECT(camlux_version() / 1000000 == CAMLUX_VERSION_MAJOR);
     OK(camlux_set_log(CAMLUX_LOG_INFO, count_messages, &messages));
     OK(camlux_device_create(NULL, &device));

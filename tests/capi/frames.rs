@@ -365,6 +365,43 @@ fn progress_is_told_and_can_end_a_render() {
     ok(camlux_scene_release(scene));
 }
 
+fn new_token() -> *mut camlux_cancel_token {
+    let mut token = null_mut();
+    // SAFETY: it points to a pointer.
+    ok(unsafe { camlux_cancel_token_create(&mut token) });
+    token
+}
+
+/// A render that begins after its token was cancelled is not what the caller waits for.
+#[test]
+fn a_cancel_before_the_render_is_not_lost() {
+    let device = Device::open();
+    let scene = load("cornell");
+    resize(scene, 8, 8);
+    plain_sum(scene, 8);
+    let renderer = device.renderer();
+    let token = new_token();
+    let mut seen = Watch::default();
+    let options = init!(camlux_render_options {
+        progress: Some(watch),
+        progress_user: (&raw mut seen).cast(),
+        cancel_token: token,
+    });
+    let mut frame = null_mut();
+    // SAFETY: a struct of that size, and a pointer to a pointer.
+    let mut render = || unsafe { camlux_renderer_render(renderer, scene, &options, &mut frame) };
+    ok(render());
+    ok(camlux_cancel_token_cancel(token));
+    // It stays cancelled.
+    fails(render(), CAMLUX_CANCELLED, "cancelled");
+    fails(render(), CAMLUX_CANCELLED, "cancelled");
+    ok(camlux_cancel_token_release(token));
+    fails(render(), CAMLUX_ERROR_INVALID_HANDLE, "camlux_cancel_token");
+    ok(camlux_frame_release(frame));
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}
+
 #[test]
 fn a_cancel_ends_the_render_under_way_and_no_other() {
     let device = Device::open();
@@ -373,20 +410,19 @@ fn a_cancel_ends_the_render_under_way_and_no_other() {
     resize(scene, 700, 700);
     plain_sum(scene, 256);
     let renderer = device.renderer();
-    let handle = renderer.addr();
-    // Nothing is under way: nothing happens.
-    ok(camlux_renderer_cancel(renderer));
+    let token = new_token();
+    let handle = token.addr();
     let options = init!(camlux_render_options {
-        submission_target_ms: 50
+        submission_target_ms: 50,
+        cancel_token: token,
     });
     let mut frame = null_mut();
     let start = Instant::now();
     let status = std::thread::scope(|scope| {
         scope.spawn(move || {
             std::thread::sleep(Duration::from_millis(700));
-            ok(camlux_renderer_cancel(std::ptr::without_provenance_mut(
-                handle,
-            )));
+            let token = std::ptr::without_provenance_mut(handle);
+            ok(camlux_cancel_token_cancel(token));
         });
         // SAFETY: a struct of that size, and a pointer to a pointer.
         unsafe { camlux_renderer_render(renderer, scene, &options, &mut frame) }
@@ -396,6 +432,7 @@ fn a_cancel_ends_the_render_under_way_and_no_other() {
     resize(scene, 8, 8);
     plain_sum(scene, 8);
     ok(camlux_frame_release(render(renderer, scene)));
+    ok(camlux_cancel_token_release(token));
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));
 }

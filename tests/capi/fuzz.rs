@@ -81,6 +81,7 @@ const DEVICE: usize = 0;
 const SCENE: usize = 1;
 const RENDERER: usize = 2;
 const FRAME: usize = 3;
+const TOKEN: usize = 4;
 
 /// Not more at a time, and not more of them: most calls are to be cheap.
 const MOST_LIVE: usize = 6;
@@ -132,7 +133,8 @@ impl Sequence {
             DEVICE => camlux_device_retain(handle.cast()),
             SCENE => camlux_scene_retain(handle.cast()),
             RENDERER => camlux_renderer_retain(handle.cast()),
-            _ => camlux_frame_retain(handle.cast()),
+            FRAME => camlux_frame_retain(handle.cast()),
+            _ => camlux_cancel_token_retain(handle.cast()),
         };
         let known = self.live.get_mut(&(kind, handle.addr()));
         assert_eq!(status == CAMLUX_OK, known.is_some());
@@ -147,7 +149,8 @@ impl Sequence {
             DEVICE => camlux_device_release(without_provenance_mut(handle)),
             SCENE => camlux_scene_release(without_provenance_mut(handle)),
             RENDERER => camlux_renderer_release(without_provenance_mut(handle)),
-            _ => camlux_frame_release(without_provenance_mut(handle)),
+            FRAME => camlux_frame_release(without_provenance_mut(handle)),
+            _ => camlux_cancel_token_release(without_provenance_mut(handle)),
         }
     }
 
@@ -191,8 +194,8 @@ impl Sequence {
     fn step(&mut self, device: *mut camlux_device) {
         // Frames are few and dear: in the sequences that have some, they come soon.
         let call = match self.renders > 0 && self.random.one_in(6) {
-            true => 33,
-            false => self.random.below(34),
+            true => 34,
+            false => self.random.below(35),
         };
         // SAFETY: pointers are null, misaligned, or point to structs of at least the size that they say.
         let status = unsafe { self.call(call, device) };
@@ -208,8 +211,8 @@ impl Sequence {
     unsafe fn call(&mut self, call: usize, device: *mut camlux_device) -> camlux_status {
         let scene = self.handle(SCENE);
         let frame: *mut camlux_frame = self.handle(FRAME);
-        let (scenes, renderers) = (self.count(SCENE), self.count(RENDERER));
-        let kind = self.random.below(4);
+        let [scenes, renderers, tokens] = [SCENE, RENDERER, TOKEN].map(|kind| self.count(kind));
+        let kind = self.random.below(5);
         let r = &mut self.random;
         let index = r.whole();
         let mut number = 0;
@@ -339,7 +342,7 @@ impl Sequence {
                 27 => camlux_scene_get_counts(scene, r.pointer(&mut init!(camlux_scene_counts {}))),
                 28 => camlux_scene_get_bounds(scene, r.pointer(&mut init!(camlux_bounds {}))),
                 29 => camlux_scene_validate(scene),
-                30 => camlux_renderer_cancel(self.handle(RENDERER)),
+                30 => camlux_cancel_token_cancel(self.handle(TOKEN)),
                 31 => self.look_at(frame),
                 32 => {
                     let mut stats = init!(camlux_frame_stats {});
@@ -351,6 +354,12 @@ impl Sequence {
                             r.pointer(&mut init!(camlux_pass_time {})),
                         ),
                     }
+                }
+                33 if tokens < MOST_LIVE => {
+                    let mut made = null_mut();
+                    let status = camlux_cancel_token_create(&mut made);
+                    self.born(TOKEN, status, made);
+                    status
                 }
                 _ => self.render(),
             }
@@ -388,7 +397,11 @@ impl Sequence {
         }
         let (renderer, scene) = (self.handle(RENDERER), self.handle(SCENE));
         let mut options = init!(camlux_render_options {
-            submission_target_ms: self.random.pick(&[0, 500, 500, 500])
+            submission_target_ms: self.random.pick(&[0, 500, 500, 500]),
+            cancel_token: match self.random.one_in(8) {
+                true => self.handle(TOKEN),
+                false => null_mut(),
+            },
         });
         let mut frame = null_mut();
         // SAFETY: see `step`.

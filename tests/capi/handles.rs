@@ -57,7 +57,6 @@ fn scene_calls() -> Vec<Call> {
 fn renderer_calls() -> Vec<Call> {
     vec![
         call!(camlux_renderer_retain()),
-        call!(camlux_renderer_cancel()),
         call!(camlux_renderer_render(null_mut(), null(), null_mut())),
     ]
 }
@@ -76,12 +75,20 @@ fn frame_calls() -> Vec<Call> {
     ]
 }
 
-fn release_calls() -> [Call; 4] {
+fn token_calls() -> Vec<Call> {
+    vec![
+        call!(camlux_cancel_token_retain()),
+        call!(camlux_cancel_token_cancel()),
+    ]
+}
+
+fn release_calls() -> [Call; 5] {
     [
         call!(camlux_device_release()),
         call!(camlux_scene_release()),
         call!(camlux_renderer_release()),
         call!(camlux_frame_release()),
+        call!(camlux_cancel_token_release()),
     ]
 }
 
@@ -93,14 +100,24 @@ fn wrong_handles_are_found_out() {
     plain_sum(scene, 8);
     let renderer = device.renderer();
     let frame = render(renderer, scene);
-    let live = [device.0.addr(), scene.addr(), renderer.addr(), frame.addr()];
+    let mut token = null_mut();
+    // SAFETY: it points to a pointer.
+    ok(unsafe { camlux_cancel_token_create(&mut token) });
+    let live = [
+        device.0.addr(),
+        scene.addr(),
+        renderer.addr(),
+        frame.addr(),
+        token.addr(),
+    ];
     // Released ones, in slots that have another object since.
-    let stale = [scene.addr(), renderer.addr(), frame.addr()];
+    let stale = [scene.addr(), renderer.addr(), frame.addr(), token.addr()];
     let calls = [
         device_calls(),
         scene_calls(),
         renderer_calls(),
         frame_calls(),
+        token_calls(),
     ];
     for (kind, calls) in calls.iter().enumerate() {
         let release = release_calls()[kind];
@@ -114,24 +131,27 @@ fn wrong_handles_are_found_out() {
                     fails(call(handle), HANDLE, "is a camlux_");
                 }
             }
-            for made_up in [1, 0xdead_beef, usize::MAX, usize::MAX >> 4] {
+            for made_up in [1, 7, 0xdead_beef, 0x7ffe_0000_1234, live[kind] ^ 1 << 32] {
                 fails(call(made_up), HANDLE, "no handle");
             }
-            // Right in kind, with a slot or a generation that never was.
-            fails(call(live[kind] ^ 0x00ff_0000), HANDLE, "released");
-            fails(call(live[kind] ^ 1 << 40), HANDLE, "released");
+            // A place in the table, or a generation, that never was.
+            for made_up in [usize::MAX, live[kind] ^ 0x00ff_0000, live[kind] ^ 1 << 40] {
+                fails(call(made_up), HANDLE, "released, or never was one");
+            }
             assert!(last_error().starts_with(name), "{}", last_error());
         }
     }
+    ok(camlux_cancel_token_release(token));
     ok(camlux_frame_release(frame));
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));
-    let others = [new_scene(), new_scene(), new_scene()];
+    let others = [(); 4].map(|()| new_scene());
     for handle in stale {
         for (_, call) in scene_calls()
             .iter()
             .chain(&renderer_calls())
             .chain(&frame_calls())
+            .chain(&token_calls())
         {
             assert_eq!(call(handle), HANDLE);
         }
@@ -166,7 +186,6 @@ fn null_arguments_are_named() {
             // A scene without a light, a mesh that is not there.
             "camlux_scene_validate" => fails(call(scene.addr()), SCENE, "light"),
             "camlux_scene_add_instance" => fails(call(scene.addr()), ARGUMENT, "no mesh 0 among 0"),
-            "camlux_scene_get_light" => fails(call(scene.addr()), ARGUMENT, "no light 0 among 0"),
             // What can be left out.
             "camlux_scene_set_sensor" | "camlux_scene_set_indirect" | "camlux_scene_set_direct" => {
                 ok(call(scene.addr()));
@@ -174,8 +193,13 @@ fn null_arguments_are_named() {
             _ => fails(call(scene.addr()), ARGUMENT, "is NULL"),
         }
     }
-    // SAFETY: nulls.
+    // SAFETY: nulls, and a struct of that size.
     unsafe {
+        fails(
+            camlux_scene_get_light(scene, 0, &mut init!(camlux_light {})),
+            ARGUMENT,
+            "no light 0 among 0",
+        );
         fails(camlux_scene_create(null_mut()), ARGUMENT, "scene is NULL");
         fails(
             camlux_device_create(null(), null_mut()),

@@ -186,7 +186,7 @@ pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
         Layer::Normal => CAMLUX_LAYER_NORMAL,
         Layer::Depth => CAMLUX_LAYER_DEPTH,
         Layer::Range => CAMLUX_LAYER_RANGE,
-        Layer::MeshId => CAMLUX_LAYER_INSTANCE_ID,
+        Layer::InstanceId => CAMLUX_LAYER_INSTANCE_ID,
         Layer::MaterialId => CAMLUX_LAYER_MATERIAL_ID,
         Layer::StandardError | Layer::Edge => -1,
     };

@@ -2,7 +2,7 @@
 
 use std::{
     ffi::{CStr, c_char, c_void},
-    ptr::null_mut,
+    ptr::{null, null_mut},
     sync::{
         Mutex,
         atomic::{AtomicI32, Ordering},
@@ -26,6 +26,31 @@ unsafe extern "C" fn collect(level: i32, message: *const c_char, user: *mut c_vo
     INNER_STATUS.store(status, Ordering::Relaxed);
 }
 
+/// The renderer and the scene of a render whose callback renders with them.
+type Inner = (*mut camlux_renderer, *mut camlux_scene);
+
+unsafe extern "C" fn render_again(_: f64, _: *const c_char, user: *mut c_void) -> i32 {
+    // SAFETY: the test's own.
+    let (renderer, scene) = unsafe { *user.cast::<Inner>() };
+    let mut frame = null_mut();
+    // SAFETY: it points to a pointer.
+    let status = unsafe { camlux_renderer_render(renderer, scene, null(), &mut frame) };
+    assert_eq!(status, CAMLUX_ERROR_BUSY);
+    1
+}
+
+fn render_inside_a_render(renderer: *mut camlux_renderer, scene: *mut camlux_scene) {
+    let mut inner: Inner = (renderer, scene);
+    let options = init!(camlux_render_options {
+        progress: Some(render_again),
+        progress_user: (&raw mut inner).cast(),
+    });
+    let mut frame = null_mut();
+    // SAFETY: a struct of that size, and a pointer to a pointer.
+    let status = unsafe { camlux_renderer_render(renderer, scene, &options, &mut frame) };
+    assert_eq!(status, CAMLUX_CANCELLED);
+}
+
 #[test]
 fn the_log_has_what_its_level_asks_for() {
     let user = std::ptr::without_provenance_mut(1234);
@@ -47,6 +72,7 @@ fn the_log_has_what_its_level_asks_for() {
         CAMLUX_ERROR_INVALID_HANDLE,
         "NULL",
     );
+    render_inside_a_render(renderer, scene);
     // SAFETY: no callback.
     ok(unsafe { camlux_set_log(CAMLUX_LOG_DEBUG, None, null_mut()) });
     ok(camlux_frame_release(render(renderer, scene)));
@@ -72,6 +98,9 @@ fn the_log_has_what_its_level_asks_for() {
         ) == 1
     );
     assert_eq!(INNER_STATUS.load(Ordering::Relaxed), CAMLUX_ERROR_BUSY);
+    let busy = "camlux_renderer_render: the renderer is rendering";
+    assert_eq!(count(CAMLUX_LOG_INFO, busy), 1);
+    assert_eq!(count(CAMLUX_LOG_ERROR, busy), 0);
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));
 }

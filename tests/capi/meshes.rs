@@ -210,10 +210,11 @@ fn textures_are_checked_and_decoded() {
         fails(add(texture), status, words);
     };
     refuses(|t| t.pixels = null(), ARGUMENT, "pixels is NULL");
-    refuses(|t| t.width_px = 0, ARGUMENT, "0 x 2 pixels");
+    refuses(|t| t.width_px = 0, SCENE, "0 x 2");
+    refuses(|t| (t.width_px, t.height_px) = (0, 0), SCENE, "0 x 0");
     refuses(|t| t.channels = 2, ARGUMENT, "channels is 2");
     refuses(|t| t.component = 3, ARGUMENT, "component is 3");
-    refuses(|t| t.encoding = 2, ARGUMENT, "encoding is 2");
+    refuses(|t| t.encoding = 3, ARGUMENT, "encoding is 3");
     refuses(|t| t.row_stride_bytes = 2, ARGUMENT, "at least 3");
     ok(add(texture()));
     let mut grey = texture();
@@ -233,5 +234,11 @@ fn textures_are_checked_and_decoded() {
     let mut real = of_16_bits;
     (real.component, real.pixels) = (CAMLUX_COMPONENT_F32, nan.as_ptr().cast());
     fails(add(real), SCENE, "texel 0");
+    // Decoded as sRGB, 2.0 would be 4.95.
+    let double = [2.0_f32; 3];
+    real.pixels = double.as_ptr().cast();
+    fails(add(real), SCENE, "texel 0 is [2.0, 2.0, 2.0]");
+    real.encoding = CAMLUX_ENCODING_SRGB;
+    fails(add(real), SCENE, "texel 0 is [4.9");
     ok(camlux_scene_release(scene));
 }

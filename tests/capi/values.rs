@@ -31,8 +31,8 @@ fn values_are_checked() {
             camera(init!(camlux_camera {
                 position_m: [nan, 0.0, 0.0]
             })),
-            ARGUMENT,
-            "position_m",
+            SCENE,
+            "position",
         );
         fails(
             camera(init!(camlux_camera {
@@ -69,9 +69,10 @@ fn values_are_checked() {
         fails(sensor(init!(camlux_sensor {})), SCENE, "pixel_pitch_um");
         fails(
             sensor(init!(camlux_sensor {
+                pixel_pitch_um: [1.0; 2],
                 exposure_time_s: nan
             })),
-            ARGUMENT,
+            SCENE,
             "exposure_time_s",
         );
         fails(
@@ -92,7 +93,7 @@ fn values_are_checked() {
         );
         fails(
             indirect(init!(camlux_indirect { target_error: nan })),
-            ARGUMENT,
+            SCENE,
             "target_error",
         );
         fails(
@@ -150,7 +151,7 @@ fn values_are_checked() {
         );
         fails(
             light(init!(camlux_light { power_w: [nan; 3] })),
-            ARGUMENT,
+            SCENE,
             "power_w",
         );
         fails(
@@ -162,8 +163,8 @@ fn values_are_checked() {
             light(init!(camlux_light {
                 position_m: [f64::INFINITY; 3]
             })),
-            ARGUMENT,
-            "position_m",
+            SCENE,
+            "position",
         );
         fails(
             light(init!(camlux_light {
@@ -190,7 +191,7 @@ fn values_are_checked() {
             |material: camlux_material| camlux_scene_add_material(scene, &material, null_mut());
         fails(
             material(init!(camlux_material { kd: [nan; 3] })),
-            ARGUMENT,
+            SCENE,
             "kd",
         );
         fails(
@@ -200,7 +201,7 @@ fn values_are_checked() {
         );
         fails(
             material(init!(camlux_material { ks: [0.5; 3] })),
-            ARGUMENT,
+            SCENE,
             "shininess",
         );
         fails(
@@ -239,7 +240,7 @@ fn values_are_checked() {
                     orientation_xyzw: [0.0; 4]
                 }),
             ),
-            ARGUMENT,
+            SCENE,
             "unit quaternion",
         );
         fails(
@@ -250,8 +251,8 @@ fn values_are_checked() {
                     orientation_xyzw: [nan; 4]
                 }),
             ),
-            ARGUMENT,
-            "finite",
+            SCENE,
+            "unit quaternion",
         );
         fails(
             pose(
@@ -261,7 +262,7 @@ fn values_are_checked() {
                     position_m: [nan; 3]
                 }),
             ),
-            ARGUMENT,
+            SCENE,
             "finite",
         );
         fails(
@@ -279,6 +280,80 @@ fn values_are_checked() {
             pose(0, 0, init!(camlux_pose { reserved: 1 })),
             ARGUMENT,
             "reserved",
+        );
+    }
+    ok(camlux_scene_release(scene));
+}
+
+/// What a pose does to an instance is told by the call that sets it, with the instance's number.
+#[test]
+fn an_instance_too_far_out_is_named() {
+    let scene = load("cornell");
+    let mut counts = init!(camlux_scene_counts {});
+    // SAFETY: structs of their size; no index wanted.
+    unsafe {
+        ok(camlux_scene_get_counts(scene, &mut counts));
+        let last = counts.instances - 1;
+        let at = |x| {
+            init!(camlux_pose {
+                position_m: [x, 0.0, 0.0]
+            })
+        };
+        let words = format!("instance {last}: position is [1e30, 0, 0]");
+        let moved = camlux_scene_set_pose(scene, CAMLUX_PART_INSTANCE, last, &at(1e30));
+        fails(
+            moved,
+            SCENE,
+            &words.replace("1e30", "1000000000000000000000000000000"),
+        );
+        // The position alone would do, but not for what lies beside it.
+        let edge = at(1e12);
+        let moved = camlux_scene_set_pose(scene, CAMLUX_PART_INSTANCE, last, &edge);
+        fails(
+            moved,
+            SCENE,
+            &format!("instance {last}: a corner of its box is"),
+        );
+        let added = camlux_scene_add_instance(scene, 0, &edge, null_mut());
+        fails(
+            added,
+            SCENE,
+            &format!("instance {}: a corner", counts.instances),
+        );
+        ok(camlux_scene_set_pose(
+            scene,
+            CAMLUX_PART_INSTANCE,
+            last,
+            &at(9e11),
+        ));
+        ok(camlux_scene_validate(scene));
+        let mut after = counts;
+        ok(camlux_scene_get_counts(scene, &mut after));
+        assert_eq!(after.instances, counts.instances);
+    }
+    ok(camlux_scene_release(scene));
+}
+
+/// A host of C has no TOML.
+#[test]
+fn messages_have_the_words_of_c() {
+    let scene = new_scene();
+    fails(camlux_scene_validate(scene), SCENE, "no light; add a light");
+    let textured = init!(camlux_material { kd_texture: 3 });
+    let intrinsics = init!(camlux_camera {
+        lens: CAMLUX_LENS_INTRINSICS
+    });
+    // SAFETY: structs of their size; no index wanted.
+    unsafe {
+        fails(
+            camlux_scene_add_material(scene, &textured, null_mut()),
+            SCENE,
+            "kd_texture is 3, but the number of textures is 0",
+        );
+        fails(
+            camlux_scene_set_camera(scene, &intrinsics),
+            SCENE,
+            "camera: fx is 0",
         );
     }
     ok(camlux_scene_release(scene));
@@ -460,8 +535,8 @@ fn frames_are_checked() {
             exr(init!(camlux_exr_options {
                 layers: 1 << CAMLUX_LAYER_ENERGY
             })),
-            CAMLUX_ERROR_OUTPUT,
-            "energy",
+            ARGUMENT,
+            "energy needs camlux_scene_set_sensor",
         );
     }
     ok(camlux_frame_release(frame));

@@ -84,7 +84,7 @@ fn what_is_no_device_of_a_host_is_refused() {
         fails(status, CAMLUX_ERROR_INVALID_ARGUMENT, words);
         assert!(device.is_null());
     };
-    create(null(), "vulkan is NULL");
+    create(null(), "camlux_vulkan_device is NULL");
     create(
         &init!(camlux_vulkan_device {}),
         "get_instance_proc_addr is NULL",

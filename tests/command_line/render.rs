@@ -149,19 +149,19 @@ fn a_scene_becomes_image_preview_and_statistics() {
 #[test]
 fn layers_and_half_pick_what_is_stored() {
     let folder = tempfile::tempdir().unwrap();
-    let more = ["--layers", "direct,depth,id.mesh", "--half"];
+    let more = ["--layers", "direct,depth,id.instance", "--half"];
     assert_succeeds(&render(folder.path(), "cornell", &more));
     let image = read(&folder.path().join("a.exr"));
     let names = channel_names(&image);
     assert_eq!(
         names,
-        ["depth.Z", "direct.B", "direct.G", "direct.R", "id.mesh"]
+        ["depth.Z", "direct.B", "direct.G", "direct.R", "id.instance"]
     );
     for (name, samples) in channels(&image) {
         let fits = match samples {
             FlatSamples::F16(_) => name.starts_with("direct"),
             FlatSamples::F32(_) => name == "depth.Z",
-            FlatSamples::U32(_) => name == "id.mesh",
+            FlatSamples::U32(_) => name == "id.instance",
         };
         assert!(fits, "{name}");
     }

@@ -32,7 +32,7 @@ fn reference_of(scene: &Scene, samples_per_round: u32) -> Frame {
 /// relRMSE and bias of the indirect light, but for pixels whose centre lies on an edge.
 fn error_and_bias(image: &Frame, truth: &Frame) -> (f64, f64) {
     let edges = truth.ids(Layer::Edge).expect("a reference marks edges");
-    let seen = truth.ids(Layer::MeshId).expect("it is there");
+    let seen = truth.ids(Layer::InstanceId).expect("it is there");
     let [edges, valid] = [edges, seen].map(|ids| ids.iter().map(|&id| id != 0).collect::<Vec<_>>());
     let comparison = Comparison::new(&Pixels {
         image: image.values(Layer::Indirect).expect("it is there"),
@@ -153,7 +153,7 @@ fn images_of_few_pixels_and_of_none_with_a_surface() {
         scene.camera.resolution_px = resolution_px;
         let frame = gpu.render(&scene);
         let indirect = frame.values(Layer::Indirect).expect("it is there");
-        let meshes = frame.ids(Layer::MeshId).expect("it is there");
+        let meshes = frame.ids(Layer::InstanceId).expect("it is there");
         for (pixel, mesh) in indirect.chunks_exact(3).zip(meshes) {
             assert!(
                 pixel.iter().all(|&value| (value > 0.0) == (*mesh != 0)),

@@ -114,7 +114,7 @@ fn camera_errors(scene: &Scene, frame: &Frame, kept: &Intermediates) -> Errors {
     let ids = |layer| frame.ids(layer).expect("every frame has it");
     let (depth, range) = (values(Layer::Depth), values(Layer::Range));
     let (position, normal) = (values(Layer::Position), values(Layer::Normal));
-    let (mesh, material) = (ids(Layer::MeshId), ids(Layer::MaterialId));
+    let (mesh, material) = (ids(Layer::InstanceId), ids(Layer::MaterialId));
     let mut errors = Errors::default();
     for (i, seen) in kept.gbuffer.iter().enumerate() {
         let (x, y) = (i as u32 % width, i as u32 / width);

@@ -31,7 +31,7 @@ fn sample_with(scene: &Scene, look_at_m: DVec3, samples_per_round: u32) -> Sampl
 /// Its mesh, too; `None` for the background.
 fn sample_seen(scene: &Scene, look_at_m: DVec3) -> Option<(u32, Sampled)> {
     let frame = frame_of(scene, look_at_m, 512);
-    let mesh = frame.ids(Layer::MeshId).expect("it is there")[0].checked_sub(1)?;
+    let mesh = frame.ids(Layer::InstanceId).expect("it is there")[0].checked_sub(1)?;
     Some((mesh, Sampled::of(&frame)))
 }
 

@@ -76,7 +76,7 @@ fn fine_meshes_agree_with_plain_sampling() {
     }
     let frame = reference.frame();
     let indirect = frame.values(Layer::Indirect).expect("it is there");
-    let mesh_ids = frame.ids(Layer::MeshId).expect("it is there");
+    let mesh_ids = frame.ids(Layer::InstanceId).expect("it is there");
     let caster = RayCaster::new(&scene);
     let mut numbers = Numbers(1);
     for (mesh, name, step) in [(0, "room", 13), (1, "knot", 3)] {

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <thread>
+#include <type_traits>
 
 #define CHECK(is_so) check((is_so), #is_so, __LINE__)
 
@@ -152,6 +153,18 @@ void both_forms_tell_the_same()
     CHECK(camlux::version() / 1000000 == CAMLUX_VERSION_MAJOR);
 }
 
+// What would be read wrong does not compile.
+template <std::size_t N, class... Arguments>
+constexpr bool takes = std::is_constructible_v<camlux::elements<N>, Arguments...>;
+
+static_assert(takes<3, std::vector<std::array<float, 3>>> && takes<3, const std::array<std::array<double, 3>, 8> &>);
+static_assert(takes<2, std::vector<std::array<float, 2>>> && takes<1, std::vector<std::uint16_t>>);
+static_assert(!takes<3, std::vector<std::array<std::uint32_t, 4>>>, "quads are no triangles");
+static_assert(!takes<3, std::vector<std::array<float, 2>>> && !takes<2, std::vector<std::array<float, 3>>>);
+static_assert(!takes<3, std::vector<float>>, "which of them make an element?");
+static_assert(!takes<3, const float *, std::size_t>, "a count of numbers is no count of elements");
+static_assert(takes<3, const float *, std::size_t, std::size_t>);
+
 struct Vertex {
     float position_m[3];
     std::uint32_t something_else;
@@ -177,6 +190,14 @@ camlux::scene small_scene()
     camera.look_at_m = {0, 0, 0};
     camera.up = {0, 0, -1};
     scene.set_camera(camera);
+
+    // The same numbers, one behind the other.
+    const std::vector<float> flat = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1};
+    camlux::mesh again = floor;
+    again.positions_m = {flat.data(), flat.size() / 3, 3 * sizeof(float)};
+    CHECK(camlux::detail::raw_of(again).vertex_count == 4);
+    again.positions_m = {flat.data(), flat.size(), sizeof(float)};
+    CHECK(thrown_by([&] { scene.add_mesh(again); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
 
     floor.normals = {&vertices[0].position_m[0], 3, sizeof(Vertex)};
     CHECK(thrown_by([&] { scene.add_mesh(floor); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
@@ -233,6 +254,12 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(host_problem_of([&] { renderer.render(scene, options); }) == 7);
     CHECK(host_problem_of([&] { (void)renderer.try_render(scene, options); }) == 7);
     CHECK(renderer.try_render(scene).ok());
+
+    options = {};
+    options.cancel_token = camlux::cancel_token::create();
+    CHECK(renderer.try_render(scene, options).ok());
+    options.cancel_token.cancel();
+    CHECK(thrown_by([&] { renderer.render(scene, options); }) == CAMLUX_CANCELLED);
 
     const std::uint32_t before = handles();
     camlux_status inside = CAMLUX_OK;

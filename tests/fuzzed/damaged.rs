@@ -201,7 +201,7 @@ fn layered_images() -> Vec<Vec<u8>> {
                     "direct.R",
                     FlatSamples::F16(values().map(f16::from_f32).collect()),
                 ),
-                AnyChannel::new("id.mesh", FlatSamples::U32((0..48).collect())),
+                AnyChannel::new("id.instance", FlatSamples::U32((0..48).collect())),
             ];
             let encoding = Encoding {
                 compression,

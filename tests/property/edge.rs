@@ -243,7 +243,7 @@ fn surfaces_differ_on_edges_only() {
                 let at = |frame: &Frame| frame.ids(layer).expect("it is there")[pixel];
                 at(&image) != at(&truth)
             };
-            if is_other(Layer::MeshId) || is_other(Layer::MaterialId) {
+            if is_other(Layer::InstanceId) || is_other(Layer::MaterialId) {
                 differ += 1;
                 if edge == 0 {
                     unmarked.push([pixel % 400, pixel / 400]);

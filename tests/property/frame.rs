@@ -168,8 +168,8 @@ fn meshes_have_no_order() {
         let [scene, turned] = [&scene, &turned].map(|scene| gpu.render(scene));
         assert_same(estimator.name(), &turned, &scene);
         assert_ne!(
-            scene.ids(Layer::MeshId),
-            turned.ids(Layer::MeshId),
+            scene.ids(Layer::InstanceId),
+            turned.ids(Layer::InstanceId),
             "the order did change"
         );
     }

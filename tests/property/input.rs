@@ -90,8 +90,8 @@ fn channels_find_their_layers() {
         "P.Z",
         "R",
         "depth.Z",
+        "id.instance",
         "id.material",
-        "id.mesh",
         "id.x",
         "left.direct.R",
         "mixed.G",
@@ -120,14 +120,14 @@ fn channels_find_their_layers() {
             ("P", vec!["P.X", "P.Y", "P.Z"]),
             ("depth", vec!["depth.Z"]),
             ("id", vec!["id.x"]),
+            ("id.instance", vec!["id.instance"]),
             ("id.material", vec!["id.material"]),
-            ("id.mesh", vec!["id.mesh"]),
             ("left.direct", vec!["left.direct.R"]),
             ("mixed", vec!["mixed.G", "mixed.a", "mixed.z"]),
         ]
     );
     assert_eq!(image.layer("").unwrap().values, interleaved(&[6, 2, 1, 0]));
-    assert_eq!(image.values(Layer::MeshId).unwrap(), interleaved(&[9]));
+    assert_eq!(image.values(Layer::InstanceId).unwrap(), interleaved(&[8]));
     assert!(image.values(Layer::Direct).is_none());
     assert!(image.layer("direct").is_none());
 }
@@ -196,7 +196,7 @@ fn whole_numbers_and_halves_become_floats() {
     halves[2] = f16::NAN;
     let channels = AnyChannels::sort(SmallVec::from_vec(vec![
         AnyChannel::new("depth.Z", FlatSamples::F16(halves)),
-        AnyChannel::new("id.mesh", FlatSamples::U32(ids)),
+        AnyChannel::new("id.instance", FlatSamples::U32(ids)),
     ]));
     let attributes = LayerAttributes::default();
     let encoding = Encoding::UNCOMPRESSED;
@@ -204,14 +204,14 @@ fn whole_numbers_and_halves_become_floats() {
     Image::from_layer(layer).write().to_file(&path).unwrap();
 
     let image = LayeredImage::read(&path).unwrap();
-    let ids = image.values(Layer::MeshId).unwrap();
+    let ids = image.values(Layer::InstanceId).unwrap();
     assert_eq!(ids[..2], [7.0, 16_777_216.0]);
     let depth = image.values(Layer::Depth).unwrap();
     assert_eq!(depth[..2], [-0.5, f32::INFINITY]);
     assert!(depth[2].is_nan());
 }
 
-/// `valid` before `id.mesh` before `depth`; all where there is none.
+/// `valid` before `id.instance` before `depth`; all where there is none.
 #[test]
 fn surfaces_are_told_by_the_first_layer_that_knows() {
     let folder = tempfile::tempdir().unwrap();
@@ -230,12 +230,12 @@ fn surfaces_are_told_by_the_first_layer_that_knows() {
     let all = WIDTH * HEIGHT;
     // The first channel counts the pixels from 0; so only the first is 0.
     assert_eq!(
-        count(&["id.mesh", "valid.B"]),
+        count(&["id.instance", "valid.B"]),
         all,
         "of channel 1, every value is over 0.5"
     );
-    assert_eq!(count(&["id.mesh"]), all - 1);
-    assert_eq!(count(&["depth.Z", "id.mesh"]), all, "ids from 512 on");
+    assert_eq!(count(&["id.instance"]), all - 1);
+    assert_eq!(count(&["depth.Z", "id.instance"]), all, "ids from 512 on");
     assert_eq!(count(&["depth.Z"]), all, "finite");
     assert_eq!(count(&["R"]), all);
 }

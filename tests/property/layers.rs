@@ -70,7 +70,7 @@ fn background_is_black_and_infinitely_far() {
     // From farther away there is room around the scene.
     scene.camera.position_m *= 2.0;
     let frame = gpu.render(&scene);
-    let ids = frame.ids(Layer::MeshId).expect("every frame has them");
+    let ids = frame.ids(Layer::InstanceId).expect("every frame has them");
     let background: Vec<usize> = (0..ids.len()).filter(|&i| ids[i] == 0).collect();
     assert!(background.len() > 100 && background.len() < ids.len() - 100);
     let materials = frame.ids(Layer::MaterialId).expect("every frame has them");

@@ -18,6 +18,7 @@ mod metamorphic;
 mod metamorphic_rays;
 mod metrics;
 mod model;
+mod modules;
 mod output;
 mod output_file;
 #[cfg(feature = "reference")]

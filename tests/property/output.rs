@@ -245,13 +245,13 @@ fn picked_layers_are_the_only_ones() {
     let folder = tempfile::tempdir().unwrap();
     let options = ExrOptions {
         half: false,
-        layers: Some(vec![Layer::Range, Layer::MeshId, Layer::Direct]),
+        layers: Some(vec![Layer::Range, Layer::InstanceId, Layer::Direct]),
         ..ExrOptions::default()
     };
     let image = write(&frame(), &options, &folder.path().join("a.exr"));
     assert_eq!(
         channel_names(&image),
-        ["direct.B", "direct.G", "direct.R", "id.mesh", "range.Z"]
+        ["direct.B", "direct.G", "direct.R", "id.instance", "range.Z"]
     );
     assert_eq!(attribute_text(&image, "camlux.unit.range"), "m");
     assert!(attribute(&image, "camlux.unit.energy").is_none());
@@ -265,7 +265,7 @@ fn header_tells_how_the_frame_was_made() {
     let expected = [
         ("camlux.unit.radiance", "W/sr/m^2"),
         ("camlux.unit.energy", "J"),
-        ("camlux.unit.id.mesh", "1"),
+        ("camlux.unit.id.instance", "1"),
         ("camlux.estimator", "instant-radiosity"),
         ("camlux.scene_hash", "0123abcd"),
         ("camlux.version", env!("CARGO_PKG_VERSION")),
@@ -425,7 +425,7 @@ fn a_frame_warns_of_what_it_does_not_show() {
     set(&mut frame, Layer::Radiance, black);
     says(&frame, "the image is black");
     for (layer, data) in &mut frame.layers {
-        if *layer == Layer::MeshId {
+        if *layer == Layer::InstanceId {
             *data = LayerData::Id(vec![0; (WIDTH * HEIGHT) as usize]);
         }
     }

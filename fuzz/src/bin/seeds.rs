@@ -77,7 +77,7 @@ fn images(folder: &Path) -> std::result::Result<(), Box<dyn Error>> {
                     "direct.R",
                     FlatSamples::F16(values(5).map(f16::from_f32).collect()),
                 ),
-                AnyChannel::new("id.mesh", FlatSamples::U32((0..48).collect())),
+                AnyChannel::new("id.instance", FlatSamples::U32((0..48).collect())),
             ];
             let encoding = Encoding {
                 compression,

@@ -38,7 +38,7 @@ pub struct Args {
     /// Store radiance, direct, indirect and N as 16-bit float
     #[arg(long, requires = "output")]
     pub half: bool,
-    /// Write these layers only, separated by commas: radiance, direct, indirect, energy, P, N, depth, range, id.mesh, id.material
+    /// Write these layers only, separated by commas: radiance, direct, indirect, energy, P, N, depth, range, id.instance, id.material
     #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
     pub layers: Option<Vec<Layer>>,
 }

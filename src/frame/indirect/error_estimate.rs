@@ -30,12 +30,12 @@ pub(super) struct ErrorEstimate {
     pub signal: f64,
     pub noise: f64,
     /// Of one gather.
-    squared_differences: f64,
+    pub squared_differences: f64,
     /// Of `error`, from how it scatters over the pixels.
-    standard_error: f64,
+    pub standard_error: f64,
     /// Of a gather.
     pub samples: u32,
-    pixel_count: u32,
+    pub pixel_count: u32,
 }
 
 impl ErrorEstimate {

@@ -83,7 +83,7 @@
  *
  * HANDLES AND MEMORY
  *
- * Devices, scenes, renderers and frames are handles. A handle is a number in the form of a pointer: it points to nothing, can be
+ * Devices, scenes, renderers, frames and cancel tokens are handles. A handle is a number in the form of a pointer: it points to nothing, can be
  * copied, compared and handed to other threads, and a wrong one (NULL, released, of another kind, made up) is
  * CAMLUX_ERROR_INVALID_HANDLE, never a crash. Each counts its owners: it is created with one, camlux_..._retain counts one more,
  * camlux_..._release one less, and with the last it ends. Releasing NULL does nothing. A renderer keeps its device open; a frame
@@ -97,8 +97,12 @@
  *
  * Functions return a camlux_status: CAMLUX_OK (0), CAMLUX_CANCELLED (above 0), or an error (below 0). Then camlux_last_error has
  * a sentence for the user: what is wrong, where, and how to mend it. A call that fails changes nothing. Each function names the
- * errors that it can end with; any may also end with CAMLUX_ERROR_INTERNAL, which is a bug of camlux and no end of the process.
- * Nothing is ever printed: see camlux_set_log.
+ * errors that it can end with. Two of them share what can be wrong with a call: CAMLUX_ERROR_INVALID_ARGUMENT is for how something
+ * is handed over (pointers, sizes, constants, the index or layer that a call is for), CAMLUX_ERROR_SCENE for what that then says of
+ * the scene (values out of their range or not finite, members that do not go together).
+ *
+ * Any may also end with CAMLUX_ERROR_INTERNAL, which is a bug of camlux and no end of the process; Rust then writes a line to
+ * standard error. Nothing else is ever printed: see camlux_set_log.
  *
  *
  * STRUCTS AND VERSIONS
@@ -133,16 +137,22 @@
 /** Done. */
 #define CAMLUX_OK 0
 
-/** The render was stopped by camlux_renderer_cancel or by its progress callback. There is no frame. */
+/** The render was stopped by its cancel token or by its progress callback. There is no frame. */
 #define CAMLUX_CANCELLED 1
 
 /** A handle is NULL, was released, is of another kind, or was never one. */
 #define CAMLUX_ERROR_INVALID_HANDLE (-1)
 
-/** An argument is NULL, out of its range, misaligned, not finite, no UTF-8, or a struct of a wrong size. */
+/**
+ * The call cannot be understood: a pointer that is NULL or misaligned, a struct of a wrong size, a number that is none of the
+ * constants, a text that is no UTF-8, memory that is too small, an index or a layer that is not there.
+ */
 #define CAMLUX_ERROR_INVALID_ARGUMENT (-2)
 
-/** A part of a scene, or a file that it is read from, is not usable. */
+/**
+ * What it says of a scene cannot be: values of a part that are not finite or out of their range, members of a part that do not
+ * go together or name another part that is not there, a file that cannot be read.
+ */
 #define CAMLUX_ERROR_SCENE (-3)
 
 /** The scene asks for more than the device has. */
@@ -166,16 +176,22 @@
 /** camlux contradicts itself: please report it with the message. The handles stay usable. */
 #define CAMLUX_ERROR_INTERNAL (-10)
 
+/** The driver gave the device up; the message says in which pass. Release what came from the device, and create it anew. */
+#define CAMLUX_ERROR_DEVICE_LOST (-11)
+
 /** No messages. */
 #define CAMLUX_LOG_OFF 0
 
-/** Calls that failed. */
+/** Calls that failed, but for those that were cancelled or found something in use. */
 #define CAMLUX_LOG_ERROR 1
 
 /** And what can be rendered but is probably not meant; what the validation layer says. */
 #define CAMLUX_LOG_WARNING 2
 
-/** And devices that are opened, frames that are rendered with their times, renders that are cancelled. */
+/**
+ * And devices that are opened, frames that are rendered with their times, renders that are cancelled, calls that found something
+ * in use.
+ */
 #define CAMLUX_LOG_INFO 3
 
 /** And the times of every pass. */
@@ -259,11 +275,14 @@
 /** Components of 32 bits, floating point, 0 to 1. */
 #define CAMLUX_COMPONENT_F32 2
 
+/** CAMLUX_ENCODING_LINEAR for floating point, else CAMLUX_ENCODING_SRGB. */
+#define CAMLUX_ENCODING_DEFAULT 0
+
 /** Values are reflectances. */
-#define CAMLUX_ENCODING_LINEAR 0
+#define CAMLUX_ENCODING_LINEAR 1
 
 /** Values are encoded by the transfer function of sRGB (IEC 61966-2-1), as in most image files. */
-#define CAMLUX_ENCODING_SRGB 1
+#define CAMLUX_ENCODING_SRGB 2
 
 /** The camera; its index is 0. */
 #define CAMLUX_PART_CAMERA 0
@@ -325,8 +344,8 @@
 /** See CAMLUX_VERSION_MAJOR. */
 #define CAMLUX_VERSION_PATCH 0
 
-/** A checked pose. */
-typedef struct Pose Pose;
+/** Ends renders from another thread. See camlux_cancel_token_create. */
+typedef struct camlux_cancel_token camlux_cancel_token;
 
 /** An open Vulkan device. See camlux_device_create. */
 typedef struct camlux_device camlux_device;
@@ -392,7 +411,8 @@ typedef struct camlux_device_options {
   uint32_t index;
   /**
    * 1 turns the Khronos validation layer on, if it is installed: for debugging, for it is slow. What it says goes to the
-   * log as warnings, and is counted by camlux_device_validation_count.
+   * log as warnings, and is counted by camlux_device_validation_count. Some of its versions (1.3.239 for one) crash now and then where
+   * a device is opened or closed while another thread is at work on another one.
    */
   int32_t validation;
   /** With CAMLUX_DEVICE_NAME: part of the device's name, UTF-8. */
@@ -505,7 +525,7 @@ typedef struct camlux_direct {
 } camlux_direct;
 
 /**
- * Pixels that multiply a material's kd. Begin with CAMLUX_TEXTURE_INIT: 8-bit sRGB of three channels.
+ * Pixels that multiply a material's kd. Begin with CAMLUX_TEXTURE_INIT: three channels of 8 bits, encoded as sRGB.
  *
  * The first row is the upper edge, v = 1. Textures repeat, and are sampled bilinearly.
  */
@@ -520,7 +540,7 @@ typedef struct camlux_texture {
   int32_t component;
   /** Components of a pixel: 1 (grey), 3 (R, G, B) or 4 (R, G, B and one that is left out). */
   uint32_t channels;
-  /** CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
+  /** CAMLUX_ENCODING_DEFAULT, CAMLUX_ENCODING_LINEAR or CAMLUX_ENCODING_SRGB. */
   int32_t encoding;
   /** The first row, aligned to the size of a component; copied. */
   const void *pixels;
@@ -659,6 +679,15 @@ typedef struct camlux_render_options {
   camlux_progress_callback progress;
   /** Handed to the callback; camlux never looks at what it points to. */
   void *progress_user;
+  /**
+   * 1: the images stay on the device, for camlux_frame_get_vulkan_image; they come to the host when a layer is asked for.
+   * 0: they go to the host.
+   */
+  int32_t on_device;
+  /** 0. */
+  uint32_t reserved;
+  /** NULL: none. The render ends with CAMLUX_CANCELLED once this is cancelled, before its first pass where it was already. */
+  struct camlux_cancel_token *cancel_token;
 } camlux_render_options;
 
 /** A layer as it lies in the frame's memory. Begin with CAMLUX_VIEW_INIT. */
@@ -694,7 +723,7 @@ typedef struct camlux_view {
 typedef struct camlux_exr_options {
   /** sizeof(camlux_exr_options) */
   uint32_t struct_size;
-  /** 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 become infinite then. */
+  /** 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 are stored as 65504 then. */
   int32_t half;
   /** Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on; 0: all that the frame has. */
   uint32_t layers;
@@ -743,6 +772,77 @@ typedef struct camlux_pass_time {
   /** Such as "rsm", "vpl", "gather"; valid until the frame's last release. */
   const char *name;
 } camlux_pass_time;
+
+/** A function of Vulkan's, whatever its type: a PFN_vkGetInstanceProcAddr goes here by a cast. */
+typedef void (*camlux_vulkan_function)(void);
+
+/** Locks or unlocks the host's queue; receives lock_user. It must return: no exception, no longjmp. */
+typedef void (*camlux_vulkan_lock_callback)(void *user);
+
+/**
+ * A Vulkan device of the host's. Begin with CAMLUX_VULKAN_DEVICE_INIT. The types are those of vulkan.h, which this header does not
+ * include.
+ *
+ * The instance must have been made for Vulkan 1.3, and the device with the extension VK_KHR_push_descriptor and the features
+ * dynamicRendering, synchronization2 and timelineSemaphore. All of this but the instance's version is checked.
+ */
+typedef struct camlux_vulkan_device {
+  /** sizeof(camlux_vulkan_device) */
+  uint32_t struct_size;
+  /** The queue's family: one that draws, computes and takes timestamps. */
+  uint32_t queue_family;
+  /** (camlux_vulkan_function)vkGetInstanceProcAddr */
+  camlux_vulkan_function get_instance_proc_addr;
+  /** VkInstance */
+  void *instance;
+  /** VkPhysicalDevice */
+  void *physical_device;
+  /** VkDevice */
+  void *device;
+  /** const VkDeviceCreateInfo *: what the device was made with, with all that it points to; read during the call only. */
+  const void *device_create_info;
+  /** VkQueue */
+  void *queue;
+  /**
+   * Called before each submission to the queue, on the thread that renders. NULL: the host leaves the queue alone while camlux
+   * renders, and unlock_queue is NULL, too.
+   */
+  camlux_vulkan_lock_callback lock_queue;
+  /** Called after it. */
+  camlux_vulkan_lock_callback unlock_queue;
+  /** Handed to both; camlux never looks at what it points to. */
+  void *lock_user;
+} camlux_vulkan_device;
+
+/** An image of a frame on the device. Begin with CAMLUX_VULKAN_IMAGE_INIT. The types are those of vulkan.h. */
+typedef struct camlux_vulkan_image {
+  /** sizeof(camlux_vulkan_image) */
+  uint32_t struct_size;
+  /** CAMLUX_LAYER_RADIANCE and so on. */
+  int32_t layer;
+  /** VkImage, of one layer and one level; usage SAMPLED, STORAGE, TRANSFER_SRC and TRANSFER_DST, sharing mode exclusive. */
+  uint64_t image;
+  /** VkSemaphore, a timeline: the image is ready when it has come to semaphore_value. */
+  uint64_t semaphore;
+  /** What the host's submission has to wait for. */
+  uint64_t semaphore_value;
+  /** VkFormat: VK_FORMAT_R32G32B32A32_SFLOAT. */
+  int32_t format;
+  /** VkImageLayout: VK_IMAGE_LAYOUT_GENERAL. A host that changes it changes it back. */
+  int32_t layout;
+  /** Pixels of a row. */
+  uint32_t width_px;
+  /** Rows. */
+  uint32_t height_px;
+  /** The family that the image belongs to. */
+  uint32_t queue_family;
+  /** 0. */
+  uint32_t reserved;
+  /** Of CAMLUX_LAYER_POSITION: a world position is origin_m + metres_per_unit * (x, y, z). */
+  double origin_m[3];
+  /** See origin_m. */
+  double metres_per_unit;
+} camlux_vulkan_image;
 
 
 
@@ -861,6 +961,23 @@ camlux_status camlux_frame_retain(struct camlux_frame *frame);
 camlux_status camlux_frame_release(struct camlux_frame *frame);
 
 /**
+ * Counts one more owner of a cancel token.
+ *
+ * \errors CAMLUX_ERROR_INVALID_HANDLE.
+ * \threads any.
+ */
+camlux_status camlux_cancel_token_retain(struct camlux_cancel_token *token);
+
+/**
+ * Counts one owner of a cancel token less, and frees it with the last one. Renders that are under way with it keep it.
+ *
+ * \param token NULL is fine: nothing happens.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE.
+ * \threads any.
+ */
+camlux_status camlux_cancel_token_release(struct camlux_cancel_token *token);
+
+/**
  * The number of Vulkan devices of this machine, those included that camlux cannot use.
  *
  * \errors CAMLUX_ERROR_NO_DEVICE where there is no Vulkan loader or driver; CAMLUX_ERROR_INVALID_ARGUMENT.
@@ -931,8 +1048,8 @@ camlux_status camlux_scene_load_file(const char *path,
                                      struct camlux_scene **scene);
 
 /**
- * Checks all that a render relies on, without a device. What is wrong with a part alone was told where it was set; what is
- * left is that there is a light, and that moved meshes are not too far out.
+ * Checks all that a render relies on, without a device. What is wrong with a part was told where it was set; what is left is
+ * that there is a light.
  *
  * \errors CAMLUX_ERROR_SCENE; CAMLUX_ERROR_INVALID_HANDLE.
  * \threads any.
@@ -1053,7 +1170,8 @@ camlux_status camlux_scene_add_mesh(struct camlux_scene *scene,
  * \param mesh the index of a mesh. It may be placed any number of times; without an instance it is not there.
  * \param pose NULL: where it is.
  * \param index receives the instance's index; may be NULL.
- * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_OUT_OF_MEMORY.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or takes the mesh
+ * too far out; CAMLUX_ERROR_OUT_OF_MEMORY.
  * \threads any; calls for one scene take turns.
  */
 camlux_status camlux_scene_add_instance(struct camlux_scene *scene,
@@ -1072,7 +1190,8 @@ camlux_status camlux_scene_add_instance(struct camlux_scene *scene,
  *
  * \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
  * \param index of the light or instance; 0 for the camera.
- * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a position too far out.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or too far
+ * out.
  * \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
  */
 camlux_status camlux_scene_set_pose(struct camlux_scene *scene,
@@ -1135,13 +1254,22 @@ camlux_status camlux_renderer_render(struct camlux_renderer *renderer,
                                      struct camlux_frame **frame);
 
 /**
- * Ends the render that is under way with CAMLUX_CANCELLED, at the latest after one submission (see camlux_render_options). It
- * does not wait for that. Without one it does nothing: later renders are not touched.
+ * Makes a token by which another thread ends renders: set it in camlux_render_options.
+ *
+ * \param token receives the handle, with one reference: give it back by camlux_cancel_token_release.
+ * \errors CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any. Any number of renders may have the same token.
+ */
+camlux_status camlux_cancel_token_create(struct camlux_cancel_token **token);
+
+/**
+ * Ends all renders with this token by CAMLUX_CANCELLED: those that are under way after one submission at the latest (see
+ * camlux_render_options), those that begin later at once. It does not wait for them. A token stays cancelled.
  *
  * \errors CAMLUX_ERROR_INVALID_HANDLE.
  * \threads any: meant for another thread than the one that renders, or a signal handler's helper thread.
  */
-camlux_status camlux_renderer_cancel(struct camlux_renderer *renderer);
+camlux_status camlux_cancel_token_cancel(struct camlux_cancel_token *token);
 
 /**
  * How many layers a frame has.
@@ -1193,7 +1321,8 @@ camlux_status camlux_frame_copy(struct camlux_frame *frame,
  *
  * \param path UTF-8; a file of that name is replaced.
  * \param options NULL: those of CAMLUX_EXR_OPTIONS_INIT.
- * \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does
+ * not have.
  * \threads any; frames do not change.
  */
 camlux_status camlux_frame_write_exr(struct camlux_frame *frame,
@@ -1240,6 +1369,41 @@ camlux_status camlux_frame_get_pass(struct camlux_frame *frame,
                                     uint32_t index,
                                     struct camlux_pass_time *pass);
 
+/**
+ * Opens a device on the host's own VkDevice, which stays the host's: camlux destroys none of its objects.
+ *
+ * What came from the camlux device (renderers, frames, the device itself) has to be released before the host destroys its
+ * VkDevice. The validation layer, where it is on, is the host's, and tells the host.
+ *
+ * \param vulkan begin with CAMLUX_VULKAN_DEVICE_INIT.
+ * \param device receives the handle, with one reference: give it back by camlux_device_release.
+ * \errors CAMLUX_ERROR_NO_DEVICE where the device lacks something that camlux needs, or was made without it;
+ * CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any. lock_queue and unlock_queue are called on every thread that renders.
+ */
+camlux_status camlux_device_create_from_vulkan(const struct camlux_vulkan_device *vulkan,
+                                               struct camlux_device **device);
+
+/**
+ * A layer of a frame on the device, for the host's own commands there; of a frame that was rendered with on_device.
+ *
+ * The host's submission waits for semaphore_value, and orders its accesses after it: the stage of the wait is that of the first
+ * access. The image is there, and no other frame touches it, until the frame's last release, which must not be before the
+ * host's commands are done.
+ *
+ * Radiance, direct, indirect and energy have R, G and B in the layer's unit; normals X, Y and Z; positions X, Y and Z in units of
+ * their own (see camlux_vulkan_image) and 1 + the index of the instance, 0 without a surface. Other layers are made on the way
+ * to the host.
+ *
+ * \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _ENERGY, _POSITION or _NORMAL.
+ * \param image begin with CAMLUX_VULKAN_IMAGE_INIT.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device.
+ * \threads any; frames do not change.
+ */
+camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
+                                            int32_t layer,
+                                            struct camlux_vulkan_image *image);
+
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus
@@ -1264,7 +1428,7 @@ camlux_status camlux_frame_get_pass(struct camlux_frame *frame,
 
 #define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL }
 
-#define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, CAMLUX_COMPONENT_U8, 3, CAMLUX_ENCODING_SRGB, \
+#define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, CAMLUX_COMPONENT_U8, 3, CAMLUX_ENCODING_DEFAULT, \
     NULL, 0, NULL }
 
 #define CAMLUX_MESH_INIT { (uint32_t)sizeof(camlux_mesh), 0, 0, 0, \
@@ -1278,7 +1442,11 @@ camlux_status camlux_frame_get_pass(struct camlux_frame *frame,
 
 #define CAMLUX_BOUNDS_INIT { (uint32_t)sizeof(camlux_bounds), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0} }
 
-#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL }
+#define CAMLUX_RENDER_OPTIONS_INIT { (uint32_t)sizeof(camlux_render_options), 500, NULL, NULL, 0, 0, NULL }
+
+#define CAMLUX_VULKAN_DEVICE_INIT { (uint32_t)sizeof(camlux_vulkan_device), 0, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
+
+#define CAMLUX_VULKAN_IMAGE_INIT { (uint32_t)sizeof(camlux_vulkan_image), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, {0.0, 0.0, 0.0}, 1.0 }
 
 #define CAMLUX_VIEW_INIT { (uint32_t)sizeof(camlux_view), CAMLUX_LAYER_RADIANCE, NULL, 0, 0, 0, 0, 0, CAMLUX_FORMAT_F32, \
     NULL, NULL }

@@ -81,7 +81,7 @@ impl TruthImage {
             let ids = frame.ids(layer).unwrap_or_default();
             ids.iter().map(|&id| id > 0).collect()
         };
-        let (valid, edges) = (are_set(Layer::MeshId), are_set(Layer::Edge));
+        let (valid, edges) = (are_set(Layer::InstanceId), are_set(Layer::Edge));
         let gallery = Gallery::new(
             frame.resolution_px,
             values(&frame, Layer::Indirect)?,
