@@ -226,7 +226,7 @@ fn a_target_error_is_said_everywhere() {
     let image = read(&folder.path().join("a.exr"));
     let attributes = &image.layer_data[0].attributes.other;
     let requested = attributes.get(&Text::from("camlux.target_error"));
-    assert_eq!(requested, Some(&AttributeValue::F64(0.2)));
+    assert_eq!(requested, Some(&AttributeValue::F32(0.2)));
     let json = fs::read_to_string(folder.path().join("a.json")).unwrap();
     let stats: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(stats["settings"]["target_error"], 0.2);
