@@ -1,6 +1,5 @@
 //! OpenEXR output: one file, one part, channel names with the layer as prefix.
 
-use std::collections::HashSet;
 use std::io::Seek;
 
 use exr::block::BlockIndex;
@@ -87,11 +86,16 @@ impl ExrCompression {
 }
 
 impl ExrOptions {
+    /// Whether this layer, where the frame has it, goes into the file.
+    pub fn picks(&self, layer: Layer) -> bool {
+        let picked = self.layers.as_ref();
+        picked.is_none_or(|layers| layers.contains(&layer))
+    }
+
     /// What the file will not hold as it is, a sentence for each layer: values over the range of 16 bits, and below it.
     pub fn warnings(&self, frame: &Frame) -> Vec<String> {
-        let is_written = |layer: &Layer| self.layers.as_ref().is_none_or(|l| l.contains(layer));
         let layers = frame.layers.iter().filter(|(layer, _)| {
-            is_written(layer) && sample_type(*layer, self.half) == SampleType::F16
+            self.picks(*layer) && sample_type(*layer, self.half) == SampleType::F16
         });
         let describe = |(layer, data): &(Layer, LayerData)| {
             let LayerData::Float(values) = data else {
@@ -180,8 +184,7 @@ fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
-    let written_layers = channels.list.iter().map(|channel| channel.layer).collect();
-    let attributes = header::attributes(frame, &written_layers, &options.attributes);
+    let attributes = header::attributes(frame, options);
     let part = ExrPart::new((size[0], size[1]), attributes, encoding, channels);
     Image::from_layer(part)
         .write()
@@ -197,7 +200,6 @@ struct FrameChannels<'frame> {
 
 /// One channel: every `stride`-th value of a layer, from `offset` on.
 struct FrameChannel<'frame> {
-    layer: Layer,
     name: &'static str,
     stored_as: SampleType,
     data: &'frame LayerData,
@@ -207,49 +209,33 @@ struct FrameChannel<'frame> {
 
 impl<'frame> FrameChannels<'frame> {
     fn new(frame: &'frame Frame, options: &ExrOptions, output: &OutputFile) -> Result<Self> {
-        let picked: Option<HashSet<Layer>> = options
-            .layers
-            .as_ref()
-            .map(|layers| layers.iter().copied().collect());
         let is_there = |layer: Layer| frame.layers.iter().any(|(kind, _)| *kind == layer);
-        let requested = options.layers.iter().flatten();
-        if let Some(missing) = requested.copied().find(|&layer| !is_there(layer)) {
-            return Err(Error::Output {
-                path: output.path().to_owned(),
-                problem: format!("the frame has no layer {}", missing.name()),
-                hint: "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]"
-                    .into(),
-            });
+        let refuse = |problem: String, hint: &str| Error::Output {
+            path: output.path().to_owned(),
+            problem,
+            hint: hint.into(),
+        };
+        let mut requested = options.layers.iter().flatten().copied();
+        if let Some(missing) = requested.find(|&layer| !is_there(layer)) {
+            return Err(refuse(
+                format!("the frame has no layer {}", missing.name()),
+                "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]",
+            ));
         }
         let mut list = Vec::new();
-        for (layer, data) in &frame.layers {
-            if picked
-                .as_ref()
-                .is_some_and(|picked| !picked.contains(layer))
-            {
-                continue;
-            }
+        let picked = frame.layers.iter();
+        for (layer, data) in picked.filter(|(layer, _)| options.picks(*layer)) {
             let names = layer.channel_names();
-            list.extend(
-                names
-                    .iter()
-                    .enumerate()
-                    .map(|(offset, &name)| FrameChannel {
-                        layer: *layer,
-                        name,
-                        stored_as: sample_type(*layer, options.half),
-                        data,
-                        offset,
-                        stride: names.len(),
-                    }),
-            );
+            list.extend(names.iter().enumerate().map(|(offset, name)| FrameChannel {
+                name,
+                stored_as: sample_type(*layer, options.half),
+                data,
+                offset,
+                stride: names.len(),
+            }));
         }
         if list.is_empty() {
-            return Err(Error::Output {
-                path: output.path().to_owned(),
-                problem: "no layer is picked".into(),
-                hint: "name at least one".into(),
-            });
+            return Err(refuse("no layer is picked".into(), "name at least one"));
         }
         // The format wants them in the order of their bytes.
         list.sort_by_key(|channel| channel.name);
@@ -315,29 +301,17 @@ impl FrameChannel<'_> {
     /// Appends the values of one row in the byte order of this machine, as the block's consumer expects them.
     fn append_row(&self, bytes: &mut Vec<u8>, row: usize, width: usize) {
         let range = row * width * self.stride..(row + 1) * width * self.stride;
+        let (offset, stride) = (self.offset, self.stride);
         match (self.data, self.stored_as) {
             (LayerData::Float(values), SampleType::F16) => {
-                append(bytes, &values[range], self.offset, self.stride, |value| {
-                    saturating_half(value).to_ne_bytes()
-                });
+                let to_bytes = |value| saturating_half(value).to_ne_bytes();
+                append(bytes, &values[range], offset, stride, to_bytes);
             }
             (LayerData::Float(values), _) => {
-                append(
-                    bytes,
-                    &values[range],
-                    self.offset,
-                    self.stride,
-                    f32::to_ne_bytes,
-                );
+                append(bytes, &values[range], offset, stride, f32::to_ne_bytes);
             }
             (LayerData::Id(ids), _) => {
-                append(
-                    bytes,
-                    &ids[range],
-                    self.offset,
-                    self.stride,
-                    u32::to_ne_bytes,
-                );
+                append(bytes, &ids[range], offset, stride, u32::to_ne_bytes);
             }
         }
     }

@@ -1,12 +1,11 @@
 //! The OpenEXR header of a frame: what was rendered, by what, in which units.
 
-use std::collections::HashSet;
-
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::meta::header::LayerAttributes;
 use glam::{DMat4, DVec3, DVec4};
 
-use super::frame::{Frame, FrameDescription, Layer};
+use super::exr::ExrOptions;
+use super::frame::{Frame, FrameDescription};
 use crate::scene::{Camera, CameraBasis, Intrinsics, LightParameter, Sensor};
 
 /// A value in the header of an OpenEXR file.
@@ -79,13 +78,9 @@ pub(super) fn readable(value: &AttributeValue) -> Option<String> {
     })
 }
 
-/// The attributes of a file that holds these layers of the frame. Those under `camlux.` keep every digit of positions and
+/// The attributes of a frame's file. Those under `camlux.` keep every digit of positions and
 /// directions; the format's own matrices are f32.
-pub(super) fn attributes(
-    frame: &Frame,
-    written_layers: &HashSet<Layer>,
-    more: &[(String, Attribute)],
-) -> LayerAttributes {
+pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes {
     let FrameDescription {
         indirect,
         reference,
@@ -111,7 +106,8 @@ pub(super) fn attributes(
     add("scene_hash", scene_hash.as_str().into());
     add("device", frame.stats.device.as_str().into());
     add("driver", frame.stats.driver.as_str().into());
-    for layer in written_layers {
+    let layers = frame.layers.iter().map(|(layer, _)| layer);
+    for layer in layers.filter(|layer| options.picks(**layer)) {
         add(&format!("unit.{}", layer.name()), layer.unit().into());
     }
     match (indirect, reference) {
@@ -169,7 +165,7 @@ pub(super) fn attributes(
     add("camera.up", camera.up.into());
     let to_world = camera_to_world(camera).to_cols_array();
     add("cameraToWorld", Attribute::Matrix4(to_world));
-    for (name, value) in more {
+    for (name, value) in &options.attributes {
         add(name, value.clone());
     }
     header

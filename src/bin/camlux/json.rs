@@ -1,7 +1,7 @@
 //! What a run did, for programs.
 
 use camlux::output::Layer;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 
 use crate::summary::RunSummary;
 
@@ -32,6 +32,8 @@ fn object(run: &RunSummary) -> Value {
         .iter()
         .map(|file| json!({ "path": file.path.to_string_lossy(), "content": file.what }))
         .collect();
+    let wall = run.wall.steps.iter();
+    let wall = wall.map(|&(name, milliseconds)| (name.to_owned(), json!(milliseconds)));
     json!({
         "camlux_version": env!("CARGO_PKG_VERSION"),
         "scene": {
@@ -58,13 +60,7 @@ fn object(run: &RunSummary) -> Value {
         "estimated_interpolation_error": stats.estimated_interpolation_error,
         "submissions": stats.submissions,
         "frame_wall_milliseconds": stats.wall_milliseconds,
-        "wall_milliseconds": {
-            "load": run.wall.load_ms,
-            "device": run.wall.device_ms,
-            "render": run.wall.render_ms,
-            "write_exr": run.wall.exr_ms,
-            "write_png": run.wall.png_ms,
-        },
+        "wall_milliseconds": Map::from_iter(wall),
         "files": files,
         "warnings": run.warnings,
     })

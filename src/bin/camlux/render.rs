@@ -1,7 +1,6 @@
 //! `camlux render`: from a scene file to image files.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_png};
 use camlux::{Device, Plan, RenderOptions, Renderer, Scene};
@@ -58,13 +57,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // Before anything that takes time: a place that cannot be written is said at once.
     let outputs = Outputs::create(args)?;
 
-    let load_start = Instant::now();
+    let mut wall = WallTimes::new();
     let scene = load(args)?;
     let mut warnings = scene.warnings();
     warnings.iter().for_each(warn);
-    let load_ms = milliseconds_since(load_start);
+    wall.end_step("load");
 
-    let device_start = Instant::now();
     let device = Device::open(&args.device.options())?;
     let plan = args
         .plan
@@ -79,9 +77,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         tell(plan.to_string().trim_end());
     }
     let mut renderer = Renderer::new(&device)?;
-    let device_ms = milliseconds_since(device_start);
+    wall.end_step("device");
 
-    let render_start = Instant::now();
     let mut display = ProgressDisplay::new();
     let mut show = |progress| display.show(progress);
     let rendered = renderer.render(
@@ -94,9 +91,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // The bar has to be gone before the next line is written.
     drop(display);
     let frame = rendered?;
-    let render_ms = milliseconds_since(render_start);
+    wall.end_step("render");
 
-    let write_start = Instant::now();
     let mut written = Vec::new();
     let exr_options = ExrOptions {
         half: args.half,
@@ -108,16 +104,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     warnings.extend(of_frame);
     written.push(Written::new("OpenEXR", outputs.exr.path()));
     write_exr(outputs.exr, &frame, &exr_options)?;
-    let exr_ms = milliseconds_since(write_start);
+    wall.end_step("write_exr");
 
-    let png_start = Instant::now();
     if let Some(file) = outputs.png {
         let path = file.path().to_owned();
         let view = PngView::for_frame(&frame);
         let preview = write_png(file, &frame, view)?;
         written.push(Written::new(summary::describe_preview(view, preview), path));
     }
-    let png_ms = milliseconds_since(png_start);
+    wall.end_step("write_png");
 
     if let Some(TextOutput::File(file)) = &outputs.stats {
         written.push(Written::new("JSON", file.path()));
@@ -125,13 +120,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let run = RunSummary {
         args,
         frame: &frame,
-        wall: WallTimes {
-            load_ms,
-            device_ms,
-            render_ms,
-            exr_ms,
-            png_ms,
-        },
+        wall,
         written,
         warnings,
     };
@@ -193,8 +182,4 @@ fn load(args: &Args) -> Result<Scene, Failure> {
     }
     check_layers(&scene, args.layers.as_deref().unwrap_or_default())?;
     Ok(scene)
-}
-
-fn milliseconds_since(start: Instant) -> f64 {
-    start.elapsed().as_secs_f64() * 1e3
 }

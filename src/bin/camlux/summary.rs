@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
+use std::time::Instant;
 
 use camlux::output::{Frame, PngPreview, PngView};
 
@@ -19,13 +20,25 @@ pub struct RunSummary<'run> {
 
 /// Wall times of the program's own steps.
 pub struct WallTimes {
-    /// Reading the scene and its meshes.
-    pub load_ms: f64,
-    /// Opening the device and making the pipelines.
-    pub device_ms: f64,
-    pub render_ms: f64,
-    pub exr_ms: f64,
-    pub png_ms: f64,
+    /// Name and milliseconds, in the order of execution.
+    pub steps: Vec<(&'static str, f64)>,
+    step_start: Instant,
+}
+
+impl WallTimes {
+    pub fn new() -> Self {
+        WallTimes {
+            steps: Vec::new(),
+            step_start: Instant::now(),
+        }
+    }
+
+    /// Ends a step; the next one begins.
+    pub fn end_step(&mut self, name: &'static str) {
+        let milliseconds = self.step_start.elapsed().as_secs_f64() * 1e3;
+        self.steps.push((name, milliseconds));
+        self.step_start = Instant::now();
+    }
 }
 
 /// A file that was written.
@@ -94,20 +107,7 @@ pub fn text(run: &RunSummary) -> String {
             );
         }
     }
-    let WallTimes {
-        load_ms,
-        device_ms,
-        render_ms,
-        exr_ms,
-        png_ms,
-    } = run.wall;
-    let steps = [
-        ("load", load_ms),
-        ("device", device_ms),
-        ("render", render_ms),
-        ("write", exr_ms + png_ms),
-    ];
-    line("wall", list_times(steps.into_iter()));
+    line("wall", list_times(run.wall.steps.iter().copied()));
     for file in &run.written {
         line("wrote", format!("{} ({})", file.path.display(), file.what));
     }

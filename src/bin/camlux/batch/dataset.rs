@@ -61,11 +61,8 @@ fn object(frames: &Frames) -> Value {
 
 /// The layers in the files, with their channels and units.
 fn layers(frames: &Frames, scene: usize) -> Map<String, Value> {
-    let picked = frames.job.exr.layers.as_ref();
     let scene = frames.scene_as_loaded(scene);
-    let is_written = |layer: &Layer| {
-        layer.is_made_for(scene) && picked.is_none_or(|picked| picked.contains(layer))
-    };
+    let is_written = |layer: &Layer| layer.is_made_for(scene) && frames.job.exr.picks(*layer);
     let describe = |layer: Layer| {
         let value = json!({ "channels": layer.channel_names(), "unit": layer.unit() });
         (layer.name().to_owned(), value)

@@ -239,16 +239,8 @@ fn remove_unfinished(frames: &Frames, missing: &[u64], folder: &Path, manifest: 
         };
         for path in entries.flatten().map(|entry| entry.path()) {
             let name = path.file_name().unwrap_or_default().to_string_lossy();
-            let finished = name
-                .strip_prefix('.')
-                .filter(|name| name.ends_with(".part"))
-                .and_then(|name| {
-                    let behind = [".exr.", ".jsonl."];
-                    behind
-                        .iter()
-                        .find_map(|end| Some(&name[..name.find(end)? + end.len() - 1]))
-                })
-                .map(|name| folder.join(name));
+            let unfinished = name.strip_prefix('.').and_then(|n| n.strip_suffix(".part"));
+            let finished = unfinished.and_then(|n| Some(folder.join(n.rsplit_once('.')?.0)));
             if finished.is_some_and(|finished| own.contains(&finished)) {
                 // One that stays is in nobody's way.
                 let _ = fs::remove_file(&path);
