@@ -1,7 +1,7 @@
 //! Plain sums with a target error against the same sums at every pixel: the error asked for, the error estimated, the true one, and
 //! the share of the pairs that it took.
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene};
 use crate::common::rmse;
 use camlux::{
     Scene,
@@ -104,6 +104,7 @@ fn a_weak_light_is_treated_like_a_strong_one() {
         Some(0.02),
     );
     let strong = gpu.render(&scene);
+    assert_is_lit(&strong, Layer::Indirect);
     let factor = f64::exp2(-24.0);
     let Light::Point { power_w, .. } = &mut scene.lights[0] else {
         panic!("the scene has a point light");
@@ -132,6 +133,7 @@ fn small_work_is_done_in_full() {
             gpu.render(&scene)
         };
         let (exact, asked) = (render(None), render(Some(0.05)));
+        assert_is_lit(&exact, Layer::Indirect);
         assert!(indirect(&asked) == indirect(&exact));
         assert_eq!(asked.stats.pixel_vpl_pairs, exact.stats.pixel_vpl_pairs);
         assert_eq!(asked.stats.estimated_error, Some(0.0));
