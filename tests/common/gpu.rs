@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use camlux::{
-    Device, DeviceOptions, RenderOptions, Renderer, Scene,
-    output::Frame,
+    Device, DeviceOptions, GatherKernel, RenderOptions, Renderer, Scene,
+    output::{Frame, Layer},
     scene::{IndirectLight, VplSum},
 };
 
@@ -43,6 +43,32 @@ impl Drop for Gpu {
             assert!(messages.is_empty(), "validation: {messages:#?}");
         }
     }
+}
+
+/// Where two images are held against each other, one of them must not be black: an engine that draws nothing draws the same twice.
+#[track_caller]
+pub fn assert_is_lit(frame: &Frame, layer: Layer) {
+    let values = frame.values(layer).expect("the layer is there");
+    assert!(
+        values.iter().any(|&value| value > 0.0),
+        "a black layer {} proves nothing",
+        layer.name()
+    );
+}
+
+/// The gather kernels that the device runs, of which there must be several to be held against each other.
+#[track_caller]
+pub fn several_gather_kernels(device: &Device) -> Vec<GatherKernel> {
+    let kernels = GatherKernel::ALL.into_iter();
+    let kernels: Vec<_> = kernels
+        .filter(|kernel| kernel.runs_on(device.info()))
+        .collect();
+    assert!(
+        kernels.len() > 1,
+        "{} runs {kernels:?} only, and there is nothing to compare",
+        device.info().name
+    );
+    kernels
 }
 
 /// A scene of the repository, at another resolution.

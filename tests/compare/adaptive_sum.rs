@@ -1,7 +1,7 @@
 //! Interpolated RSM averages against the same sums at every pixel: the error requested, the error estimated, the true one, and the
 //! share of the pairs that it took.
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene};
 use crate::common::rmse;
 use camlux::{
     Scene,
@@ -92,6 +92,7 @@ fn a_weak_light_is_treated_like_a_strong_one() {
     let mut gpu = Gpu::open();
     let mut scene = average(&demo_scene("cornell", SIZE_PX), Some(0.02));
     let strong = gpu.render(&scene);
+    assert_is_lit(&strong, Layer::Indirect);
     let factor = f64::exp2(-24.0);
     let Light::Point { power_w, .. } = &mut scene.lights[0] else {
         panic!("the scene has a point light");
@@ -120,6 +121,7 @@ fn small_work_is_done_in_full() {
             gpu.render(&scene)
         };
         let (exact, requested) = (render(None), render(Some(0.05)));
+        assert_is_lit(&exact, Layer::Indirect);
         assert!(indirect(&requested) == indirect(&exact));
         let stats = &requested.stats;
         assert_eq!(stats.pixel_vpl_pairs, exact.stats.pixel_vpl_pairs);

@@ -3,7 +3,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene};
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Error, Progress, RayKernel, RenderOptions, Scene,
@@ -154,6 +154,7 @@ fn images_of_few_pixels_and_of_none_with_a_surface() {
         let frame = gpu.render(&scene);
         let indirect = frame.values(Layer::Indirect).expect("it is there");
         let meshes = frame.ids(Layer::InstanceId).expect("it is there");
+        assert!(meshes.iter().any(|&mesh| mesh != 0), "{resolution_px:?}");
         for (pixel, mesh) in indirect.chunks_exact(3).zip(meshes) {
             assert!(
                 pixel.iter().all(|&value| (value > 0.0) == (*mesh != 0)),
@@ -286,14 +287,17 @@ fn a_wall_of_no_thickness_does_not_leak() {
     let corner = DVec3::splat(-1.0);
     let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
     scene.meshes.push(quad("front", corner + z, y, x, 0).into());
+    scene.meshes.retain(|mesh| mesh.name != "screen");
+    scene.camera.position_m = DVec3::new(-0.9, 0.1, 0.9);
+    scene.camera.look_at_m = DVec3::new(-0.2, -0.1, -1.0);
+    let mut gpu = Gpu::open();
+    // Without the wall there is light.
+    assert_is_lit(&gpu.render(&by_rays(scene.clone(), 0.05)), Layer::Indirect);
     // The wall through the middle; the camera and the dark half on one side of it, the lamp on the other.
     scene
         .meshes
         .push(quad("wall", DVec3::new(0.0, -1.0, -1.0), y, z, 1).into());
-    scene.meshes.retain(|mesh| mesh.name != "screen");
-    scene.camera.position_m = DVec3::new(-0.9, 0.1, 0.9);
-    scene.camera.look_at_m = DVec3::new(-0.2, -0.1, -1.0);
-    let frame = Gpu::open().render(&by_rays(scene, 0.05));
+    let frame = gpu.render(&by_rays(scene, 0.05));
     let indirect = frame.values(Layer::Indirect).expect("it is there");
     let position = frame.values(Layer::Position).expect("it is there");
     for (i, (value, p)) in indirect

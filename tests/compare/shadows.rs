@@ -1,6 +1,6 @@
 //! V(L,P) of direct light from maps against rays in f64, and against path-traced truth.
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene};
 use crate::common::ray_caster::{RayCaster, pixel::PixelRay};
 use crate::common::rmse;
 use crate::common::shadows::{
@@ -84,6 +84,7 @@ fn shadows_from_the_rsm_are_the_same() {
         let mut scene = demo_scene(name, [64, 64]);
         scene.indirect = None;
         let own = gpu.render(&scene);
+        assert_is_lit(&own, Layer::Direct);
         scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 256));
         let shared = gpu.render(&scene);
         let plan = Plan::new(&scene, gpu.device.info()).expect("the scene is valid");

@@ -5,11 +5,11 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::common::gpu::{Gpu, demo_scene, plain_sum};
+use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
     Device, Error, Fault, Progress, RayKernel, RenderOptions, Renderer, Scene,
     internals::ray_probe::RayProbe,
-    output::Frame,
+    output::{Frame, Layer},
     scene::{IndirectLight, Shadow},
 };
 
@@ -78,6 +78,7 @@ fn fail_each_call(
     check_each: u64,
 ) -> u64 {
     let fresh = gpu.render(scene);
+    assert_is_lit(&fresh, Layer::Direct);
     for call in 0.. {
         if is_fresh {
             gpu.renderer = Renderer::new(&gpu.device).expect("a renderer");
@@ -278,6 +279,7 @@ fn cancel_after(gpu: &mut Gpu, scene: &Scene, reports: usize) -> bool {
 fn cancel_at_each_report(scene: &Scene, least: usize, check_each: usize) {
     let mut gpu = Gpu::open();
     let fresh = gpu.render(scene);
+    assert_is_lit(&fresh, Layer::Indirect);
     let mut reports = 0;
     while cancel_after(&mut gpu, scene, reports) {
         assert_nothing_held(&gpu.device);

@@ -1,6 +1,8 @@
 //! Hard cases: `src/doctor/sums.rs`.
 #![cfg(feature = "reference")]
 
+use crate::common::gpu::{Gpu, several_gather_kernels};
+
 hard_cases! {
     camlux::doctor::Group::Sums;
     vpls_shuffled,
@@ -10,4 +12,10 @@ hard_cases! {
     submissions_of_every_length,
     dim_band_beside_a_bright_one,
     half_floats_saturate_and_say_so,
+}
+
+/// What `tiles_of_every_size` holds against each other.
+#[test]
+fn several_gather_kernels_run() {
+    several_gather_kernels(&Gpu::open().device);
 }

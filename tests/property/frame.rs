@@ -5,9 +5,9 @@
 
 use std::time::Duration;
 
-use crate::common::gpu::{Gpu, demo_scene};
+use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, several_gather_kernels};
 use camlux::{
-    GatherKernel, RenderOptions, Scene,
+    RenderOptions, Scene,
     output::{Frame, Layer},
     scene::{Bands, IndirectLight, Light, VplSum},
 };
@@ -58,11 +58,7 @@ fn assert_same(what: &str, a: &Frame, b: &Frame) {
 #[test]
 fn every_gather_kernel_gives_the_same() {
     let mut gpu = Gpu::open();
-    let device = gpu.device.info().clone();
-    let kernels: Vec<GatherKernel> = GatherKernel::ALL
-        .into_iter()
-        .filter(|kernel| kernel.runs_on(&device))
-        .collect();
+    let kernels = several_gather_kernels(&gpu.device);
     for estimator in VplSum::ALL {
         for name in ["cornell", "glossy"] {
             let scene = scene(name, estimator);
@@ -103,6 +99,7 @@ fn submissions_do_not_show() {
             };
             let few = render(Duration::from_secs(1000));
             let many = render(Duration::ZERO);
+            assert_is_lit(&few, Layer::Indirect);
             let counts = [&few, &many].map(|frame| frame.stats.submissions);
             println!("{name}: {counts:?} submissions");
             assert!(counts[1] >= counts[0] + 3, "{name}: {counts:?}");
@@ -187,6 +184,8 @@ fn twice_the_power_is_twice_the_light_to_the_bit() {
                 scale_emission(light, 2.0);
             }
             let [once, twice] = [&once, &twice].map(|scene| gpu.render(scene));
+            assert_is_lit(&once, Layer::Direct);
+            assert_is_lit(&once, Layer::Indirect);
             for layer in [
                 Layer::Radiance,
                 Layer::Direct,
@@ -213,6 +212,7 @@ fn bands_are_independent() {
         }
         let [white, green] = [&white, &green].map(|scene| gpu.render(scene));
         for layer in [Layer::Direct, Layer::Indirect] {
+            assert_is_lit(&green, layer);
             let [white, green] = [&white, &green].map(|f| f.values(layer).expect("it is there"));
             for (white, green) in white.chunks_exact(3).zip(green.chunks_exact(3)) {
                 assert_eq!(green, [0.0, white[1], 0.0], "{estimator:?} {layer:?}");

@@ -1,6 +1,6 @@
 //! What a renderer keeps from frame to frame shows in no image, and spares the passes whose input has not changed.
 
-use crate::common::gpu::{Gpu, demo_scene, plain_sum};
+use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
     Renderer, Scene,
     glam::DVec3,
@@ -120,10 +120,13 @@ fn what_is_kept_does_not_show() {
     ];
     for mut scene in scenes {
         let mut gpu = Gpu::open();
+        let mut anew = Renderer::new(&gpu.device).expect("a renderer");
         for (what, change) in changes() {
             change(&mut scene);
             let frame = gpu.render(&scene);
-            let mut anew = Renderer::new(&gpu.device).expect("a renderer");
+            assert_is_lit(&frame, Layer::Direct);
+            // All but its pipelines.
+            anew.forget();
             let other = anew.render(&scene, &mut Default::default());
             assert_same(what, &frame, &other.expect("it renders"));
         }
@@ -222,6 +225,7 @@ fn a_cancelled_frame_does_not_show_in_the_next() {
     let mut gpu = Gpu::open();
     let scene = by_rays(demo_scene("cornell", [16, 16]));
     let whole = gpu.render(&scene);
+    assert_is_lit(&whole, Layer::Indirect);
     let mut moved = scene.clone();
     shift(&mut moved.lights[0], DVec3::new(0.1, -0.05, 0.02));
     for stop_at in 0.. {

@@ -1,6 +1,6 @@
 //! How the layers of a frame hang together: sums, energy, background.
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
+use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
     output::{Frame, Layer},
     scene::{Sensor, Texture},
@@ -15,6 +15,8 @@ fn radiance_is_direct_plus_indirect() {
     let mut gpu = Gpu::open();
     for name in DEMO_SCENES {
         let frame = gpu.render(&demo_scene(name, [32, 32]));
+        assert_is_lit(&frame, Layer::Direct);
+        assert_is_lit(&frame, Layer::Indirect);
         let direct = values(&frame, Layer::Direct).iter();
         let sum: Vec<f32> = direct
             .zip(values(&frame, Layer::Indirect))
@@ -32,6 +34,7 @@ fn without_indirect_light_radiance_is_direct() {
     scene.indirect = None;
     let frame = gpu.render(&scene);
     assert!(frame.values(Layer::Indirect).is_none());
+    assert_is_lit(&frame, Layer::Direct);
     // The shadow map is the same plain one: 16² texels of an RSM would be too few.
     assert_eq!(values(&frame, Layer::Radiance), direct);
     assert_eq!(values(&frame, Layer::Direct), direct);
@@ -51,6 +54,7 @@ fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
             scene.indirect = None;
         }
         let frame = gpu.render(&scene);
+        assert_is_lit(&frame, Layer::Radiance);
         // 37.5e-12 m² · 0.4 · 3e-4 s
         let joule_per_irradiance = 4.5e-15;
         let radiances = values(&frame, Layer::Radiance).iter();
@@ -125,6 +129,7 @@ fn an_even_texture_is_a_factor() {
         }
     }
     let [textured, plain] = [&textured, &plain].map(|scene| gpu.render(scene));
+    assert_is_lit(&plain, Layer::Radiance);
     let radiances = values(&textured, Layer::Radiance).iter();
     for (textured, plain) in radiances.zip(values(&plain, Layer::Radiance)) {
         assert!(

@@ -22,7 +22,7 @@ const ROUNDING: Nearness = Nearness::Within(1e-6);
 /// A change that leaves the image as it is, but for rounding.
 fn assert_without_effect(change: impl Fn(&Scene) -> Scene, direct: Nearness, indirect: Nearness) {
     on_random(room(), |gpu, scene| {
-        Effect::none(direct, indirect).assert(gpu, [&scene, &change(&scene)]);
+        Effect::none(direct, indirect).assert(gpu, [&scene, &change(&scene)])
     });
 }
 
@@ -32,7 +32,7 @@ fn four_times_the_power_is_four_times_the_image_bit_for_bit() {
     on_random(room(), |gpu, scene| {
         let brighter = brightened(&scene, [4.0; 3]);
         Effect::times(|bands| bands.map(|b| 4.0 * b), Nearness::BitForBit)
-            .assert(gpu, [&scene, &brighter]);
+            .assert(gpu, [&scene, &brighter])
     });
 }
 
@@ -43,7 +43,7 @@ fn a_scene_of_twice_the_size_has_a_quarter_of_the_light_bit_for_bit() {
     on_random(room(), |gpu, scene| {
         let twice = moved(&scene, 2.0, DVec3::ZERO);
         Effect::times(|bands| bands.map(|b| 0.25 * b), Nearness::BitForBit)
-            .assert(gpu, [&scene, &twice]);
+            .assert(gpu, [&scene, &twice])
     });
 }
 
@@ -54,7 +54,7 @@ fn a_scene_of_any_size_has_its_light() {
     on_random((room(), 1e-3..1e3), |gpu, (scene, size)| {
         let other = moved(&scene, size, DVec3::ZERO);
         let other = brightened(&other, [size * size; 3]);
-        Effect::none(Nearness::Rounding, Nearness::Within(1e-5)).assert(gpu, [&scene, &other]);
+        Effect::none(Nearness::Rounding, Nearness::Within(1e-5)).assert(gpu, [&scene, &other])
     });
 }
 
@@ -64,7 +64,7 @@ fn bands_that_change_places_do_so_in_the_image_bit_for_bit() {
     on_random(room(), |gpu, scene| {
         let coloured = brightened(&scene, [1.0, 2.0, 0.5]);
         let turned = relations::with_bands_swapped(&coloured);
-        Effect::times(swapped, Nearness::BitForBit).assert(gpu, [&coloured, &turned]);
+        Effect::times(swapped, Nearness::BitForBit).assert(gpu, [&coloured, &turned])
     });
 }
 
@@ -107,7 +107,7 @@ fn a_scene_moved_far_away_looks_the_same_bit_for_bit() {
         on_random(room(), |gpu, scene| {
             let here = on_a_grid(&scene);
             let there = moved(&here, 1.0, shift_m);
-            Effect::none(Nearness::BitForBit, Nearness::BitForBit).assert(gpu, [&here, &there]);
+            Effect::none(Nearness::BitForBit, Nearness::BitForBit).assert(gpu, [&here, &there])
         });
     }
 }
@@ -120,7 +120,7 @@ fn a_scene_moved_anywhere_looks_the_same() {
         (room(), relations::vector(-1e7, 1e7)),
         |gpu, (scene, shift_m)| {
             let there = moved(&scene, 1.0, shift_m);
-            Effect::none(Nearness::Rounding, Nearness::Within(1e-3)).assert(gpu, [&scene, &there]);
+            Effect::none(Nearness::Rounding, Nearness::Within(1e-3)).assert(gpu, [&scene, &there])
         },
     );
 }
@@ -133,10 +133,13 @@ fn a_scene_moved_anywhere_looks_the_same() {
 #[test]
 fn a_scene_turned_anyhow_looks_the_same_but_for_texels() {
     const RSM_SIZE: u32 = 64;
+    // Measured up to 0.11, where a light close to a wall makes bright spots.
+    const MOST_OF_TEXELS: f64 = 0.2;
     on_random(
         (room(), turn(), turn()),
         |gpu, (scene, turn, other_turn)| {
             let scene = turned(&scene, other_turn);
+            let mut is_lit = true;
             for estimator in VplSum::ALL {
                 let sum = |rsm_size| with_sum(&scene, estimator, rsm_size);
                 let [coarse, fine] = [sum(RSM_SIZE / 2), sum(RSM_SIZE)];
@@ -144,12 +147,16 @@ fn a_scene_turned_anyhow_looks_the_same_but_for_texels() {
                     [&coarse, &fine].map(|scene| turned(scene, turn));
                 let of_texels = indirect_apart(gpu, [&fine, &coarse])
                     + indirect_apart(gpu, [&turned_fine, &turned_coarse]);
-                Effect {
+                is_lit &= Effect {
                     on_normals: turn,
-                    ..Effect::none(Nearness::Rounding, Nearness::Within(1e-5 + 2.0 * of_texels))
+                    ..Effect::none(
+                        Nearness::Rounding,
+                        Nearness::Within((1e-5 + 2.0 * of_texels).min(MOST_OF_TEXELS)),
+                    )
                 }
                 .assert(gpu, [&fine, &turned_fine]);
             }
+            is_lit
         },
     );
 }

@@ -19,7 +19,7 @@ use camlux::{
 fn four_times_the_power_is_four_times_the_image_bit_for_bit() {
     on_random(room_by_rays(), |gpu, scene| {
         let brighter = brightened(&scene, [4.0; 3]);
-        Effect::times(|bands| bands.map(|b| 4.0 * b), BitForBit).assert(gpu, [&scene, &brighter]);
+        Effect::times(|bands| bands.map(|b| 4.0 * b), BitForBit).assert(gpu, [&scene, &brighter])
     });
 }
 
@@ -28,7 +28,7 @@ fn four_times_the_power_is_four_times_the_image_bit_for_bit() {
 fn a_scene_of_twice_the_size_has_a_quarter_of_the_light_bit_for_bit() {
     on_random(room_by_rays(), |gpu, scene| {
         let twice = moved(&scene, 2.0, DVec3::ZERO);
-        Effect::times(|bands| bands.map(|b| 0.25 * b), BitForBit).assert(gpu, [&scene, &twice]);
+        Effect::times(|bands| bands.map(|b| 0.25 * b), BitForBit).assert(gpu, [&scene, &twice])
     });
 }
 
@@ -38,7 +38,7 @@ fn a_scene_of_any_size_has_its_light() {
     on_random((room_by_rays(), 1e-3..1e3), |gpu, (scene, size)| {
         let other = moved(&scene, size, DVec3::ZERO);
         let other = brightened(&other, [size * size; 3]);
-        Effect::none(Rounding, Noise).assert(gpu, [&scene, &other]);
+        Effect::none(Rounding, Noise).assert(gpu, [&scene, &other])
     });
 }
 
@@ -53,7 +53,7 @@ fn bands_that_change_places_do_so_in_the_image() {
             direct: BitForBit,
             ..Effect::times(swapped, Within(1e-3))
         }
-        .assert(gpu, [&coloured, &other]);
+        .assert(gpu, [&coloured, &other])
     });
 }
 
@@ -61,7 +61,7 @@ fn bands_that_change_places_do_so_in_the_image() {
 fn the_order_of_meshes_does_not_matter() {
     on_random(room_by_rays(), |gpu, scene| {
         let reversed = with_meshes_reversed(&scene);
-        Effect::none(BitForBit, BitForBit).assert(gpu, [&scene, &reversed]);
+        Effect::none(BitForBit, BitForBit).assert(gpu, [&scene, &reversed])
     });
 }
 
@@ -70,7 +70,7 @@ fn the_order_of_meshes_does_not_matter() {
 fn two_halves_of_a_light_are_the_light() {
     on_random(room_by_rays(), |gpu, scene| {
         let halves = with_light_in_two(&scene);
-        Effect::none(Within(1e-6), Noise).assert(gpu, [&scene, &halves]);
+        Effect::none(Within(1e-6), Noise).assert(gpu, [&scene, &halves])
     });
 }
 
@@ -79,7 +79,7 @@ fn two_halves_of_a_light_are_the_light() {
 fn triangles_cut_in_two_look_the_same() {
     on_random(room_by_rays(), |gpu, scene| {
         let finer = with_triangles_in_two(&scene);
-        Effect::none(Within(OF_PIECES), Noise).assert(gpu, [&scene, &finer]);
+        Effect::none(Within(OF_PIECES), Noise).assert(gpu, [&scene, &finer])
     });
 }
 
@@ -88,7 +88,7 @@ fn triangles_cut_in_two_look_the_same() {
 fn triangles_cut_in_four_look_the_same() {
     on_random(room_by_rays(), |gpu, scene| {
         let finer = with_triangles_in_four(&scene);
-        Effect::none(Within(OF_PIECES), Noise).assert(gpu, [&scene, &finer]);
+        Effect::none(Within(OF_PIECES), Noise).assert(gpu, [&scene, &finer])
     });
 }
 
@@ -101,7 +101,7 @@ fn a_scene_turned_anyhow_has_its_light() {
             on_normals: turn,
             ..Effect::none(Rounding, Noise)
         }
-        .assert(gpu, [&scene, &other]);
+        .assert(gpu, [&scene, &other])
     });
 }
 
@@ -116,7 +116,7 @@ fn a_scene_moved_far_away_looks_the_same_bit_for_bit() {
         on_random(room_by_rays(), |gpu, scene| {
             let here = on_a_grid(&scene);
             let there = moved(&here, 1.0, shift_m);
-            Effect::none(BitForBit, BitForBit).assert(gpu, [&here, &there]);
+            Effect::none(BitForBit, BitForBit).assert(gpu, [&here, &there])
         });
     }
 }

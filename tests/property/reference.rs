@@ -30,13 +30,14 @@ fn values(frame: &Frame, layer: Layer) -> Vec<f64> {
     values.map(|&value| value.into()).collect()
 }
 
-/// How many values differ by more than this share of the mean.
+/// How many values do not agree within this share of the mean.
+#[track_caller]
 fn count_different(a: &[f64], b: &[f64], share: f64) -> usize {
     let mean = a.iter().sum::<f64>() / a.len() as f64;
-    let pairs = a.iter().zip(b);
-    pairs
-        .filter(|(a, b)| (*a - *b).abs() > share * mean)
-        .count()
+    assert!(mean > 0.0, "a black image proves nothing");
+    assert_eq!(a.len(), b.len());
+    let agree = |(a, b): (&f64, &f64)| (a - b).abs() <= share * mean;
+    a.len() - a.iter().zip(b).filter(|pair| agree(*pair)).count()
 }
 
 #[test]

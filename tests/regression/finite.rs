@@ -1,6 +1,6 @@
 //! Where a direction is not defined, the image is still finite.
 
-use crate::common::gpu::Gpu;
+use crate::common::gpu::{Gpu, assert_is_lit};
 use camlux::{
     Scene,
     output::{Frame, Layer},
@@ -55,6 +55,7 @@ fn normals_that_cancel() {
     scene.meshes[0].normals = vec![DVec3::X, DVec3::Y, -DVec3::X, -DVec3::Y];
     let frame = Gpu::open().render(&scene);
     assert_finite(&frame);
+    assert_is_lit(&frame, Layer::Direct);
     // On the diagonal that the triangles share, in the middle, the normals of its ends cancel: the face's own is there.
     let middle = 3 * (16 * 33 + 16);
     let normals = frame.values(Layer::Normal).expect("every frame has it");
