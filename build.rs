@@ -69,7 +69,12 @@ mod compile {
         let mut structs = BTreeMap::new();
         for permutation in parse_permutations(&text) {
             let name = &permutation.name;
-            let mut source = Source::of(&permutation, shaders);
+            let mut source = Source {
+                folder: shaders,
+                defines: &permutation.defines,
+                imported: BTreeSet::new(),
+                text: String::new(),
+            };
             source.import(&permutation.pass)?;
             let (module, info) = parse(&source.text, name)?;
             let words = emit(&module, &info).map_err(|error| format!("{name}: {error}"))?;
@@ -173,16 +178,7 @@ mod compile {
         text: String,
     }
 
-    impl<'p> Source<'p> {
-        fn of(permutation: &'p Permutation, folder: &'p Path) -> Self {
-            Source {
-                folder,
-                defines: &permutation.defines,
-                imported: BTreeSet::new(),
-                text: String::new(),
-            }
-        }
-
+    impl Source<'_> {
         /// Adds a file, once, after those that it imports, with the lines `#if WORD…` (any of them) / `#else` / `#endif` resolved.
         fn import(&mut self, name: &str) -> Result<(), String> {
             if !self.imported.insert(name.into()) {
@@ -208,11 +204,11 @@ mod compile {
                     },
                     ["#endif"] if open.pop().is_none() => return fail("no #if before"),
                     ["#endif"] => {}
-                    ["#import", file] => {
-                        if is_taken {
-                            self.import(file)?;
-                        }
+                    ["#import", file] if is_taken => self.import(file)?,
+                    ["#loader", name, image] if is_taken => {
+                        self.text += &loader(&self.text, name, image)?;
                     }
+                    ["#import", _] | ["#loader", _, _] => {}
                     [word, ..] if word.starts_with('#') => return fail("unknown directive"),
                     _ if is_taken => {
                         self.text += line;
@@ -228,19 +224,90 @@ mod compile {
         }
     }
 
+    /// A function `load_name` for a struct that lies in texels of an image as it would in a buffer.
+    fn loader(source: &str, name: &str, image: &str) -> Result<String, String> {
+        let module = front(source, name)?;
+        let mut types = module.types.iter();
+        let (ty, _) = types
+            .find(|(_, ty)| ty.name.as_deref() == Some(name))
+            .ok_or_else(|| format!("no struct {name}"))?;
+        let texels = module.types[ty].inner.size(module.to_ctx()) / 16;
+        let function = name.to_lowercase();
+        let mut text = format!("fn load_{function}(index: u32) -> {name} {{\nvar value: {name};\n");
+        for texel in 0..texels {
+            let place = format!("list_place({texels}u * index + {texel}u)");
+            let _ = writeln!(text, "let texel_{texel} = textureLoad({image}, {place});");
+        }
+        load_members(&mut text, &module, ty, "value", 0);
+        Ok(text + "return value;\n}\n")
+    }
+
+    fn load_members(
+        text: &mut String,
+        module: &Module,
+        ty: naga::Handle<naga::Type>,
+        path: &str,
+        offset: u32,
+    ) {
+        match &module.types[ty].inner {
+            TypeInner::Struct { members, .. } => {
+                for member in members {
+                    let path = format!("{path}.{}", member.name.as_deref().unwrap_or_default());
+                    load_members(text, module, member.ty, &path, offset + member.offset);
+                }
+            }
+            TypeInner::Array { base, size, stride } => {
+                let naga::ArraySize::Constant(count) = *size else {
+                    return;
+                };
+                for i in 0..count.get() {
+                    let path = format!("{path}[{i}]");
+                    load_members(text, module, *base, &path, offset + i * stride);
+                }
+            }
+            inner => {
+                let [first, count] =
+                    [offset % 16, inner.size(module.to_ctx())].map(|n| n as usize / 4);
+                let components = &"xyzw"[first..first + count];
+                let is_uint = inner.scalar_kind() == Some(naga::ScalarKind::Uint);
+                let cast = if is_uint { "bitcast<u32>" } else { "" };
+                let texel = offset / 16;
+                let _ = writeln!(text, "{path} = {cast}(texel_{texel}.{components});");
+            }
+        }
+    }
+
+    fn front(source: &str, name: &str) -> Result<Module, String> {
+        naga::front::wgsl::parse_str(source)
+            .map_err(|error| error.emit_to_string_with_path(source, name))
+    }
+
     /// Resources get their bindings in the order of their declarations, so that the stages of a raster pass, which share what comes
     /// first, agree.
     fn parse(source: &str, name: &str) -> Result<(Module, ModuleInfo), String> {
-        let mut module = naga::front::wgsl::parse_str(source)
-            .map_err(|error| error.emit_to_string_with_path(source, name))?;
-        let resources = module.global_variables.iter_mut().filter(|(_, variable)| {
-            matches!(
-                variable.space,
-                AddressSpace::Uniform | AddressSpace::Storage { .. } | AddressSpace::Handle
-            )
+        let mut module = front(source, name)?;
+        let mut variables: Vec<_> = module
+            .global_variables
+            .iter()
+            .map(|(handle, _)| handle)
+            .collect();
+        variables.sort_by_key(|&handle| {
+            module
+                .global_variables
+                .get_span(handle)
+                .to_range()
+                .map(|span| span.start)
         });
-        for (binding, (_, variable)) in (0..).zip(resources) {
-            variable.binding = Some(naga::ResourceBinding { group: 0, binding });
+        let mut bindings = 0..;
+        for variable in variables {
+            let variable = module.global_variables.get_mut(variable);
+            if let AddressSpace::Uniform | AddressSpace::Storage { .. } | AddressSpace::Handle =
+                variable.space
+            {
+                variable.binding = bindings
+                    .next()
+                    .map(|binding| naga::ResourceBinding { group: 0, binding });
+            }
         }
         let capabilities = Capabilities::all() & spv::supported_capabilities();
         let info = Validator::new(ValidationFlags::all(), capabilities)

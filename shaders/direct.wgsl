@@ -1,8 +1,8 @@
 // Direct radiance of one light: L_{P→C} = f_P(l, n_P, v) · L_{L→P} · cosθ_{P→L} · V(L, P), added to the direct image.
 
-#import lighting
-#import spot
-#import phong
+#import brdf
+#import light
+#import hit
 #if PACKET SINGLE
 #import trace
 #else
@@ -48,34 +48,25 @@ fn pixel_at(place: vec2<u32>) -> Pixel {
     pixel.position = surface.xyz;
     pixel.normal = normal.xyz;
     pixel.geometric_normal = unpack_direction(normal.w);
-    let from_light = surface.xyz - light.position;
-#if DIRECTIONAL
-    pixel.to_light = -light.axis;
-    var intensity = light.intensity;
-#else
-    // A light in the surface itself lights nothing there: the direction to it is not defined.
-    let distance_squared = max(dot(from_light, from_light), 1e-18);
-    pixel.to_light = -from_light * inverseSqrt(distance_squared);
-    var intensity = select(vec3<f32>(0.0), light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
-#endif
-#if SPOT
-    intensity *= spot_falloff(light.axis, light.outer_half_angle, light.inverse_penumbra, -pixel.to_light);
-#endif
+    let illumination = illuminate(light, surface.xyz);
+    pixel.to_light = illumination.to_light;
     let is_surface = is_in_image && surface.w != 0.0;
-    pixel.irradiance = select(vec3<f32>(0.0), intensity * max(dot(pixel.normal, pixel.to_light), 0.0), is_surface);
+    pixel.irradiance = select(vec3<f32>(0.0), illumination.irradiance * max(dot(pixel.normal, pixel.to_light), 0.0), is_surface);
     return pixel;
 }
 
 // Adds what a pixel that is not in shadow sends to C.
 fn add_light(place: vec2<u32>, pixel: Pixel) {
-    var brdf = textureLoad(kd_material, place, 0).rgb / PI;
+    var brdf: Brdf;
+    brdf.kd = textureLoad(kd_material, place, 0).rgb;
 #if PHONG
-    let to_camera = normalize(parameters.camera_position - pixel.position);
-    let mirror = 2.0 * dot(pixel.normal, pixel.to_light) * pixel.normal - pixel.to_light;
     let specular = textureLoad(ks_shininess, place, 0);
-    brdf += specular.rgb * ((specular.w + 2.0) / (2.0 * PI)) * phong_lobe(mirror, to_camera, specular.w);
+    brdf.ks = specular.rgb;
+    brdf.shininess = specular.w;
 #endif
-    let sum = textureLoad(direct_radiance, place).rgb + brdf * pixel.irradiance;
+    let to_camera = normalize(parameters.camera_position - pixel.position);
+    let reflected = eval_brdf(brdf, pixel.normal, pixel.to_light, to_camera) * pixel.irradiance;
+    let sum = textureLoad(direct_radiance, place).rgb + reflected;
     textureStore(direct_radiance, place, vec4<f32>(sum, 0.0));
 }
 
@@ -103,17 +94,13 @@ fn compute_main(
         // Where P lies in a second surface, too, as in the corner of two walls, it is meant on the side that the camera sees.
         let to_camera = normalize(parameters.camera_position - pixel.position);
         let start = before_surface(pixel.position, pixel.geometric_normal, ORIGIN_SHIFT) + ORIGIN_SHIFT * to_camera;
-        put_ray(i, start, select(NOT_WANTED, 1.0, any(pixel.irradiance > vec3<f32>(0.0))));
+        set_ray(i, start, select(NOT_WANTED, 1.0, any(pixel.irradiance > vec3<f32>(0.0))));
     }
     // No lane has left: they meet the triangles together.
-#if DIRECTIONAL
-    trace_to_light(vec4<f32>(-REACH * light.axis, 0.0));
-#else
-    trace_to_light(vec4<f32>(light.position, 1.0));
-#endif
+    trace_to_light(light_end(light));
     var lit = 0u;
     for (var i = 0u; i < RAYS; i++) {
-        lit |= select(0u, 1u << i, ray_nearness[i] <= 1.0);
+        lit |= select(0u, 1u << i, ray_inverse_t[i] <= 1.0);
     }
     for (var i = 0u; i < RAYS; i++) {
         let place = place_of(group.xy, local, i);

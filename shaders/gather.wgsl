@@ -3,8 +3,7 @@
 //
 // The sum has three levels (tile, dispatch, result), so that its rounding does not grow with the number of VPLs.
 
-#import lighting
-#import phong
+#import vpl_list
 
 // Receivers of an invocation, chosen by measurement: more hide the latency of the division, fewer spill registers.
 #if PHONG GLOSSY
@@ -42,22 +41,19 @@ struct GatherParameters {
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
 var ks_shininess: texture_2d<f32>;
-// Two a receiver: diffuse, specular, before f_P.
+// Two a receiver: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1.
 var<storage, read_write> results: array<vec4<f32>>;
 var<storage, read> receivers: array<u32>;
-// The layers are those of VPL_LAYERS or GLOSSY_VPL_LAYERS.
-var vpls: texture_2d_array<f32>;
 var<immediate> parameters: GatherParameters;
 
-// Pixel, P, n_P, the mirror direction of v, s, and the sums of the receivers.
+// Pixel, P, n_P, the lobe towards the camera, and the sums of the receivers.
 var<private> pixel: array<vec2<u32>, RECEIVERS>;
 var<private> position: array<vec3<f32>, RECEIVERS>;
 var<private> normal: array<vec3<f32>, RECEIVERS>;
 var<private> tile_diffuse: array<vec3<f32>, RECEIVERS>;
 var<private> diffuse: array<vec3<f32>, RECEIVERS>;
 #if PHONG
-var<private> mirror: array<vec3<f32>, RECEIVERS>;
-var<private> shininess: array<f32, RECEIVERS>;
+var<private> lobe: array<Lobe, RECEIVERS>;
 var<private> tile_specular: array<vec3<f32>, RECEIVERS>;
 var<private> specular: array<vec3<f32>, RECEIVERS>;
 #endif
@@ -65,7 +61,7 @@ var<private> specular: array<vec3<f32>, RECEIVERS>;
 // One VPL against every receiver. No branches: on a vector unit they skip nothing. In stages, each over all receivers, so
 // that the long chains of the lobes run side by side: 17 % faster than receiver by receiver.
 #if GLOSSY
-fn accumulate(vpl: GlossyVpl) {
+fn accumulate(vpl: Vpl, vpl_lobe: VplLobe) {
 #else
 fn accumulate(vpl: Vpl) {
 #endif
@@ -104,39 +100,24 @@ fn accumulate(vpl: Vpl) {
     }
 #if GLOSSY
     for (var i = 0u; i < RECEIVERS; i++) {
-        radiance[i] *= vpl.diffuse + vpl.specular * phong_lobe(vpl.mirror, -direction[i], vpl.shininess);
+        radiance[i] *= vpl.diffuse + vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction[i]);
     }
 #endif
     for (var i = 0u; i < RECEIVERS; i++) {
         tile_diffuse[i] += radiance[i];
 #if PHONG
-        tile_specular[i] += radiance[i] * phong_lobe(mirror[i], direction[i], shininess[i]);
+        tile_specular[i] += radiance[i] * eval_lobe(lobe[i], direction[i]);
 #endif
     }
 }
 
-// The last fetch may go beyond the list: what lies there is a VPL of an earlier list.
-fn is_listed(index: u32) -> bool {
-    return index < parameters.first_vpl + parameters.vpl_count;
+// The last fetch may go beyond the list. What lies there is a VPL of an earlier list: here it faces nothing.
+fn fetch_vpl(index: u32) -> Vpl {
+    var vpl = load_vpl(index);
+    let is_listed = index < parameters.first_vpl + parameters.vpl_count;
+    vpl.normal = select(vec3<f32>(0.0), vpl.normal, is_listed);
+    return vpl;
 }
-
-#if GLOSSY
-fn load_vpl(index: u32) -> GlossyVpl {
-    let place = vpl_place(index);
-    let specular_shininess = textureLoad(vpls, place, 3, 0);
-    let is_listed = is_listed(index);
-    return GlossyVpl(
-        textureLoad(vpls, place, 0, 0).xyz, specular_shininess.w, textureLoad(vpls, place, 1, 0).xyz,
-        select(vec3<f32>(0.0), textureLoad(vpls, place, 2, 0).xyz, is_listed),
-        select(vec3<f32>(0.0), specular_shininess.xyz, is_listed), textureLoad(vpls, place, 4, 0).xyz);
-}
-#else
-fn load_vpl(index: u32) -> Vpl {
-    let place = vpl_place(index);
-    return Vpl(textureLoad(vpls, place, 0, 0).xyz, textureLoad(vpls, place, 1, 0).xyz,
-        select(vec3<f32>(0.0), textureLoad(vpls, place, 2, 0).xyz, is_listed(index)));
-}
-#endif
 
 fn pixel_of(slot: u32) -> vec2<u32> {
     let last = parameters.first_receiver + parameters.receiver_count - 1u;
@@ -145,10 +126,9 @@ fn pixel_of(slot: u32) -> vec2<u32> {
 }
 
 #if TILE
-#if GLOSSY
-var<workgroup> fetched: array<GlossyVpl, FETCH_VPLS>;
-#else
 var<workgroup> fetched: array<Vpl, FETCH_VPLS>;
+#if GLOSSY
+var<workgroup> fetched_lobes: array<VplLobe, FETCH_VPLS>;
 #endif
 #endif
 
@@ -167,9 +147,7 @@ fn compute_main(
         diffuse[i] = vec3<f32>(0.0);
 #if PHONG
         let to_camera = normalize(parameters.camera_position - position[i]);
-        // r·v is symmetric: the mirror of l against v is the mirror of v against l.
-        mirror[i] = 2.0 * dot(normal[i], to_camera) * normal[i] - to_camera;
-        shininess[i] = textureLoad(ks_shininess, pixel[i], 0).w;
+        lobe[i] = lobe_of(to_camera, normal[i], textureLoad(ks_shininess, pixel[i], 0).w);
         specular[i] = vec3<f32>(0.0);
 #endif
     }
@@ -185,23 +163,44 @@ fn compute_main(
         let tile_end = min(tile + TILE_VPLS, end);
         for (var first = tile; first < tile_end; first += FETCH_VPLS) {
 #if BROADCAST8
-            let mine = load_vpl(first + lane);
+            let mine = fetch_vpl(first + lane);
+#if GLOSSY
+            let my_lobe = load_vpl_lobe(first + lane);
 #repeat LANE 8
-            accumulate(from_lane_LANE(mine));
+            accumulate(vpl_of_LANE(mine), lobe_of_LANE(my_lobe));
+#endrepeat
+#else
+#repeat LANE 8
+            accumulate(vpl_of_LANE(mine));
 #endrepeat
 #endif
+#endif
 #if BROADCAST4
-            let mine = load_vpl(first + lane);
+            let mine = fetch_vpl(first + lane);
+#if GLOSSY
+            let my_lobe = load_vpl_lobe(first + lane);
 #repeat LANE 4
-            accumulate(from_lane_LANE(mine));
+            accumulate(vpl_of_LANE(mine), lobe_of_LANE(my_lobe));
 #endrepeat
+#else
+#repeat LANE 4
+            accumulate(vpl_of_LANE(mine));
+#endrepeat
+#endif
 #endif
 #if TILE
             workgroupBarrier();
-            fetched[local] = load_vpl(first + local);
+            fetched[local] = fetch_vpl(first + local);
+#if GLOSSY
+            fetched_lobes[local] = load_vpl_lobe(first + local);
+#endif
             workgroupBarrier();
             for (var i = 0u; i < FETCH_VPLS; i++) {
+#if GLOSSY
+                accumulate(fetched[i], fetched_lobes[i]);
+#else
                 accumulate(fetched[i]);
+#endif
             }
 #endif
         }
@@ -224,10 +223,10 @@ fn compute_main(
         if (slot < parameters.receiver_count) {
             let place = 2u * (parameters.first_result + slot);
             let is_first = parameters.is_first == 1u;
-            results[place] = select(results[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse[i], 0.0);
+            results[place] = select(results[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse_factor(vec3<f32>(1.0)) * diffuse[i], 0.0);
             var specular_sum = vec3<f32>(0.0);
 #if PHONG
-            specular_sum = specular[i];
+            specular_sum = specular_factor(vec3<f32>(1.0), lobe[i].shininess) * specular[i];
 #endif
             results[place + 1u] = select(results[place + 1u], vec4<f32>(0.0), is_first) + vec4<f32>(specular_sum, 0.0);
         }
@@ -236,19 +235,14 @@ fn compute_main(
 
 #if BROADCAST8 BROADCAST4
 #repeat LANE 8
-#if GLOSSY
-fn from_lane_LANE(mine: GlossyVpl) -> GlossyVpl {
-    return GlossyVpl(
-        subgroupBroadcast(mine.position, LANEu), subgroupBroadcast(mine.shininess, LANEu),
-        subgroupBroadcast(mine.normal, LANEu), subgroupBroadcast(mine.diffuse, LANEu),
-        subgroupBroadcast(mine.specular, LANEu), subgroupBroadcast(mine.mirror, LANEu));
+fn vpl_of_LANE(mine: Vpl) -> Vpl {
+    return Vpl(subgroupBroadcast(mine.position, LANEu), subgroupBroadcast(mine.area, LANEu),
+        subgroupBroadcast(mine.normal, LANEu), subgroupBroadcast(mine.diffuse, LANEu));
 }
-#else
-fn from_lane_LANE(mine: Vpl) -> Vpl {
-    return Vpl(
-        subgroupBroadcast(mine.position, LANEu), subgroupBroadcast(mine.normal, LANEu),
-        subgroupBroadcast(mine.diffuse, LANEu));
+
+fn lobe_of_LANE(mine: VplLobe) -> VplLobe {
+    return VplLobe(subgroupBroadcast(mine.specular, LANEu),
+        Lobe(subgroupBroadcast(mine.lobe.mirror, LANEu), subgroupBroadcast(mine.lobe.shininess, LANEu)));
 }
-#endif
 #endrepeat
 #endif

@@ -21,9 +21,9 @@ fn fragment_main(raster: Raster) -> GBuffer {
     var pixel: GBuffer;
     pixel.position_mesh = vec4<f32>(hit.position, draw.mesh_id);
     pixel.normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
-    pixel.kd_material = vec4<f32>(hit.kd, draw.material_id);
+    pixel.kd_material = vec4<f32>(hit.brdf.kd, draw.material_id);
 #if PHONG
-    pixel.ks_shininess = vec4<f32>(draw.ks, draw.shininess);
+    pixel.ks_shininess = vec4<f32>(hit.brdf.ks, hit.brdf.shininess);
 #endif
     return pixel;
 }

@@ -1,5 +1,6 @@
 // What a ray finds on a triangle.
 
+#import hit
 #import trace
 
 // Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of the scene: the corners' normals
@@ -12,15 +13,11 @@ var materials: texture_storage_2d<rgba32float, read>;
 var texels: texture_storage_2d<rgba32float, read>;
 #endif
 
-struct Hit {
-    position: vec3<f32>,
-    // Unit normals, turned to the side that the ray hits.
-    geometric_normal: vec3<f32>,
-    shading_normal: vec3<f32>,
-    kd: vec3<f32>,
-    ks: vec3<f32>,
-    shininess: f32,
+#if TEXTURED
+fn kd_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
+    return textureLoad(texels, list_place(texture.first_texel + column_row.y * texture.size.x + column_row.x)).rgb;
 }
+#endif
 
 // `hit_triangle` is that of ray_hit.
 fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
@@ -37,55 +34,23 @@ fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hi
     let shares = weight / select(total, 1.0, total == 0.0);
     let b1 = clamp(shares.y, 0.0, 1.0);
     let b2 = clamp(shares.z, 0.0, 1.0 - b1);
-    let b = vec3<f32>(1.0 - b1 - b2, b1, b2);
-
-    var hit: Hit;
-    hit.position = corner0.xyz + b.y * (corner1.xyz - corner0.xyz) + b.z * (corner2.xyz - corner0.xyz);
-    let normal = vec3<f32>(corner0.w, corner1.w, corner2.w);
-    hit.geometric_normal = select(normal, -normal, dot(normal, direction) > 0.0);
-    hit.shading_normal = hit.geometric_normal;
-    let triangle = scene_triangle(hit_triangle);
-    let word0 = textureLoad(triangle_shading, list_place(4u * triangle));
-    let word1 = textureLoad(triangle_shading, list_place(4u * triangle + 1u));
-    let word2 = textureLoad(triangle_shading, list_place(4u * triangle + 2u));
-    let word3 = textureLoad(triangle_shading, list_place(4u * triangle + 3u));
-#if SMOOTH
-    let blend = b.x * word0.xyz + b.y * vec3<f32>(word0.w, word1.xy) + b.z * vec3<f32>(word1.zw, word2.x);
-    let length_squared = dot(blend, blend);
-    let smooth_normal = blend * inverseSqrt(max(length_squared, 1e-12));
-    let turned = select(smooth_normal, -smooth_normal, dot(smooth_normal, hit.geometric_normal) < 0.0);
-    hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
-#endif
-    let material = 3u * u32(word3.w);
+    let index = 4u * scene_triangle(hit_triangle);
+    let shading0 = textureLoad(triangle_shading, list_place(index));
+    let shading1 = textureLoad(triangle_shading, list_place(index + 1u));
+    let shading2 = textureLoad(triangle_shading, list_place(index + 2u));
+    let shading3 = textureLoad(triangle_shading, list_place(index + 3u));
+    let material = 3u * u32(shading3.w);
     let kd_shininess = textureLoad(materials, list_place(material));
     let ks_first_texel = textureLoad(materials, list_place(material + 1u));
-    hit.kd = kd_shininess.rgb;
-    hit.ks = ks_first_texel.rgb;
-    hit.shininess = kd_shininess.w;
+    var triangle: Triangle;
+    triangle.corners[0] = Corner(corner0.xyz, shading0.xyz, shading2.yz);
+    triangle.corners[1] = Corner(corner1.xyz, vec3<f32>(shading0.w, shading1.xy), vec2<f32>(shading2.w, shading3.x));
+    triangle.corners[2] = Corner(corner2.xyz, vec3<f32>(shading1.zw, shading2.x), shading3.yz);
+    triangle.normal = vec3<f32>(corner0.w, corner1.w, corner2.w);
+    triangle.brdf = Brdf(kd_shininess.rgb, ks_first_texel.rgb, kd_shininess.w);
 #if TEXTURED
-    let size = vec2<u32>(textureLoad(materials, list_place(material + 2u)).xy);
-    if (size.x > 0u) {
-        let texcoord = b.x * word2.yz + b.y * vec2<f32>(word2.w, word3.x) + b.z * word3.yz;
-        hit.kd *= sample_kd(texcoord, u32(ks_first_texel.w), size);
-    }
+    let size = textureLoad(materials, list_place(material + 2u)).xy;
+    triangle.texture = Texture(u32(ks_first_texel.w), vec2<u32>(size));
 #endif
-    return hit;
+    return hit_at(triangle, vec3<f32>(1.0 - b1 - b2, b1, b2), direction);
 }
-
-#if TEXTURED
-// Bilinear, repeating, v up, as the raster passes do it.
-fn sample_kd(texcoord: vec2<f32>, first: u32, size: vec2<u32>) -> vec3<f32> {
-    let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * vec2<f32>(size) - 0.5;
-    let corner = floor(place);
-    let weight = place - corner;
-    let low = (vec2<u32>(vec2<i32>(corner) + vec2<i32>(size))) % size;
-    let high = (low + 1u) % size;
-    let above = mix(texel(first + low.y * size.x + low.x), texel(first + low.y * size.x + high.x), weight.x);
-    let below = mix(texel(first + high.y * size.x + low.x), texel(first + high.y * size.x + high.x), weight.x);
-    return mix(above, below, weight.y);
-}
-
-fn texel(index: u32) -> vec3<f32> {
-    return textureLoad(texels, list_place(index)).rgb;
-}
-#endif

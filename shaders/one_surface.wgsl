@@ -29,9 +29,9 @@ fn facing_at(pixel: vec2<u32>) -> Facing {
 }
 
 fn is_one_surface(a: Facing, b: Facing) -> bool {
-    let way = b.position - a.position;
-    let off_plane = max(abs(dot(way, a.normal)), abs(dot(way, b.normal)));
-    var is_one = dot(a.normal, b.normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(way);
+    let offset = b.position - a.position;
+    let off_plane = max(abs(dot(offset, a.normal)), abs(dot(offset, b.normal)));
+    var is_one = dot(a.normal, b.normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(offset);
 #if PHONG
     let has_lobes = vec2<bool>(any(a.ks_shininess.rgb > vec3<f32>(0.0)), any(b.ks_shininess.rgb > vec3<f32>(0.0)));
     is_one = is_one && a.ks_shininess.w == b.ks_shininess.w && has_lobes.x == has_lobes.y;

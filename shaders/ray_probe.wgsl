@@ -1,6 +1,6 @@
 // Rays by the hundred from points of surfaces: what tests and benches see of trace.wgsl.
 
-#import lighting
+#import hit
 #import trace
 
 struct RayProbeParameters {
@@ -45,23 +45,23 @@ fn compute_main(
         let end = textureLoad(ends, vec2<u32>(ray & 1023u, ray >> 10u), 0);
 #if ANY
         ray_vector[i] = before_surface(end.xyz, unpack_direction(end.w), END_SHIFT) - origin;
-        ray_nearness[i] = 1.0;
+        ray_inverse_t[i] = 1.0;
 #else
         ray_vector[i] = end.xyz;
-        ray_nearness[i] = 0.0;
+        ray_inverse_t[i] = 0.0;
 #endif
     }
 #if ANY
     trace(origin, true);
     var bits = 0u;
     for (var i = 0u; i < RAYS; i++) {
-        bits |= select(0u, 1u << i, ray_nearness[i] > 1.0);
+        bits |= select(0u, 1u << i, ray_inverse_t[i] > 1.0);
     }
     found[8u * packet + lane] = bits;
 #else
     trace(origin, false);
     for (var i = 0u; i < RAYS; i++) {
-        found[2u * (first + 8u * i)] = bitcast<u32>(ray_nearness[i]);
+        found[2u * (first + 8u * i)] = bitcast<u32>(ray_inverse_t[i]);
         let triangle = scene_triangle(select(ray_hit[i], 0u, ray_hit[i] == NOTHING_HIT));
         found[2u * (first + 8u * i) + 1u] = select(1u + triangle, 0u, ray_hit[i] == NOTHING_HIT);
     }

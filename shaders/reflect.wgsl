@@ -8,14 +8,11 @@ var kd_material: texture_storage_2d<rgba32float, read>;
 var ks_shininess: texture_storage_2d<rgba32float, read>;
 #endif
 
-const PI: f32 = 3.14159265358979;
-
-// k_d/π · diffuse + k_s·(s+2)/(2π) · specular
+// k_d and k_s times what each lobe reflects for 1.
 fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f32> {
-    var radiance = textureLoad(kd_material, pixel).rgb / PI * diffuse;
+    var radiance = textureLoad(kd_material, pixel).rgb * diffuse;
 #if PHONG
-    let gloss = textureLoad(ks_shininess, pixel);
-    radiance += gloss.rgb * ((gloss.w + 2.0) / (2.0 * PI)) * specular;
+    radiance += textureLoad(ks_shininess, pixel).rgb * specular;
 #endif
     return radiance;
 }

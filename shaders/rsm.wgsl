@@ -1,7 +1,7 @@
 // The reflective shadow map (Dachsbacher & Stamminger 2005): what the light sees in each texel of its emission domain.
 
 #import surface
-#import light_plane
+#import light
 
 // Per texel: ΔΩ (sr; directional: ΔA_perp, local units²) of its part inside the emission domain, and the mean of s(θ) there.
 var<storage, read> emission: array<vec2<f32>>;
@@ -36,9 +36,9 @@ fn fragment_main(raster: Raster) -> Rsm {
     var texel: Rsm;
     texel.position = vec4<f32>(hit.position, f32(raster.triangle));
     texel.normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
-    texel.kd_irradiance = vec4<f32>(hit.kd, irradiance);
+    texel.kd_irradiance = vec4<f32>(hit.brdf.kd, irradiance);
 #if PHONG
-    texel.ks_shininess = vec4<f32>(draw.ks, draw.shininess);
+    texel.ks_shininess = vec4<f32>(hit.brdf.ks, hit.brdf.shininess);
 #endif
     return texel;
 }

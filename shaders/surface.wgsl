@@ -4,6 +4,8 @@
 //
 // Lengths are local units (see LocalSpace): the scene is about 1 large and lies around 0.
 
+#import hit
+
 struct View {
     // Clip position of an offset from the origin; reversed depth, no far plane.
     clip_from_offset: mat4x4<f32>,
@@ -48,16 +50,6 @@ struct Raster {
     @location(0) @interpolate(flat) triangle: u32,
 }
 
-// A point of a surface, seen from the view's origin.
-struct Hit {
-    position: vec3<f32>,
-    // Unit normals, turned to the side that the ray hits.
-    geometric_normal: vec3<f32>,
-    shading_normal: vec3<f32>,
-    // k_d with the texture, where there is one.
-    kd: vec3<f32>,
-}
-
 fn ray_parameter(corner: vec3<f32>) -> f32 {
     return dot(corner, view.forward);
 }
@@ -80,21 +72,45 @@ fn nearest_on_edge(offset: vec3<f32>, edge: vec3<f32>) -> f32 {
     return clamp(dot(offset, edge) / max(dot(edge, edge), 1e-37), 0.0, 1.0);
 }
 
+fn corner(index: u32) -> Corner {
+    var corner: Corner;
+    corner.position = positions[index].xyz;
+#if SMOOTH
+    corner.normal = normals[index].xyz;
+#endif
+#if TEXTURED
+    corner.texcoord = texcoords[index];
+#endif
+    return corner;
+}
+
+#if TEXTURED
+fn kd_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
+    return textureLoad(kd_texture, column_row, 0).rgb;
+}
+#endif
+
 fn hit_surface(raster: Raster) -> Hit {
     let pixel = vec3<f32>(1.0, raster.position.xy);
     let ray_offset = view.ray_offset * pixel;
     let ray_direction = view.ray_direction * pixel;
 
-    let i0 = indices[3u * raster.triangle];
-    let i1 = indices[3u * raster.triangle + 1u];
-    let i2 = indices[3u * raster.triangle + 2u];
-    let corner0 = positions[i0].xyz - view.origin;
-    let corner1 = positions[i1].xyz - view.origin;
-    let corner2 = positions[i2].xyz - view.origin;
+    var triangle: Triangle;
+    triangle.corners[0] = corner(indices[3u * raster.triangle]);
+    triangle.corners[1] = corner(indices[3u * raster.triangle + 1u]);
+    triangle.corners[2] = corner(indices[3u * raster.triangle + 2u]);
+    triangle.brdf = Brdf(draw.kd, draw.ks, draw.shininess);
+#if TEXTURED
+    triangle.texture.size = textureDimensions(kd_texture);
+#endif
+    let corner0 = triangle.corners[0].position - view.origin;
+    let corner1 = triangle.corners[1].position - view.origin;
+    let corner2 = triangle.corners[2].position - view.origin;
     // Not from the corners: those of a far origin have lost their detail.
-    let edge1 = positions[i1].xyz - positions[i0].xyz;
-    let edge2 = positions[i2].xyz - positions[i0].xyz;
-    let normal = normalize(cross(edge1, edge2));
+    let edge1 = triangle.corners[1].position - triangle.corners[0].position;
+    let edge2 = triangle.corners[2].position - triangle.corners[0].position;
+    let doubled_area = cross(edge1, edge2);
+    triangle.normal = normalize(doubled_area);
 
     let depth0 = ray_parameter(corner0);
     let depth1 = ray_parameter(corner1);
@@ -102,63 +118,14 @@ fn hit_surface(raster: Raster) -> Hit {
     let nearest = min(min(depth0, depth1), depth2);
     let farthest = max(max(depth0, depth1), depth2);
     // Clamped to the triangle's own depths: a triangle seen edge-on has no usable plane.
-    let depth = clamp(dot(normal, corner0 - ray_offset) / dot(normal, ray_direction), nearest, farthest);
-    let offset = ray_offset + depth * ray_direction;
-
-    var hit: Hit;
-    hit.geometric_normal = select(normal, -normal, dot(normal, ray_direction) > 0.0);
-    hit.shading_normal = hit.geometric_normal;
-    hit.kd = draw.kd;
+    let depth = clamp(dot(triangle.normal, corner0 - ray_offset) / dot(triangle.normal, ray_direction), nearest, farthest);
 
     // Barycentric coordinates of corners 1 and 2.
-    let doubled_area = cross(edge1, edge2);
-    let from0 = offset - corner0;
+    let from0 = ray_offset + depth * ray_direction - corner0;
     let scale = 1.0 / dot(doubled_area, doubled_area);
     let plain = scale * vec2<f32>(dot(cross(from0, edge2), doubled_area), dot(cross(edge1, from0), doubled_area));
     // Rasterisers round corners to 1/256 pixel, so that the ray may miss the triangle.
     let is_inside = min(min(plain.x, plain.y), 1.0 - plain.x - plain.y) >= 0.0;
-    let shares = select(nearest_on_rim(from0, edge1, edge2), plain, is_inside);
-    let b1 = shares.x;
-    let b2 = shares.y;
-    let b0 = 1.0 - b1 - b2;
-    // From the triangle and not along the ray, whose rounding would lift the point off the surface: so it is right by its
-    // plane to rounding, however far the origin is.
-    hit.position = positions[i0].xyz + b1 * edge1 + b2 * edge2;
-#if SMOOTH
-    // Opposed normals may cancel: the triangle's own stays.
-    let blend = b0 * normals[i0].xyz + b1 * normals[i1].xyz + b2 * normals[i2].xyz;
-    let length_squared = dot(blend, blend);
-    let smooth_normal = blend * inverseSqrt(max(length_squared, 1e-12));
-    let turned = select(smooth_normal, -smooth_normal, dot(smooth_normal, hit.geometric_normal) < 0.0);
-    hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
-#endif
-#if TEXTURED
-    hit.kd *= sample_kd(b0 * texcoords[i0] + b1 * texcoords[i1] + b2 * texcoords[i2]);
-#endif
-    return hit;
-}
-
-#if TEXTURED
-// Bilinear, repeating, v up, with full f32 weights: samplers interpolate with 8 bits.
-fn sample_kd(texcoord: vec2<f32>) -> vec3<f32> {
-    let size = vec2<i32>(textureDimensions(kd_texture));
-    let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * vec2<f32>(size) - 0.5;
-    let corner = floor(place);
-    let weight = place - corner;
-    let low = (vec2<i32>(corner) + size) % size;
-    let high = (low + 1) % size;
-    let above = mix(textureLoad(kd_texture, low, 0).rgb, textureLoad(kd_texture, vec2<i32>(high.x, low.y), 0).rgb, weight.x);
-    let below = mix(textureLoad(kd_texture, vec2<i32>(low.x, high.y), 0).rgb, textureLoad(kd_texture, high, 0).rgb, weight.x);
-    return mix(above, below, weight.y);
-}
-#endif
-
-// A unit vector as an integer below 2^24, exact in f32: octahedral, 12 bits an axis, within 1.1e-3 rad. The axes
-// are exact: 4094 is even.
-fn pack_direction(direction: vec3<f32>) -> f32 {
-    let flat = direction.xy / (abs(direction.x) + abs(direction.y) + abs(direction.z));
-    let sign_xy = select(vec2<f32>(-1.0), vec2<f32>(1.0), flat >= vec2<f32>(0.0));
-    let folded = select(flat, (1.0 - abs(flat.yx)) * sign_xy, direction.z < 0.0);
-    let grid = round(clamp(folded * 0.5 + 0.5, vec2<f32>(0.0), vec2<f32>(1.0)) * 4094.0);
-    return grid.y * 4096.0 + grid.x;
+    let b = select(nearest_on_rim(from0, edge1, edge2), plain, is_inside);
+    return hit_at(triangle, vec3<f32>(1.0 - b.x - b.y, b), ray_direction);
 }

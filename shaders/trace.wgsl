@@ -9,8 +9,7 @@
 // Everything is meant to be right but for rounding, of which u = 2^-24 is the unit: errors are bounded as in Pharr, Jakob,
 // Humphreys, "Physically Based Rendering", section "Managing rounding error".
 
-#import ray_ends
-#import light_plane
+#import light
 
 var ray_boxes: texture_storage_2d<rgba32float, read>;
 var ray_triangles: texture_storage_2d<rgba32float, read>;
@@ -32,20 +31,18 @@ const STRIDE: u32 = 8u;
 var<private> ray_vector: array<vec3<f32>, RAYS>;
 // 1 / distance of the nearest hit so far. To be set before: 1 where the ray ends at its direction's head, 0 where it does
 // not end, NOT_WANTED where it is none. Of a ray to a light, whose distances are not known: BLOCKED.
-var<private> ray_nearness: array<f32, RAYS>;
+var<private> ray_inverse_t: array<f32, RAYS>;
 // The triangle that was hit, for scene_triangle; or NOTHING_HIT.
 var<private> ray_hit: array<u32, RAYS>;
 const NOT_WANTED: f32 = 1e30;
 const BLOCKED: f32 = 2.0;
-// Longer than the scene, local units.
-const REACH: f32 = 8.0;
 
 // Arrays live in registers as long as every index is a constant. A loop over the rays with much in it is not unrolled by the
-// driver: it puts them by comparing its number with each.
-fn put_ray(ray: u32, vector: vec3<f32>, nearness: f32) {
+// driver: it sets them by comparing its number with each.
+fn set_ray(ray: u32, vector: vec3<f32>, inverse_t: f32) {
 #repeat SLOT 8
     ray_vector[SLOT] = select(ray_vector[SLOT], vector, ray == SLOTu);
-    ray_nearness[SLOT] = select(ray_nearness[SLOT], nearness, ray == SLOTu);
+    ray_inverse_t[SLOT] = select(ray_inverse_t[SLOT], inverse_t, ray == SLOTu);
 #endrepeat
 }
 
@@ -68,7 +65,7 @@ fn inverse_of(direction: vec3<f32>) -> vec3<f32> {
 }
 
 // What all rays from one origin share of a triangle.
-struct Facet {
+struct OriginPlanes {
     // A direction passes inside the triangle if its product with none of these is negative. Neighbours have exactly
     // opposite ones for their common edge, so that nothing slips between them.
     edge0: vec3<f32>,
@@ -78,7 +75,7 @@ struct Facet {
     normal: vec3<f32>,
 }
 
-fn facet_of(triangle: u32, origin: vec3<f32>) -> Facet {
+fn planes_from_origin(triangle: u32, origin: vec3<f32>) -> OriginPlanes {
     let a = triangle_texel(4u * triangle);
     let b = triangle_texel(4u * triangle + 1u);
     let c = triangle_texel(4u * triangle + 2u);
@@ -88,30 +85,30 @@ fn facet_of(triangle: u32, origin: vec3<f32>) -> Facet {
     let c2 = c.xyz - origin;
     let height = dot(normal, c0);
     let turn = select(-1.0, 1.0, height > 0.0);
-    var facet: Facet;
-    facet.edge0 = turn * cross(c1 + c2, c2 - c1);
-    facet.edge1 = turn * cross(c2 + c0, c0 - c2);
-    facet.edge2 = turn * cross(c0 + c1, c1 - c0);
+    var planes: OriginPlanes;
+    planes.edge0 = turn * cross(c1 + c2, c2 - c1);
+    planes.edge1 = turn * cross(c2 + c0, c0 - c2);
+    planes.edge2 = turn * cross(c0 + c1, c1 - c0);
     // The origin in the plane, or a triangle without area: never hit.
-    facet.normal = select(normal / height, vec3<f32>(0.0), height == 0.0);
-    return facet;
+    planes.normal = select(normal / height, vec3<f32>(0.0), height == 0.0);
+    return planes;
 }
 
 // 1 / distance at which a ray hits the triangle; 0 or less: it does not.
-fn nearness_of(facet: Facet, direction: vec3<f32>) -> f32 {
-    let inside = min(min(dot(facet.edge0, direction), dot(facet.edge1, direction)), dot(facet.edge2, direction));
-    return select(0.0, dot(facet.normal, direction), inside >= 0.0);
+fn inverse_t_of(planes: OriginPlanes, direction: vec3<f32>) -> f32 {
+    let inside = min(min(dot(planes.edge0, direction), dot(planes.edge1, direction)), dot(planes.edge2, direction));
+    return select(0.0, dot(planes.normal, direction), inside >= 0.0);
 }
 
 // A light as rays lead to it: its position and 1, or the direction to it and 0. A direction's length is how far rays go.
 //
 // All is relative to a ray's start, whose surroundings are known exactly, while the light may be far away.
-fn way_to_light(start: vec3<f32>, light_end: vec4<f32>) -> vec3<f32> {
+fn direction_to_light(start: vec3<f32>, light_end: vec4<f32>) -> vec3<f32> {
     return light_end.xyz - light_end.w * start;
 }
 
 // What all rays to one light share of a triangle.
-struct Screen {
+struct LightPlanes {
     // The normals of the planes through an edge and the light, and their products with a point of theirs. A ray passes inside
     // the triangle if its start's product is less than none of these. Neighbours have exactly opposite ones.
     plane0: vec3<f32>,
@@ -123,12 +120,12 @@ struct Screen {
     normal: vec3<f32>,
 }
 
-fn screen_of(triangle: u32, light_end: vec4<f32>) -> Screen {
+fn planes_to_light(triangle: u32, light_end: vec4<f32>) -> LightPlanes {
     let a = triangle_texel(4u * triangle);
     let b = triangle_texel(4u * triangle + 1u);
     let c = triangle_texel(4u * triangle + 2u);
     let normal = vec3<f32>(a.w, b.w, c.w);
-    let height = dot(normal, way_to_light(a.xyz, light_end));
+    let height = dot(normal, direction_to_light(a.xyz, light_end));
     let turn = select(-1.0, 1.0, height > 0.0);
     let twice_light = turn * 2.0 * light_end.xyz;
     let weight = turn * light_end.w;
@@ -136,94 +133,94 @@ fn screen_of(triangle: u32, light_end: vec4<f32>) -> Screen {
     let middle0 = b.xyz + c.xyz;
     let middle1 = c.xyz + a.xyz;
     let middle2 = a.xyz + b.xyz;
-    var screen: Screen;
-    screen.plane0 = cross(twice_light - weight * middle0, c.xyz - b.xyz);
-    screen.plane1 = cross(twice_light - weight * middle1, a.xyz - c.xyz);
-    screen.plane2 = cross(twice_light - weight * middle2, b.xyz - a.xyz);
-    screen.offsets = 0.5 * vec3<f32>(dot(screen.plane0, middle0), dot(screen.plane1, middle1), dot(screen.plane2, middle2));
-    screen.corner = a.xyz;
-    screen.normal = select(turn * normal, vec3<f32>(0.0), abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0)));
-    return screen;
+    var planes: LightPlanes;
+    planes.plane0 = cross(twice_light - weight * middle0, c.xyz - b.xyz);
+    planes.plane1 = cross(twice_light - weight * middle1, a.xyz - c.xyz);
+    planes.plane2 = cross(twice_light - weight * middle2, b.xyz - a.xyz);
+    planes.offsets = 0.5 * vec3<f32>(dot(planes.plane0, middle0), dot(planes.plane1, middle1), dot(planes.plane2, middle2));
+    planes.corner = a.xyz;
+    planes.normal = select(turn * normal, vec3<f32>(0.0), abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0)));
+    return planes;
 }
 
 // BLOCKED or 0. Which side of the triangle's plane a ray's ends are on tell their heights over it, whose error does not
 // grow with the light's distance or the triangle's slimness.
-fn blocking_of(screen: Screen, start: vec3<f32>) -> f32 {
-    let inside = min(min(dot(screen.plane0, start) - screen.offsets.x, dot(screen.plane1, start) - screen.offsets.y),
-        dot(screen.plane2, start) - screen.offsets.z);
-    return select(0.0, BLOCKED, (inside >= 0.0) & (dot(screen.normal, start - screen.corner) < 0.0));
+fn blocking(planes: LightPlanes, start: vec3<f32>) -> f32 {
+    let inside = min(min(dot(planes.plane0, start) - planes.offsets.x, dot(planes.plane1, start) - planes.offsets.y),
+        dot(planes.plane2, start) - planes.offsets.z);
+    return select(0.0, BLOCKED, (inside >= 0.0) & (dot(planes.normal, start - planes.corner) < 0.0));
 }
 
 #if TREE
 // A ray on its way through the tree, in the coordinates of the grid to which boxes are rounded.
-struct Walk {
+struct Traversal {
     // Which ray: a bit.
     ray: u32,
     vector: vec3<f32>,
     // A grid coordinate times `scale` less `start` is where the ray crosses it.
     scale: vec3<f32>,
     start: vec3<f32>,
-    nearness: f32,
-    // 1 / nearness.
-    reach: f32,
+    inverse_t: f32,
+    // Of the nearest hit so far.
+    t_max: f32,
     hit: u32,
-    // Next to visit.
+    // Next to test.
     node: u32,
     // A leaf that waits; 0: none.
     leaf: u32,
 }
 
 // Rays that a lane has on their way through the tree at once: one waits for its node while the other is tested.
-const WALKS: u32 = 2u;
-var<private> walks: array<Walk, WALKS>;
+const TRAVERSALS: u32 = 2u;
+var<private> traversals: array<Traversal, TRAVERSALS>;
 
 // Puts away what a ray that is done has found, and takes the lane's next. Returns the rays left to do.
 fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
-    let walk = walks[w];
-    let is_done = (walk.node >= node_count) & (walk.leaf == 0u);
+    let traversal = traversals[w];
+    let is_done = (traversal.node >= node_count) & (traversal.leaf == 0u);
     let next = select(0u, todo & (~todo + 1u), is_done);
-    var vector = walk.vector;
-    var nearness = walk.nearness;
-    var hit = walk.hit;
+    var vector = traversal.vector;
+    var inverse_t = traversal.inverse_t;
+    var hit = traversal.hit;
     for (var i = 0u; i < RAYS; i++) {
-        let is_last = is_done & (walk.ray == 1u << i);
-        ray_nearness[i] = select(ray_nearness[i], walk.nearness, is_last);
-        ray_hit[i] = select(ray_hit[i], walk.hit, is_last);
+        let is_last = is_done & (traversal.ray == 1u << i);
+        ray_inverse_t[i] = select(ray_inverse_t[i], traversal.inverse_t, is_last);
+        ray_hit[i] = select(ray_hit[i], traversal.hit, is_last);
         let is_this = next == 1u << i;
         vector = select(vector, ray_vector[i], is_this);
-        nearness = select(nearness, ray_nearness[i], is_this);
+        inverse_t = select(inverse_t, ray_inverse_t[i], is_this);
         hit = select(hit, ray_hit[i], is_this);
     }
     let origin = select(end.xyz, vector, is_to_light);
-    let inverse = inverse_of(select(vector, way_to_light(vector, end), is_to_light));
-    walks[w].ray = select(walk.ray, next, is_done);
-    walks[w].vector = vector;
-    walks[w].nearness = nearness;
-    walks[w].hit = hit;
-    walks[w].reach = 1.0 / nearness;
-    walks[w].scale = box_texel(2u).xyz * inverse;
-    walks[w].start = (box_texel(1u).xyz - origin) * inverse;
-    walks[w].node = select(walk.node, 0u, next != 0u);
+    let inverse = inverse_of(select(vector, direction_to_light(vector, end), is_to_light));
+    traversals[w].ray = select(traversal.ray, next, is_done);
+    traversals[w].vector = vector;
+    traversals[w].inverse_t = inverse_t;
+    traversals[w].hit = hit;
+    traversals[w].t_max = 1.0 / inverse_t;
+    traversals[w].scale = box_texel(2u).xyz * inverse;
+    traversals[w].start = (box_texel(1u).xyz - origin) * inverse;
+    traversals[w].node = select(traversal.node, 0u, next != 0u);
     return todo & ~next;
 }
 
 // Tests a box. A leaf has to wait in the tree where another one waits already. Returns whether there is more to test.
-fn visit(w: u32, node_count: u32) -> bool {
-    let walk = walks[w];
-    let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(walk.node, node_count - 1u)));
-    let a = vec3<f32>(vec3<i32>(words.xyz & vec3<u32>(0xffffu))) * walk.scale + walk.start;
-    let b = vec3<f32>(vec3<i32>(words.xyz >> vec3<u32>(16u))) * walk.scale + walk.start;
+fn step(w: u32, node_count: u32) -> bool {
+    let traversal = traversals[w];
+    let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(traversal.node, node_count - 1u)));
+    let a = vec3<f32>(vec3<i32>(words.xyz & vec3<u32>(0xffffu))) * traversal.scale + traversal.start;
+    let b = vec3<f32>(vec3<i32>(words.xyz >> vec3<u32>(16u))) * traversal.scale + traversal.start;
     let enters = lesser(a, b);
     let leaves = greater(a, b);
     let enter = greater1(greater1(enters.x, enters.y), greater1(enters.z, 0.0));
-    let leave = lesser1(lesser1(leaves.x, leaves.y), lesser1(leaves.z, walk.reach));
+    let leave = lesser1(lesser1(leaves.x, leaves.y), lesser1(leaves.z, traversal.t_max));
     let is_met = enter <= leave;
     let is_leaf = (words.w & LEAF) != 0u;
-    let is_free = walk.leaf == 0u;
-    walks[w].leaf = select(walk.leaf, words.w, is_met & is_leaf & is_free);
-    let is_stuck = (is_met & is_leaf & !is_free) | (walk.node >= node_count);
-    let after = select(words.w, walk.node + 1u, is_met | is_leaf);
-    walks[w].node = select(after, walk.node, is_stuck);
+    let is_free = traversal.leaf == 0u;
+    traversals[w].leaf = select(traversal.leaf, words.w, is_met & is_leaf & is_free);
+    let is_stuck = (is_met & is_leaf & !is_free) | (traversal.node >= node_count);
+    let after = select(words.w, traversal.node + 1u, is_met | is_leaf);
+    traversals[w].node = select(after, traversal.node, is_stuck);
     return !is_stuck;
 }
 
@@ -245,168 +242,147 @@ fn greater1(a: f32, b: f32) -> f32 {
 
 // Takes each ray of the lane that is not yet done through the tree: `end` is the common origin, or the light. Lanes need
 // nothing of one another.
-fn walk_tree(end: vec4<f32>, is_to_light: bool, is_any: bool) {
+fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
     let node_count = u32(box_texel(0u).y);
     var todo = 0u;
     for (var i = 0u; i < RAYS; i++) {
-        let is_open = select(ray_nearness[i] < NOT_WANTED, ray_nearness[i] <= 1.0, is_any);
+        let is_open = select(ray_inverse_t[i] < NOT_WANTED, ray_inverse_t[i] <= 1.0, is_any);
         todo |= select(0u, 1u << i, is_open);
     }
-    for (var w = 0u; w < WALKS; w++) {
-        walks[w].ray = 0u;
-        walks[w].node = node_count;
-        walks[w].leaf = 0u;
+    for (var w = 0u; w < TRAVERSALS; w++) {
+        traversals[w].ray = 0u;
+        traversals[w].node = node_count;
+        traversals[w].leaf = 0u;
     }
     loop {
-        for (var w = 0u; w < WALKS; w++) {
+        for (var w = 0u; w < TRAVERSALS; w++) {
             todo = take_ray(w, todo, node_count, end, is_to_light);
         }
-        var steps = 0u;
+        var boxes = 0u;
         loop {
             var is_moving = false;
-            for (var w = 0u; w < WALKS; w++) {
-                is_moving |= visit(w, node_count);
+            for (var w = 0u; w < TRAVERSALS; w++) {
+                is_moving |= step(w, node_count);
             }
-            steps++;
+            boxes++;
             continuing {
-                break if (steps == STRIDE) | !is_moving;
+                break if (boxes == STRIDE) | !is_moving;
             }
         }
         var is_done = todo == 0u;
-        for (var w = 0u; w < WALKS; w++) {
-            let triangle = walks[w].leaf & ~LEAF;
-            var nearness: f32;
+        for (var w = 0u; w < TRAVERSALS; w++) {
+            let triangle = traversals[w].leaf & ~LEAF;
+            var inverse_t: f32;
             if (is_to_light) {
-                nearness = blocking_of(screen_of(triangle, end), walks[w].vector);
+                inverse_t = blocking(planes_to_light(triangle, end), traversals[w].vector);
             } else {
-                nearness = nearness_of(facet_of(triangle, end.xyz), walks[w].vector);
+                inverse_t = inverse_t_of(planes_from_origin(triangle, end.xyz), traversals[w].vector);
             }
-            let is_nearer = (nearness > walks[w].nearness) & (walks[w].leaf != 0u);
-            walks[w].hit = select(walks[w].hit, triangle, is_nearer);
-            walks[w].nearness = select(walks[w].nearness, nearness, is_nearer);
-            walks[w].reach = 1.0 / walks[w].nearness;
-            walks[w].leaf = 0u;
-            walks[w].node = select(walks[w].node, node_count, is_any & (walks[w].nearness > 1.0));
-            is_done &= walks[w].node >= node_count;
+            let is_nearer = (inverse_t > traversals[w].inverse_t) & (traversals[w].leaf != 0u);
+            traversals[w].hit = select(traversals[w].hit, triangle, is_nearer);
+            traversals[w].inverse_t = select(traversals[w].inverse_t, inverse_t, is_nearer);
+            traversals[w].t_max = 1.0 / traversals[w].inverse_t;
+            traversals[w].leaf = 0u;
+            traversals[w].node = select(traversals[w].node, node_count, is_any & (traversals[w].inverse_t > 1.0));
+            is_done &= traversals[w].node >= node_count;
         }
         continuing {
             break if is_done;
         }
     }
-    for (var w = 0u; w < WALKS; w++) {
+    for (var w = 0u; w < TRAVERSALS; w++) {
         for (var i = 0u; i < RAYS; i++) {
-            let is_last = walks[w].ray == 1u << i;
-            ray_nearness[i] = select(ray_nearness[i], walks[w].nearness, is_last);
-            ray_hit[i] = select(ray_hit[i], walks[w].hit, is_last);
+            let is_last = traversals[w].ray == 1u << i;
+            ray_inverse_t[i] = select(ray_inverse_t[i], traversals[w].inverse_t, is_last);
+            ray_hit[i] = select(ray_hit[i], traversals[w].hit, is_last);
         }
     }
 }
 #endif
+
+fn intersect(planes: OriginPlanes, triangle: u32) {
+    for (var i = 0u; i < RAYS; i++) {
+        let inverse_t = inverse_t_of(planes, ray_vector[i]);
+        ray_hit[i] = select(ray_hit[i], triangle, inverse_t > ray_inverse_t[i]);
+        ray_inverse_t[i] = max(ray_inverse_t[i], inverse_t);
+    }
+}
+
+fn occlude(planes: LightPlanes) {
+    for (var i = 0u; i < RAYS; i++) {
+        ray_inverse_t[i] = max(ray_inverse_t[i], blocking(planes, ray_vector[i]));
+    }
+}
 
 #if PACKET
 var<private> lane: u32;
 
 #repeat LANE 8
-fn meet_facet_LANE(mine: Facet, first: u32) {
-    let facet = Facet(subgroupBroadcast(mine.edge0, LANEu), subgroupBroadcast(mine.edge1, LANEu),
+fn origin_planes_of_LANE(mine: OriginPlanes) -> OriginPlanes {
+    return OriginPlanes(subgroupBroadcast(mine.edge0, LANEu), subgroupBroadcast(mine.edge1, LANEu),
         subgroupBroadcast(mine.edge2, LANEu), subgroupBroadcast(mine.normal, LANEu));
-    for (var i = 0u; i < RAYS; i++) {
-        let nearness = nearness_of(facet, ray_vector[i]);
-        ray_hit[i] = select(ray_hit[i], first + LANEu, nearness > ray_nearness[i]);
-        ray_nearness[i] = max(ray_nearness[i], nearness);
-    }
 }
-#endrepeat
 
-#repeat LANE 8
-fn meet_screen_LANE(mine: Screen) {
-    let screen = Screen(subgroupBroadcast(mine.plane0, LANEu), subgroupBroadcast(mine.plane1, LANEu),
+fn light_planes_of_LANE(mine: LightPlanes) -> LightPlanes {
+    return LightPlanes(subgroupBroadcast(mine.plane0, LANEu), subgroupBroadcast(mine.plane1, LANEu),
         subgroupBroadcast(mine.plane2, LANEu), subgroupBroadcast(mine.offsets, LANEu), subgroupBroadcast(mine.corner, LANEu),
         subgroupBroadcast(mine.normal, LANEu));
-    for (var i = 0u; i < RAYS; i++) {
-        ray_nearness[i] = max(ray_nearness[i], blocking_of(screen, ray_vector[i]));
-    }
 }
 #endrepeat
+#endif
 
-// Traces the rays of a packet, which are those of the eight lanes of a subgroup. All lanes must come here, with the same
-// origin, whether their rays are wanted or not. Afterwards ray_nearness and ray_hit tell what was hit.
+// Traces the rays of a lane. Those of a packet, which are of the eight lanes of a subgroup, have one origin, and all its lanes must
+// come here, whether their rays are wanted or not. Afterwards ray_inverse_t and ray_hit tell what was hit.
 fn trace(origin: vec3<f32>, is_any: bool) {
-    let header = box_texel(0u);
-    let facet_end = 8u * u32(header.x);
+    let large_end = 8u * u32(box_texel(0u).x);
     for (var i = 0u; i < RAYS; i++) {
         ray_hit[i] = NOTHING_HIT;
     }
     var first = 0u;
     loop {
-        let mine = facet_of(first + lane, origin);
+#if PACKET
+        let mine = planes_from_origin(first + lane, origin);
 #repeat LANE 8
-        meet_facet_LANE(mine, first);
+        intersect(origin_planes_of_LANE(mine), first + LANEu);
 #endrepeat
         first += 8u;
-        continuing {
-            break if first >= facet_end;
-        }
-    }
-#if TREE
-    walk_tree(vec4<f32>(origin, 0.0), false, is_any);
-#endif
-}
-
-// Finds for each ray of a packet whether something is between its start and the light, which is the same for all lanes.
-// All of them must come here. Afterwards ray_nearness is BLOCKED, or NOT_WANTED as before, where it is over 1.
-fn trace_to_light(light_end: vec4<f32>) {
-    let header = box_texel(0u);
-    let facet_end = 8u * u32(header.x);
-    var first = 0u;
-    loop {
-        let mine = screen_of(first + lane, light_end);
-#repeat LANE 8
-        meet_screen_LANE(mine);
-#endrepeat
-        first += 8u;
-        continuing {
-            break if first >= facet_end;
-        }
-    }
-#if TREE
-    walk_tree(light_end, true, true);
-#endif
-}
 #else
-// Traces the rays of one lane. The lanes need not have an origin in common.
-fn trace(origin: vec3<f32>, is_any: bool) {
-    let header = box_texel(0u);
-    let facet_end = 8u * u32(header.x);
-    for (var i = 0u; i < RAYS; i++) {
-        ray_hit[i] = NOTHING_HIT;
-    }
-    for (var triangle = 0u; triangle < facet_end; triangle++) {
-        let facet = facet_of(triangle, origin);
-        for (var i = 0u; i < RAYS; i++) {
-            let nearness = nearness_of(facet, ray_vector[i]);
-            ray_hit[i] = select(ray_hit[i], triangle, nearness > ray_nearness[i]);
-            ray_nearness[i] = max(ray_nearness[i], nearness);
+        intersect(planes_from_origin(first, origin), first);
+        first++;
+#endif
+        continuing {
+            break if first >= large_end;
         }
     }
 #if TREE
-    walk_tree(vec4<f32>(origin, 0.0), false, is_any);
+    traverse(vec4<f32>(origin, 0.0), false, is_any);
 #endif
 }
 
+// Finds for each ray whether something is between its start and the light, which is the same for all lanes of a packet; all of them
+// must come here. Afterwards ray_inverse_t is BLOCKED, or NOT_WANTED as before, where it is over 1.
 fn trace_to_light(light_end: vec4<f32>) {
-    let header = box_texel(0u);
-    for (var triangle = 0u; triangle < 8u * u32(header.x); triangle++) {
-        let screen = screen_of(triangle, light_end);
-        for (var i = 0u; i < RAYS; i++) {
-            ray_nearness[i] = max(ray_nearness[i], blocking_of(screen, ray_vector[i]));
+    let large_end = 8u * u32(box_texel(0u).x);
+    var first = 0u;
+    loop {
+#if PACKET
+        let mine = planes_to_light(first + lane, light_end);
+#repeat LANE 8
+        occlude(light_planes_of_LANE(mine));
+#endrepeat
+        first += 8u;
+#else
+        occlude(planes_to_light(first, light_end));
+        first++;
+#endif
+        continuing {
+            break if first >= large_end;
         }
     }
 #if TREE
-    walk_tree(light_end, true, true);
+    traverse(light_end, true, true);
 #endif
 }
-#endif
 
 // The place in the scene of the triangle that was hit.
 fn scene_triangle(hit: u32) -> u32 {

@@ -4,13 +4,14 @@ use std::ops::Range;
 use std::path::Path;
 
 use glam::DVec3;
+use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::{Error, Result};
 
 /// The text of a file and its name.
 #[derive(Clone, Copy)]
-pub struct Source<'t> {
+pub struct TomlText<'t> {
     /// How messages call it: "the scene file".
     pub name: &'static str,
     pub text: &'t str,
@@ -22,7 +23,7 @@ pub struct Source<'t> {
 pub struct LineStarts(Vec<usize>);
 
 impl LineStarts {
-    pub fn of(text: &str) -> Self {
+    pub fn new(text: &str) -> Self {
         let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
         LineStarts(breaks.map(|(offset, _)| offset + 1).collect())
     }
@@ -32,7 +33,7 @@ impl LineStarts {
     }
 }
 
-impl<'t> Source<'t> {
+impl<'t> TomlText<'t> {
     /// The whole document as one table.
     pub fn parse(self) -> Result<Keys<'t>> {
         let root = DeTable::parse(self.text).map_err(|error| {
@@ -58,7 +59,7 @@ impl<'t> Source<'t> {
 
 /// A table whose keys are taken one by one.
 pub struct Keys<'t> {
-    source: Source<'t>,
+    source: TomlText<'t>,
     /// How messages call the table: `[camera]`.
     name: String,
     /// Where the table begins: `scene.toml:3`.
@@ -87,13 +88,20 @@ impl<'t> Keys<'t> {
 
     pub fn take(&mut self, key: &str) -> Option<Value<'t>> {
         let value = self.table.remove(key)?;
-        Some(Value {
-            source: self.source,
-            at: self.source.at(value.span()),
-            key: key.into(),
-            parent: self.name.clone(),
-            value: value.into_inner(),
-        })
+        Some(Value::new(self.source, key, &self.name, value))
+    }
+
+    /// The value of one of these keys, and which it is; refuses two of them.
+    pub fn take_one<'k>(&mut self, keys: &[&'k str]) -> Result<Option<(&'k str, Value<'t>)>> {
+        let mut given = keys.iter().filter_map(|&key| Some((key, self.take(key)?)));
+        let (first, second) = (given.next(), given.next());
+        match (first, second) {
+            (Some((key, _)), Some((_, other))) => {
+                let problem = format!("stands beside \"{key}\"");
+                Err(other.error(problem, "keep one of them"))
+            }
+            (first, _) => Ok(first),
+        }
     }
 
     /// The value of a key that has to be there; `example` shows how to write it.
@@ -159,7 +167,7 @@ fn beginning(word: &str) -> &str {
 
 /// The value of one key.
 pub struct Value<'t> {
-    source: Source<'t>,
+    source: TomlText<'t>,
     /// `scene.toml:12`
     pub at: String,
     key: String,
@@ -168,6 +176,16 @@ pub struct Value<'t> {
 }
 
 impl<'t> Value<'t> {
+    fn new(source: TomlText<'t>, key: &str, parent: &str, value: Spanned<DeValue<'t>>) -> Self {
+        Value {
+            source,
+            at: source.at(value.span()),
+            key: key.into(),
+            parent: parent.into(),
+            value: value.into_inner(),
+        }
+    }
+
     pub fn number(&self) -> Result<f64> {
         finite_number(&self.value).ok_or_else(|| self.wrong("a finite number"))
     }
@@ -234,19 +252,9 @@ impl<'t> Value<'t> {
             }
             _ => return Err(self.wrong(&expected)),
         };
-        elements
-            .into_iter()
-            .map(|element| {
-                Value {
-                    source: self.source,
-                    at: self.source.at(element.span()),
-                    key: self.key.clone(),
-                    parent: self.parent.clone(),
-                    value: element.into_inner(),
-                }
-                .table(name.clone())
-            })
-            .collect()
+        let element_of = |element| Value::new(self.source, &self.key, &self.parent, element);
+        let tables = elements.into_iter().map(element_of);
+        tables.map(|value| value.table(name.clone())).collect()
     }
 
     /// The elements of an array, each with its own place.
@@ -254,13 +262,7 @@ impl<'t> Value<'t> {
         let DeValue::Array(elements) = self.value else {
             return Err(self.wrong("an array"));
         };
-        let element_of = |element: toml::Spanned<DeValue<'t>>| Value {
-            source: self.source,
-            at: self.source.at(element.span()),
-            key: self.key.clone(),
-            parent: self.parent.clone(),
-            value: element.into_inner(),
-        };
+        let element_of = |element| Value::new(self.source, &self.key, &self.parent, element);
         Ok(elements.into_iter().map(element_of).collect())
     }
 

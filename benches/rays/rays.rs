@@ -42,10 +42,10 @@ impl Rays {
         let texels: Vec<RayPoint> = morton_order(&kept.lights[0].rsm)
             .map(|texel| ray_point(&texel.point))
             .collect();
-        let mut random = Random(1);
+        let mut random = Random(fastrand::Rng::with_seed(1));
         let (mut ends, mut directions) = (Vec::new(), Vec::new());
         for point in &points {
-            let first = random.number() / RAYS as f64;
+            let first = random.0.f64() / RAYS as f64;
             for ray in 0..RAYS {
                 let at = (first + ray as f64 / RAYS as f64) * texels.len() as f64;
                 ends.push(texels[at as usize]);
@@ -85,25 +85,17 @@ fn from_morton(code: usize) -> [usize; 2] {
     })
 }
 
-/// Uniform in [0, 1), the same each time (splitmix64).
-struct Random(u64);
+/// The same each time.
+struct Random(fastrand::Rng);
 
 impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z >> 40) as f64 / (1u64 << 24) as f64
-    }
-
     /// In the given cell of a grid over the square, which is mapped to the disc and lifted to the hemisphere (Shirley &
     /// Chiu 1997).
     fn direction(&mut self, cell: usize, normal: DVec3) -> DVec3 {
         let edge = RAYS.isqrt() as f64;
         let [column, row] = from_morton(cell);
-        let a = 2.0 * (column as f64 + self.number()) / edge - 1.0;
-        let b = 2.0 * (row as f64 + self.number()) / edge - 1.0;
+        let a = 2.0 * (column as f64 + self.0.f64()) / edge - 1.0;
+        let b = 2.0 * (row as f64 + self.0.f64()) / edge - 1.0;
         let (radius, angle) = if a.abs() > b.abs() {
             (a, std::f64::consts::FRAC_PI_4 * b / a)
         } else {

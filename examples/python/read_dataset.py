@@ -62,6 +62,11 @@ class Frame:
         planes = [self._channels[channel] for channel in self.layers[name]["channels"]]
         return planes[0] if len(planes) == 1 else numpy.stack(planes, axis=-1)
 
+    def header(self):
+        """The attributes of the file by their names, as docs/output.md lists them."""
+        with OpenEXR.File(str(self.path), header_only=True) as file:
+            return dict(file.header())
+
     def camera_to_world(self):
         """4 x 4, for column vectors."""
         return _matrix(self.line["camera"])
@@ -109,6 +114,8 @@ def main():
         shapes = ", ".join(f"{name} {list(pixels.shape)}" for name, pixels in values.items())
         if "P" in values and "depth" in values:
             shapes += f", pose fits to {reprojection_error_px(frame):.1e} px"
+            apart = abs(frame.header()["camlux.cameraToWorld"].T - frame.camera_to_world()).max()
+            shapes += f", header's pose within {apart:.0e}"
         print(f"{frame.line['index']}: {shapes}")
 
 

@@ -40,7 +40,7 @@ fuzz_target!(|bytes: &[u8]| {
             edges: edges.as_deref(),
             channels: layer.channel_names.len(),
         };
-        Comparison::of(&pixels).expect("every layer has all pixels");
+        Comparison::new(&pixels).expect("every layer has all pixels");
     }
     image.total_radiance();
 });

@@ -245,15 +245,8 @@ pub unsafe extern "C" fn camlux_device_validation_count(
 /// # Safety
 /// The name is null or a C string.
 unsafe fn options_from(options: camlux_device_options) -> Outcome<DeviceOptions> {
-    let camlux_device_options {
-        struct_size: _,
-        choice,
-        index,
-        validation,
-        name,
-    } = options;
     // SAFETY: the caller's word.
-    let name = unsafe { args::text(name, "name") }?;
+    let name = unsafe { args::text(options.name, "name") }?;
     let name =
         || name.ok_or_else(|| Failure::argument("choice is CAMLUX_DEVICE_NAME, but name is NULL"));
     let choices = args::choices![
@@ -261,14 +254,14 @@ unsafe fn options_from(options: camlux_device_options) -> Outcome<DeviceOptions>
         CAMLUX_DEVICE_INDEX => 1,
         CAMLUX_DEVICE_NAME => 2,
     ];
-    let choice = match args::one_of("choice", choice, &choices)? {
+    let choice = match args::one_of("choice", options.choice, &choices)? {
         0 => DeviceChoice::Best,
-        1 => DeviceChoice::Index(index as usize),
+        1 => DeviceChoice::Index(options.index as usize),
         _ => DeviceChoice::Name(name()?),
     };
     Ok(DeviceOptions {
         choice,
-        validation: args::flag("validation", validation)?,
+        validation: args::flag("validation", options.validation)?,
     })
 }
 

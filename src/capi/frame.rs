@@ -194,13 +194,8 @@ impl FrameObject {
     }
 
     fn exr_options(&self, options: camlux_exr_options) -> Outcome<ExrOptions> {
-        let camlux_exr_options {
-            struct_size: _,
-            half,
-            layers,
-            reserved,
-        } = options;
-        args::reserved(camlux_exr_options::NAME, reserved)?;
+        let layers = options.layers;
+        args::reserved(camlux_exr_options::NAME, options.reserved)?;
         if layers >> LAYERS.len() != 0 {
             return Err(Failure::argument(format!(
                 "layers is {layers:#x}, which has bits that stand for no layer"
@@ -212,7 +207,7 @@ impl FrameObject {
             .map(|(number, ..)| Ok(self.layer(*number)?.0))
             .collect::<Outcome<Vec<Layer>>>()?;
         Ok(ExrOptions {
-            half: args::flag("half", half)?,
+            half: args::flag("half", options.half)?,
             layers: (layers != 0).then_some(picked),
             ..ExrOptions::default()
         })

@@ -61,13 +61,8 @@ impl Pose {
     };
 
     fn from_c(pose: camlux_pose) -> Outcome<Pose> {
-        let camlux_pose {
-            struct_size: _,
-            reserved,
-            position_m,
-            orientation_xyzw,
-        } = pose;
-        args::reserved(camlux_pose::NAME, reserved)?;
+        args::reserved(camlux_pose::NAME, pose.reserved)?;
+        let orientation_xyzw = pose.orientation_xyzw;
         let orientation = DQuat::from_array(orientation_xyzw);
         let length = orientation.length();
         if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
@@ -79,7 +74,7 @@ impl Pose {
             .into());
         }
         Ok(Pose {
-            position_m: DVec3::from(position_m),
+            position_m: DVec3::from(pose.position_m),
             orientation: orientation.normalize(),
         })
     }

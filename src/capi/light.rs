@@ -130,40 +130,28 @@ pub unsafe extern "C" fn camlux_scene_get_light(
 }
 
 fn light_from_c(light: camlux_light) -> Outcome<Light> {
-    let camlux_light {
-        struct_size: _,
-        kind,
-        position_m,
-        direction,
-        power_w,
-        irradiance_w_m2,
-        inner_half_angle_deg,
-        outer_half_angle_deg,
-    } = light;
-    let cone = SpotCone {
-        inner_half_angle_deg,
-        outer_half_angle_deg,
-    };
-    let point = Light::Point {
-        position_m: DVec3::from(position_m),
-        power_w,
-    };
-    let spot = Light::Spot {
-        position_m: DVec3::from(position_m),
-        direction: DVec3::from(direction),
-        cone,
-        power_w,
-    };
-    let directional = Light::Directional {
-        direction: DVec3::from(direction),
-        irradiance_w_m2,
-    };
+    let position_m = DVec3::from(light.position_m);
+    let direction = DVec3::from(light.direction);
     let choices = args::choices![
-        CAMLUX_LIGHT_POINT => point,
-        CAMLUX_LIGHT_SPOT => spot,
-        CAMLUX_LIGHT_DIRECTIONAL => directional,
+        CAMLUX_LIGHT_POINT => Light::Point {
+            position_m,
+            power_w: light.power_w,
+        },
+        CAMLUX_LIGHT_SPOT => Light::Spot {
+            position_m,
+            direction,
+            cone: SpotCone {
+                inner_half_angle_deg: light.inner_half_angle_deg,
+                outer_half_angle_deg: light.outer_half_angle_deg,
+            },
+            power_w: light.power_w,
+        },
+        CAMLUX_LIGHT_DIRECTIONAL => Light::Directional {
+            direction,
+            irradiance_w_m2: light.irradiance_w_m2,
+        },
     ];
-    args::one_of("kind", kind, &choices)
+    args::one_of("kind", light.kind, &choices)
 }
 
 fn light_to_c(light: &Light) -> camlux_light {

@@ -97,20 +97,18 @@ pub unsafe extern "C" fn camlux_scene_set_material(
 /// The name is null or a C string.
 unsafe fn material_from_c(material: camlux_material) -> Outcome<Material> {
     let camlux_material {
-        struct_size: _,
-        kd_texture,
         kd,
         ks,
         shininess,
-        name,
+        kd_texture,
+        ..
     } = material;
     // SAFETY: the caller's word.
-    let name = unsafe { args::text(name, "name") }?.unwrap_or_default();
+    let name = unsafe { args::text(material.name, "name") }?.unwrap_or_default();
     let mut material = Material::lambert(name, kd);
     material.ks = ks;
     material.kd_texture = (kd_texture != CAMLUX_NONE).then_some(kd_texture as usize);
-    let is_given = shininess.is_nan() || shininess >= 0.0;
-    if is_given {
+    if shininess.is_nan() || shininess >= 0.0 {
         material.shininess = shininess;
     } else if material.is_specular() {
         // An exponent of 1 would be a silent choice of a very wide lobe.

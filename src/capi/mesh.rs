@@ -93,49 +93,42 @@ pub unsafe extern "C" fn camlux_scene_add_mesh(
 /// # Safety
 /// As for `camlux_scene_add_mesh`.
 unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
-    let camlux_mesh {
-        struct_size: _,
-        material,
-        vertex_count,
-        triangle_count,
-        positions_m,
-        normals,
-        texcoords,
-        indices,
-        triangle_materials,
-        name,
-    } = mesh;
-    for (what, count) in [
-        ("vertex_count", vertex_count),
-        ("triangle_count", triangle_count),
-    ] {
+    let [vertices, triangles] = [mesh.vertex_count, mesh.triangle_count];
+    for (what, count) in [("vertex_count", vertices), ("triangle_count", triangles)] {
         if count > u32::MAX as usize {
             return Err(Failure::argument(format!(
                 "{what} is {count}, more than 32-bit indices can tell apart; split the mesh"
             )));
         }
     }
+    let optional = |array: &camlux_array, count| if array.data.is_null() { 0 } else { count };
+    let vectors = |list: Vec<[f64; 3]>| list.into_iter().map(DVec3::from).collect();
+    let materials = &mesh.triangle_materials;
     // SAFETY: the caller's word, for each of them.
     unsafe {
-        let name = args::text(name, "name")?.unwrap_or_default();
-        let positions_m = reals(&positions_m, "positions_m", vertex_count)?;
-        let triangle_materials = match triangle_materials.data.is_null() {
-            true => uniform(material, triangle_count)?,
-            false => wholes(&triangle_materials, "triangle_materials", triangle_count)?
-                .into_iter()
-                .map(|[material]| material)
-                .collect(),
-        };
+        let materials: Vec<[u32; 1]> = wholes(
+            materials,
+            "triangle_materials",
+            optional(materials, triangles),
+        )?;
         Ok(Mesh {
-            name,
-            positions_m: positions_m.into_iter().map(DVec3::from).collect(),
-            normals: optional_reals(&normals, "normals", vertex_count)?
-                .into_iter()
-                .map(DVec3::from)
-                .collect(),
-            texcoords: optional_reals(&texcoords, "texcoords", vertex_count)?,
-            triangles: wholes(&indices, "indices", triangle_count)?,
-            triangle_materials,
+            name: args::text(mesh.name, "name")?.unwrap_or_default(),
+            positions_m: vectors(reals(&mesh.positions_m, "positions_m", vertices)?),
+            normals: vectors(reals(
+                &mesh.normals,
+                "normals",
+                optional(&mesh.normals, vertices),
+            )?),
+            texcoords: reals(
+                &mesh.texcoords,
+                "texcoords",
+                optional(&mesh.texcoords, vertices),
+            )?,
+            triangles: wholes(&mesh.indices, "indices", triangles)?,
+            triangle_materials: match mesh.triangle_materials.data.is_null() {
+                true => uniform(mesh.material, triangles)?,
+                false => materials.concat(),
+            },
         })
     }
 }
@@ -150,25 +143,14 @@ fn uniform(material: u32, count: usize) -> Outcome<Vec<u32>> {
 
 /// # Safety
 /// As for [`Rows::read`].
-unsafe fn optional_reals<const N: usize>(
-    array: &camlux_array,
-    name: &str,
-    count: usize,
-) -> Outcome<Vec<[f64; N]>> {
-    if array.data.is_null() {
-        return Ok(Vec::new());
-    }
-    // SAFETY: the caller's word.
-    unsafe { reals(array, name, count) }
-}
-
-/// # Safety
-/// As for [`Rows::read`].
 unsafe fn reals<const N: usize>(
     array: &camlux_array,
     name: &str,
     count: usize,
 ) -> Outcome<Vec<[f64; N]>> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
     let formats = args::choices![
         CAMLUX_FORMAT_F32 => false,
         CAMLUX_FORMAT_F64 => true,
@@ -190,6 +172,9 @@ unsafe fn wholes<const N: usize>(
     name: &str,
     count: usize,
 ) -> Outcome<Vec<[u32; N]>> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
     let formats = args::choices![
         CAMLUX_FORMAT_U16 => false,
         CAMLUX_FORMAT_U32 => true,

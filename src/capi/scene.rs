@@ -12,7 +12,7 @@ use super::{
     handle::{self, camlux_scene},
     instances::{Instance, Pose, UnplacedMesh},
     log::{self, CAMLUX_LOG_WARNING},
-    scene_options::first_camera,
+    scene_options::camera_from_c,
     status::{CAMLUX_ERROR_OUT_OF_MEMORY, Failure, Outcome, camlux_status, ffi_guard},
 };
 use crate::{Scene, scene::Direct};
@@ -193,7 +193,7 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
     ffi_guard("camlux_scene_create", || {
         let make = || {
             Ok(SceneObject::new(Scene {
-                camera: first_camera(),
+                camera: camera_from_c(CStruct::INIT)?,
                 sensor: None,
                 lights: Vec::new(),
                 meshes: Vec::new(),

@@ -253,67 +253,36 @@ pub unsafe extern "C" fn camlux_scene_set_direct(
     ffi_guard("camlux_scene_set_direct", || {
         let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let camlux_direct {
-            struct_size: _,
-            shadow,
-        } = unsafe { args::read_optional(direct) }?.unwrap_or(CStruct::INIT);
+        let direct = unsafe { args::read_optional(direct) }?.unwrap_or(CStruct::INIT);
         let choices = args::choices![
             CAMLUX_SHADOW_DEFAULT => None,
             CAMLUX_SHADOW_MAP => Some(Shadow::Map),
             CAMLUX_SHADOW_RAYS => Some(Shadow::Rays),
         ];
-        let shadow = args::one_of("shadow", shadow, &choices)?;
+        let shadow = args::one_of("shadow", direct.shadow, &choices)?;
         object.lock_to_change().scene.direct = Direct { shadow };
         Ok(())
     })
 }
 
-/// The camera that a scene begins with.
-pub(super) fn first_camera() -> Camera {
-    let init = camlux_camera::INIT;
-    Camera {
-        resolution_px: [init.width_px, init.height_px],
-        position_m: DVec3::from(init.position_m),
-        look_at_m: DVec3::from(init.look_at_m),
-        up: DVec3::from(init.up),
-        lens: Lens::FovY {
-            fov_y_deg: init.fov_y_deg,
+pub(super) fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
+    let lenses = args::choices![
+        CAMLUX_LENS_FOV_Y => Lens::FovY {
+            fov_y_deg: camera.fov_y_deg,
         },
-    }
-}
-
-fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
-    let camlux_camera {
-        struct_size: _,
-        width_px,
-        height_px,
-        lens,
-        position_m,
-        look_at_m,
-        up,
-        fov_y_deg,
-        fx_px,
-        fy_px,
-        cx_px,
-        cy_px,
-    } = camera;
-    let fov = Lens::FovY { fov_y_deg };
-    let intrinsics = Lens::Intrinsics(Intrinsics {
-        fx: fx_px,
-        fy: fy_px,
-        cx: cx_px,
-        cy: cy_px,
-    });
-    let choices = args::choices![
-        CAMLUX_LENS_FOV_Y => fov,
-        CAMLUX_LENS_INTRINSICS => intrinsics,
+        CAMLUX_LENS_INTRINSICS => Lens::Intrinsics(Intrinsics {
+            fx: camera.fx_px,
+            fy: camera.fy_px,
+            cx: camera.cx_px,
+            cy: camera.cy_px,
+        }),
     ];
     Ok(Camera {
-        resolution_px: [width_px, height_px],
-        position_m: DVec3::from(position_m),
-        look_at_m: DVec3::from(look_at_m),
-        up: DVec3::from(up),
-        lens: args::one_of("lens", lens, &choices)?,
+        resolution_px: [camera.width_px, camera.height_px],
+        position_m: DVec3::from(camera.position_m),
+        look_at_m: DVec3::from(camera.look_at_m),
+        up: DVec3::from(camera.up),
+        lens: args::one_of("lens", camera.lens, &lenses)?,
     })
 }
 
@@ -338,18 +307,11 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
 }
 
 fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
-    let camlux_sensor {
-        struct_size: _,
-        reserved,
-        pixel_pitch_um,
-        exposure_time_s,
-        duty_cycle,
-    } = sensor;
-    args::reserved(camlux_sensor::NAME, reserved)?;
+    args::reserved(camlux_sensor::NAME, sensor.reserved)?;
     let sensor = Sensor {
-        pixel_pitch_um,
-        exposure_time_s,
-        duty_cycle,
+        pixel_pitch_um: sensor.pixel_pitch_um,
+        exposure_time_s: sensor.exposure_time_s,
+        duty_cycle: sensor.duty_cycle,
     };
     sensor.validate()?;
     Ok(sensor)

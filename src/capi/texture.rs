@@ -98,41 +98,30 @@ pub unsafe extern "C" fn camlux_scene_add_texture(
 /// # Safety
 /// As for `camlux_scene_add_texture`.
 unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
-    let camlux_texture {
-        struct_size: _,
-        width_px,
-        height_px,
-        component,
-        channels,
-        encoding,
-        pixels,
-        row_stride_bytes,
-        name,
-    } = texture;
     // SAFETY: the caller's word.
-    let name = unsafe { args::text(name, "name") }?.unwrap_or_default();
+    let name = unsafe { args::text(texture.name, "name") }?.unwrap_or_default();
+    let channels = texture.channels as usize;
     if ![1, 3, 4].contains(&channels) {
         return Err(Failure::argument(format!(
             "channels is {channels}; give 1, 3 or 4"
         )));
     }
     let encodings = args::choices![
-        CAMLUX_ENCODING_DEFAULT => component != CAMLUX_COMPONENT_F32,
+        CAMLUX_ENCODING_DEFAULT => texture.component != CAMLUX_COMPONENT_F32,
         CAMLUX_ENCODING_LINEAR => false,
         CAMLUX_ENCODING_SRGB => true,
     ];
-    let is_encoded = args::one_of("encoding", encoding, &encodings)?;
+    let is_encoded = args::one_of("encoding", texture.encoding, &encodings)?;
     let decode = |value: f64| match is_encoded {
         true => linear_from_srgb(value) as f32,
         false => value as f32,
     };
-    let channels = channels as usize;
     let rows = Rows {
         name: "pixels",
-        data: pixels,
-        stride_bytes: row_stride_bytes,
-        count: height_px as usize,
-        length: width_px as usize * channels,
+        data: texture.pixels,
+        stride_bytes: texture.row_stride_bytes,
+        count: texture.height_px as usize,
+        length: texture.width_px as usize * channels,
     };
     // Powers are slow: one for every value that there is, instead of one for every pixel.
     let table = |last: u16| -> Vec<f32> {
@@ -146,7 +135,7 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
         CAMLUX_COMPONENT_U16 => 1,
         CAMLUX_COMPONENT_F32 => 2,
     ];
-    let linear_rgb = match args::one_of("component", component, &components)? {
+    let linear_rgb = match args::one_of("component", texture.component, &components)? {
         0 => {
             let table = table(u8::MAX.into());
             // SAFETY: the caller's word.
@@ -167,7 +156,7 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
     }?;
     Ok(Texture {
         name,
-        size_px: [width_px, height_px],
+        size_px: [texture.width_px, texture.height_px],
         linear_rgb,
     })
 }

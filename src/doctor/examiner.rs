@@ -251,7 +251,7 @@ pub(super) fn largest(values: &[f32]) -> f64 {
 
 /// relRMSE against values without noise; infinite where a value is no finite number or the truth is black.
 pub(super) fn error_of(image: &[f32], truth: &[Bands]) -> f64 {
-    let comparison = Comparison::of(&Pixels {
+    let comparison = Comparison::new(&Pixels {
         image,
         reference: truth.as_flattened(),
         image_standard_error: None,
@@ -280,7 +280,7 @@ fn error_against(frame: &Frame, truth: &Frame, layer: Layer) -> f64 {
         Layer::Indirect => truth.values(Layer::StandardError),
         _ => None,
     };
-    let comparison = Comparison::of(&Pixels {
+    let comparison = Comparison::new(&Pixels {
         image: values(frame, layer),
         reference: values(truth, layer),
         image_standard_error: None,

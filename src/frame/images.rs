@@ -2,21 +2,22 @@
 
 use crate::{
     Result,
-    passes::{Context, gbuffer::GBuffer},
-    vulkan::{Image, ImageShape},
+    passes::gbuffer::GBuffer,
+    plan::Plan,
+    vulkan::{Allocate, Device, Image, ImageShape},
 };
 
 /// Of the camera's size.
-pub(crate) struct FrameImages {
+pub(crate) struct FrameImages<A: Allocate = Device> {
     pub key: FrameImagesKey,
-    pub gbuffer: GBuffer,
-    pub direct: Image,
+    pub gbuffer: GBuffer<A>,
+    pub direct: A::Image,
     /// With indirect light.
-    pub indirect: Option<Image>,
+    pub indirect: Option<A::Image>,
     /// With a sensor.
-    pub energy: Option<Image>,
+    pub energy: Option<A::Image>,
     /// Direct and indirect together: for a host alone.
-    pub radiance: Option<Image>,
+    pub radiance: Option<A::Image>,
 }
 
 /// Which images there are, and how large.
@@ -30,26 +31,24 @@ pub(crate) struct FrameImagesKey {
 }
 
 impl FrameImagesKey {
-    pub fn new(context: &Context) -> FrameImagesKey {
-        let plan = context.plan;
+    pub fn new(plan: &Plan, stays_on_device: bool) -> FrameImagesKey {
         FrameImagesKey {
             resolution_px: plan.resolution_px,
             is_specular: plan.is_specular,
             has_indirect: plan.indirect.is_some(),
             has_energy: plan.joule_per_irradiance.is_some(),
-            has_radiance: context.stays_on_device,
+            has_radiance: stays_on_device,
         }
     }
 }
 
-impl FrameImages {
+impl<A: Allocate> FrameImages<A> {
     /// Images without contents.
-    pub fn new(context: &Context) -> Result<FrameImages> {
-        let key = FrameImagesKey::new(context);
+    pub fn new(allocate: &A, plan: &Plan, key: FrameImagesKey) -> Result<FrameImages<A>> {
         let shape = ImageShape::plain(key.resolution_px);
-        let image = |what| Image::new(context.device, what, shape);
+        let image = |name| allocate.image(name, shape);
         Ok(FrameImages {
-            gbuffer: GBuffer::new(context.device, context.plan)?,
+            gbuffer: GBuffer::new(allocate, plan)?,
             direct: image("direct radiance")?,
             indirect: key
                 .has_indirect
@@ -60,7 +59,9 @@ impl FrameImages {
             key,
         })
     }
+}
 
+impl FrameImages {
     /// Those to which light after light is added.
     pub fn sums(&self) -> impl Iterator<Item = &Image> {
         [&self.direct].into_iter().chain(&self.indirect)

@@ -5,7 +5,7 @@ use crate::{
     Error, LightPlan, Result,
     passes::{
         Context, direct::Occluders, gather::ListedVpls, light::DeviceLight, rsm::Rsm,
-        shadow::ShadowMap, vpl::VplLists, vpl_draws::ListedLight,
+        shadow::ShadowMap, vpl::VplLists, vpl_sampler::ListedLight,
     },
     plan::ShadowPlan,
     scene::{Light, VplSum},

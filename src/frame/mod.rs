@@ -8,6 +8,7 @@ mod indirect;
 mod lights;
 mod progress;
 mod readback;
+mod requirements;
 mod scene_resources;
 
 use crate::{
@@ -53,7 +54,7 @@ pub(crate) fn draw(
     cost: &mut Cost,
     mut observe: Option<&mut Observer>,
 ) -> Result<(ErrorEstimates, u64)> {
-    let images_key = FrameImagesKey::new(context);
+    let images_key = FrameImagesKey::new(context.plan, context.stays_on_device);
     cache.images.drop_unless(&images_key);
     cache.lights.drop_unless(&LightsKey::new(context));
     cache.scene.update(context)?;
@@ -62,8 +63,9 @@ pub(crate) fn draw(
     let (lights, is_new) = cache
         .lights
         .get_or_make(LightsKey::new(context), new_lights)?;
-    let new_images = || FrameImages::new(context);
-    let (images, _) = cache.images.get_or_make(images_key, new_images)?;
+    let (images, _) = cache.images.get_or_make(images_key.clone(), || {
+        FrameImages::new(context.device, context.plan, images_key)
+    })?;
     let images = &*images;
 
     progress.report("gbuffer", 0.0)?;

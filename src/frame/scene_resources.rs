@@ -66,7 +66,7 @@ struct SameValues<T>(Vec<Shared<T>>);
 impl<T> PartialEq for SameValues<T> {
     fn eq(&self, other: &Self) -> bool {
         let pairs = self.0.iter().zip(&other.0);
-        self.0.len() == other.0.len() && pairs.into_iter().all(|(a, b)| a.is_one(b))
+        self.0.len() == other.0.len() && pairs.into_iter().all(|(a, b)| a.ptr_eq(b))
     }
 }
 

@@ -166,7 +166,7 @@ fn surface_point(
     }
 }
 
-/// The unit vector that `pack_direction` of `shaders/surface.wgsl` packed.
+/// The unit vector that `pack_direction` of `shaders/hit.wgsl` packed.
 fn unpack_direction(packed: f32) -> DVec3 {
     let packed = f64::from(packed);
     let row = (packed / 4096.0).floor();

@@ -168,7 +168,7 @@ impl RayProbe {
     }
 }
 
-/// As `pack_direction` of `shaders/surface.wgsl`.
+/// As `pack_direction` of `shaders/hit.wgsl`.
 fn pack_direction(direction: DVec3) -> f32 {
     let flat = direction.truncate() / direction.abs().element_sum();
     let sign = |v: f64| if v >= 0.0 { 1.0 } else { -1.0 };

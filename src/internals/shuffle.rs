@@ -40,16 +40,8 @@ pub(super) fn shuffle(
 
 /// The numbers below a count, each once.
 fn shuffled(count: u32, seed: u64) -> Vec<u32> {
-    let random = |index: &u32| {
-        // SplitMix64 (Steele, Lea, Flood 2014).
-        let step = seed.wrapping_add(u64::from(*index)).wrapping_add(1);
-        let mut word = step.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        word ^ (word >> 31)
-    };
     let mut order: Vec<u32> = (0..count).collect();
-    order.sort_by_key(random);
+    fastrand::Rng::with_seed(seed).shuffle(&mut order);
     order
 }
 

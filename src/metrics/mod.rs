@@ -75,9 +75,9 @@ impl Comparison {
     ///
     /// # Errors
     /// [`Error::Input`] when the slices do not fit together.
-    pub fn of<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Result<Self> {
+    pub fn new<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Result<Self> {
         check(pixels)?;
-        let selection = Selection::of(pixels);
+        let selection = Selection::new(pixels);
         let samples = &selection.samples;
         let sum =
             |term: fn(&Sample) -> f64| samples.iter().map(term).collect::<CompensatedSum>().value();
@@ -104,8 +104,8 @@ impl Comparison {
                 mean_absolute: sum(|sample| sample.d().abs()) / sums.t,
                 percentile_99: percentile_99(samples, 0.01 * mean(sums.t)),
             }),
-            noise: (has_errors && has_noise).then(|| NoiseCorrection::of(samples, &sums)),
-            z_scores: ZScores::of(samples),
+            noise: (has_errors && has_noise).then(|| NoiseCorrection::new(samples, &sums)),
+            z_scores: ZScores::new(samples),
         })
     }
 }
@@ -141,7 +141,7 @@ struct Selection {
 }
 
 impl Selection {
-    fn of<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Self {
+    fn new<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Self {
         let mut selection = Selection {
             samples: Vec::new(),
             edge_pixels: 0,

@@ -70,14 +70,14 @@ pub(super) struct Sums {
 
 impl NoiseCorrection {
     /// For Σt > 0.
-    pub(super) fn of(samples: &[Sample], sums: &Sums) -> Self {
+    pub(super) fn new(samples: &[Sample], sums: &Sums) -> Self {
         let sum =
             |term: fn(&Sample) -> f64| samples.iter().map(term).collect::<CompensatedSum>().value();
         let variance = sum(Sample::variance);
         let pixels = || {
             samples
                 .chunk_by(|a, b| a.pixel == b.pixel)
-                .map(PixelSums::of)
+                .map(PixelSums::new)
         };
         let image_to_reference = sums.x / sums.t;
         let bias_variance: CompensatedSum = pixels()
@@ -86,7 +86,7 @@ impl NoiseCorrection {
         let true_squares = sums.tt - sum(|sample| sample.sigma * sample.sigma);
         NoiseCorrection {
             floor: (variance / sums.tt).sqrt(),
-            rmse: CorrectedRmse::of(pixels, sums.dd - variance, true_squares),
+            rmse: CorrectedRmse::new(pixels, sums.dd - variance, true_squares),
             bias_standard_error: bias_variance.value().sqrt() / sums.t,
             mean_absolute_floor: (2.0 / PI).sqrt() * sum(|sample| sample.variance().sqrt())
                 / sums.t,
@@ -96,7 +96,7 @@ impl NoiseCorrection {
 
 impl CorrectedRmse {
     /// From A and B.
-    fn of<I: Iterator<Item = PixelSums>>(
+    fn new<I: Iterator<Item = PixelSums>>(
         pixels: impl Fn() -> I,
         squared_error: f64,
         true_squares: f64,
@@ -161,7 +161,7 @@ struct PixelSums {
 }
 
 impl PixelSums {
-    fn of(bands: &[Sample]) -> Self {
+    fn new(bands: &[Sample]) -> Self {
         let mut sums = PixelSums::default();
         for &Sample {
             x, t, sigma, tau, ..
@@ -182,7 +182,7 @@ impl PixelSums {
 }
 
 impl ZScores {
-    pub(super) fn of(samples: &[Sample]) -> Option<Self> {
+    pub(super) fn new(samples: &[Sample]) -> Option<Self> {
         let scores: Vec<f64> = samples
             .iter()
             .filter(|sample| sample.variance() > 0.0)

@@ -75,7 +75,7 @@ impl ExrCompression {
         Self::ALL.into_iter().find(|way| way.name() == name)
     }
 
-    fn of_format(self) -> Compression {
+    fn to_exr(self) -> Compression {
         match self {
             ExrCompression::None => Compression::Uncompressed,
             ExrCompression::Rle => Compression::RLE,
@@ -122,7 +122,7 @@ impl ExrOptions {
 /// header: standard attributes `software`, `worldToCamera`, `worldToNDC` and `expTime`, the rest under `camlux.`, such
 /// as `camlux.unit.radiance` = `W/sr/m^2`. `docs/output.md` lists them.
 ///
-/// Unless asked for, the pixels are stored uncompressed, for any compression costs more time than the disk space is worth while the next
+/// Unless another is chosen, the pixels are stored uncompressed, for any compression costs more time than the disk space is worth while the next
 /// frame waits. Measured with 22 channels of 800 × 800 (a Cornell box of 200 × 200 repeated, which flatters ZIP and
 /// PXR24), release build, 2 cores, into the file cache:
 ///
@@ -134,7 +134,7 @@ impl ExrOptions {
 /// The same frame, written with the same options, gives the same bytes.
 ///
 /// # Errors
-/// [`Error::Output`] when a layer is asked for that the frame does not have, when the frame's layers do not fit its
+/// [`Error::Output`] when a layer is requested that the frame does not have, when the frame's layers do not fit its
 /// resolution, and when the file cannot be written. There is no file under the final name then, or the one from before.
 pub fn write_exr(mut output: OutputFile, frame: &Frame, options: &ExrOptions) -> Result<()> {
     fill(&mut output, frame, options)?;
@@ -173,10 +173,10 @@ pub fn write_exr_hashed(
 
 fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<()> {
     frame.check_for_output(output.path())?;
-    let channels = FrameChannels::of(frame, options, output)?;
+    let channels = FrameChannels::new(frame, options, output)?;
     let size = frame.resolution_px.map(|px| px as usize);
     let encoding = Encoding {
-        compression: options.compression.of_format(),
+        compression: options.compression.to_exr(),
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
@@ -206,14 +206,14 @@ struct FrameChannel<'frame> {
 }
 
 impl<'frame> FrameChannels<'frame> {
-    fn of(frame: &'frame Frame, options: &ExrOptions, output: &OutputFile) -> Result<Self> {
+    fn new(frame: &'frame Frame, options: &ExrOptions, output: &OutputFile) -> Result<Self> {
         let picked: Option<HashSet<Layer>> = options
             .layers
             .as_ref()
             .map(|layers| layers.iter().copied().collect());
         let is_there = |layer: Layer| frame.layers.iter().any(|(kind, _)| *kind == layer);
-        let asked = options.layers.iter().flatten();
-        if let Some(missing) = asked.copied().find(|&layer| !is_there(layer)) {
+        let requested = options.layers.iter().flatten();
+        if let Some(missing) = requested.copied().find(|&layer| !is_there(layer)) {
             return Err(Error::Output {
                 path: output.path().to_owned(),
                 problem: format!("the frame has no layer {}", missing.name()),

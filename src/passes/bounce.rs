@@ -9,18 +9,24 @@ use super::{
     rays::RayTreeImages,
     receivers::{ReceiverRange, Receivers},
     vpl::VplLists,
-    vpl_draws::{ListedLight, VplDraws},
+    vpl_sampler::{ListedLight, VplSampler},
 };
 use crate::{
     Error, RayKernel, Result, lattice,
+    plan::Plan,
     vulkan::{
-        Buffer, BufferUse, Device, MAX_GROUPS, Recorder, Resource, TexelList,
+        Allocate, Buffer, BufferUse, Device, MAX_GROUPS, Recorder, Resource, TexelList,
         shaders::{self, BounceParameters, Module, bytes_of, values_in},
     },
 };
 
 /// Rays of the first submission, before the device's speed is known.
 const FIRST_SUBMISSION_RAYS: f64 = 5e5;
+
+/// Samples of a gather at most.
+pub(crate) const MAX_SAMPLES: u64 = 1 << 14;
+/// Texels of a tile of the RSM.
+const TILE_TEXELS: u64 = 64;
 
 /// What the pass works with.
 pub(crate) struct Bounce<'b> {
@@ -30,19 +36,19 @@ pub(crate) struct Bounce<'b> {
     pub surfaces: &'b HitSurfaces,
     pub vpls: &'b VplLists,
     lights: TexelList,
-    draws_of_vpls: VplDraws,
-    /// What each draw of a VPL brings: of a pilot only.
-    brought: Option<Buffer>,
+    vpl_sampler: VplSampler,
+    /// What each sample of a VPL contributes: of a pilot only.
+    contributions: Option<Buffer>,
     nothing: Buffer,
     light_count: u32,
     kernel: RayKernel,
     lattice: Lattice,
-    /// Whether the lists of draws have been copied to their images.
+    /// Whether the lists have been copied to their images.
     is_copied: Copied,
 }
 
 struct Lattice {
-    draws: u32,
+    samples: u32,
     points: TexelList,
 }
 
@@ -50,8 +56,26 @@ struct Lattice {
 #[derive(Default)]
 struct Copied {
     lights: bool,
-    draws_of_vpls: bool,
+    vpl_sampler: bool,
     lattice: bool,
+}
+
+/// What the sampling of VPLs and directions takes, in lists that the pilot's replace.
+pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, rsm_size: u32) -> Result<()> {
+    let lights = plan.lights.len() as u64;
+    let texels = u64::from(plan.max_faces()) * u64::from(rsm_size).pow(2);
+    let tiles = lights * texels.div_ceil(TILE_TEXELS);
+    for _ in 0..2 {
+        TexelList::declare(allocate, "lattice", MAX_SAMPLES)?;
+        TexelList::declare(
+            allocate,
+            "guide to the samples of VPLs",
+            guide_cells()?.into(),
+        )?;
+        TexelList::declare(allocate, "samples of VPLs", tiles)?;
+        TexelList::declare(allocate, "pmf of VPLs", tiles)?;
+    }
+    TexelList::declare(allocate, "lights", 32 * lights)
 }
 
 impl<'b> Bounce<'b> {
@@ -75,8 +99,8 @@ impl<'b> Bounce<'b> {
             surfaces,
             vpls,
             lights: TexelList::new(device, "lights", words.to_vec())?,
-            draws_of_vpls: VplDraws::even(device, lights, guide_cells()?)?,
-            brought: None,
+            vpl_sampler: VplSampler::even(device, lights, guide_cells()?)?,
+            contributions: None,
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             light_count: lights.len() as u32,
             kernel,
@@ -95,23 +119,23 @@ impl Gatherer for Bounce<'_> {
         false
     }
 
-    /// What VPLs bring to the pilot is kept.
+    /// What VPLs contribute to the pilot is kept.
     fn begin_pilot(&mut self, results: u32, samples: u32) -> Result<()> {
         let bytes = u64::from(results) * u64::from(samples) * size_of::<f32>() as u64;
         let device = self.context.device;
-        self.brought = Some(Buffer::new(device, "pilot", bytes, BufferUse::Readback)?);
+        self.contributions = Some(Buffer::new(device, "pilot", bytes, BufferUse::Readback)?);
         Ok(())
     }
 
-    /// From here on VPLs are sampled by what they have brought to the pilot's results.
+    /// From here on VPLs are sampled by what they have contributed to the pilot's results.
     fn learn(&mut self, results: u32, samples: u32) -> Result<bool> {
-        if let Some(brought) = self.brought.take() {
-            let brought = brought.mapped((results * samples) as usize)?;
+        if let Some(contributions) = self.contributions.take() {
+            let contributions = contributions.mapped((results * samples) as usize)?;
             let device = self.context.device;
-            self.draws_of_vpls =
-                self.draws_of_vpls
-                    .learned(device, brought, samples, guide_cells()?)?;
-            self.is_copied.draws_of_vpls = false;
+            self.vpl_sampler =
+                self.vpl_sampler
+                    .learned(device, contributions, samples, guide_cells()?)?;
+            self.is_copied.vpl_sampler = false;
         }
         Ok(true)
     }
@@ -121,7 +145,10 @@ impl Gatherer for Bounce<'_> {
         &mut self,
         (receivers, range): (&Receivers, ReceiverRange),
         results: Results,
-        Samples { count: draws, seed }: Samples,
+        Samples {
+            count: samples,
+            seed,
+        }: Samples,
         cost: &mut Cost,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()> {
@@ -133,8 +160,8 @@ impl Gatherer for Bounce<'_> {
         if count == 0 {
             return Ok(());
         }
-        if self.lattice.draws != draws {
-            self.lattice = Lattice::new(self.context.device, draws)?;
+        if self.lattice.samples != samples {
+            self.lattice = Lattice::new(self.context.device, samples)?;
             self.is_copied.lattice = false;
         }
         let plan = self.context.plan;
@@ -157,19 +184,19 @@ impl Gatherer for Bounce<'_> {
             .subgroup_lanes
             .clamp(1, 64);
         let receivers_per_group = 64 / lanes;
-        let draws_per_dispatch = lanes * pipeline.module.constant("RAYS")?;
+        let samples_per_dispatch = lanes * pipeline.module.constant("RAYS")?;
         // To a light for each direction, and to a VPL.
         let lobes = if is_glossy { 2 } else { 1 };
-        let rays_per_draw = u64::from(lobes * (1 + self.light_count) + 1);
+        let rays_per_sample = u64::from(lobes * (1 + self.light_count) + 1);
         let mut resources = self.gbuffer.resources();
         resources.extend(self.tree.resources());
         resources.extend(self.surfaces.resources());
-        resources.extend(self.draws_of_vpls.resources());
+        resources.extend(self.vpl_sampler.resources());
         resources.extend([
             ("lights", self.lights.resource()),
             (
-                "brought_by_vpls",
-                Resource::Buffer(self.brought.as_ref().unwrap_or(&self.nothing)),
+                "vpl_contributions",
+                Resource::Buffer(self.contributions.as_ref().unwrap_or(&self.nothing)),
             ),
             ("vpls", Resource::Image(&self.vpls.matte)),
             ("lattice", self.lattice.points.resource()),
@@ -180,7 +207,7 @@ impl Gatherer for Bounce<'_> {
         let mut done = 0;
         while done < count {
             let budget = cost.budget(pipeline.module.name, FIRST_SUBMISSION_RAYS);
-            let rays_per_receiver = u64::from(draws) * rays_per_draw;
+            let rays_per_receiver = u64::from(samples) * rays_per_sample;
             let fit = (budget / rays_per_receiver as f64) as u32;
             let receiver_count = fit
                 .clamp(receivers_per_group, MAX_GROUPS * receivers_per_group)
@@ -189,25 +216,25 @@ impl Gatherer for Bounce<'_> {
             if !std::mem::replace(&mut self.is_copied.lights, true) {
                 self.lights.record_copy(&mut recorder);
             }
-            if !std::mem::replace(&mut self.is_copied.draws_of_vpls, true) {
-                self.draws_of_vpls.record_copy(&mut recorder);
+            if !std::mem::replace(&mut self.is_copied.vpl_sampler, true) {
+                self.vpl_sampler.record_copy(&mut recorder);
             }
             if !std::mem::replace(&mut self.is_copied.lattice, true) {
                 self.lattice.points.record_copy(&mut recorder);
             }
             recorder.pass("bounce", |recorder| {
-                for first_draw in (0..draws).step_by(draws_per_dispatch as usize) {
+                for first_sample in (0..samples).step_by(samples_per_dispatch as usize) {
                     let parameters = BounceParameters {
                         camera_position: self.context.camera_position(),
                         first_receiver: first + done,
                         receiver_count,
                         first_result: results.first + done,
-                        first_draw,
-                        draw_count: draws_per_dispatch.min(draws - first_draw),
-                        draws,
+                        first_sample,
+                        sample_count: samples_per_dispatch.min(samples - first_sample),
+                        samples,
                         light_count: self.light_count,
-                        range_count: self.draws_of_vpls.range_count(),
-                        is_pilot: self.brought.is_some().into(),
+                        range_count: self.vpl_sampler.range_count(),
+                        is_pilot: self.contributions.is_some().into(),
                         seed,
                         ..BounceParameters::default()
                     };
@@ -237,44 +264,12 @@ fn guide_cells() -> Result<u32> {
 }
 
 impl Lattice {
-    fn new(device: &Device, draws: u32) -> Result<Lattice> {
-        let points = lattice::rank1(draws);
+    fn new(device: &Device, samples: u32) -> Result<Lattice> {
+        let points = lattice::rank1(samples);
         let texels = points.iter().map(|&[x, y]| [x, y, 0.0, 0.0]);
         Ok(Lattice {
-            draws,
+            samples,
             points: TexelList::new(device, "lattice", texels.collect())?,
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::mem::offset_of;
-
-    use super::*;
-    use shaders::Light;
-
-    /// The kernel reads a light texel by texel, not as the struct that it is.
-    #[test]
-    fn a_light_lies_as_the_kernel_reads_it() {
-        let any = ["lambert", "matte", "flat", "single"];
-        let module = Module::find("bounce", &any).expect("it is compiled");
-        let texels = module.constant("LIGHT_TEXELS").expect("it is there");
-        assert_eq!(size_of::<Light>(), 16 * texels as usize);
-        let word = |texel: usize, component: usize| 16 * texel + 4 * component;
-        assert_eq!(offset_of!(Light, position), word(0, 0));
-        assert_eq!(offset_of!(Light, half_extent), word(0, 3));
-        assert_eq!(offset_of!(Light, axis), word(1, 0));
-        assert_eq!(offset_of!(Light, outer_half_angle), word(1, 3));
-        assert_eq!(offset_of!(Light, intensity), word(2, 0));
-        assert_eq!(offset_of!(Light, inverse_penumbra), word(2, 3));
-        assert_eq!(size_of::<shaders::LightFace>(), word(3, 0));
-        assert_eq!(offset_of!(shaders::LightFace, right), word(0, 0));
-        assert_eq!(offset_of!(shaders::LightFace, up), word(1, 0));
-        assert_eq!(offset_of!(shaders::LightFace, forward), word(2, 0));
-        assert_eq!(offset_of!(Light, faces), word(3, 0));
-        assert_eq!(offset_of!(Light, rsm_size), word(21, 2));
-        assert_eq!(offset_of!(Light, is_parallel), word(22, 0));
-        assert_eq!(offset_of!(Light, first_tile), word(22, 2));
     }
 }

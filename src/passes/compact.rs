@@ -4,7 +4,7 @@ use super::Context;
 use crate::{
     Error, Result,
     vulkan::{
-        Buffer, BufferUse, Device, Recorder, Resource,
+        Allocate, BufferUse, Device, Recorder, Resource,
         shaders::{Compaction, ListLengths, Module},
     },
 };
@@ -16,38 +16,38 @@ fn runs_of(item_count: u32) -> Result<u32> {
 }
 
 /// What a compaction needs beside its items and its lists.
-pub(crate) struct Compactor {
+pub(crate) struct Compactor<A: Allocate = Device> {
     item_count: u32,
     run_count: u32,
-    runs: Buffer,
-    lengths: Buffer,
-    readback: Buffer,
+    runs: A::Buffer,
+    lengths: A::Buffer,
+    readback: A::Buffer,
     /// Where the host wants to know the places of runs.
-    runs_readback: Option<Buffer>,
+    runs_readback: Option<A::Buffer>,
 }
 
-impl Compactor {
+impl<A: Allocate> Compactor<A> {
     /// For up to `item_count` items.
-    pub fn new(device: &Device, item_count: u32) -> Result<Compactor> {
+    pub fn new(allocate: &A, item_count: u32) -> Result<Compactor<A>> {
         let run_count = runs_of(item_count)?;
         let bytes = u64::from(run_count) * size_of::<ListLengths>() as u64;
         let one = size_of::<ListLengths>() as u64;
         Ok(Compactor {
             item_count,
             run_count,
-            runs: Buffer::new(device, "run counts", bytes, BufferUse::Device)?,
-            lengths: Buffer::new(device, "list lengths", one, BufferUse::Device)?,
-            readback: Buffer::new(device, "list lengths", one, BufferUse::Readback)?,
+            runs: allocate.buffer("run counts", bytes, BufferUse::Device)?,
+            lengths: allocate.buffer("list lengths", one, BufferUse::Device)?,
+            readback: allocate.buffer("list lengths", one, BufferUse::Readback)?,
             runs_readback: None,
         })
     }
 
     /// The same, and [`Compactor::run_places`] is there.
-    pub fn with_run_places(device: &Device, item_count: u32) -> Result<Compactor> {
-        let compactor = Compactor::new(device, item_count)?;
-        let bytes = compactor.runs.bytes;
+    pub fn with_run_places(allocate: &A, item_count: u32) -> Result<Compactor<A>> {
+        let compactor = Compactor::new(allocate, item_count)?;
+        let bytes = u64::from(compactor.run_count) * size_of::<ListLengths>() as u64;
         Ok(Compactor {
-            runs_readback: Some(Buffer::new(device, "runs", bytes, BufferUse::Readback)?),
+            runs_readback: Some(allocate.buffer("runs", bytes, BufferUse::Readback)?),
             ..compactor
         })
     }
@@ -56,7 +56,9 @@ impl Compactor {
     pub fn run_count(&self) -> u32 {
         self.run_count
     }
+}
 
+impl Compactor {
     /// The same for fewer items.
     pub fn set_item_count(&mut self, item_count: u32) -> Result<()> {
         let run_count = runs_of(item_count)?;

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     Result,
-    vulkan::{Buffer, BufferUse, Device},
+    vulkan::{Allocate, Buffer, BufferUse},
 };
 
 /// Gathers indirect light.
@@ -53,9 +53,9 @@ pub(crate) struct Results<'r> {
 
 impl Results<'_> {
     /// Room for the results of so many receivers.
-    pub fn room(device: &Device, receiver_count: u32) -> Result<Buffer> {
+    pub fn room<A: Allocate>(allocate: &A, receiver_count: u32) -> Result<A::Buffer> {
         let bytes = u64::from(receiver_count) * 2 * size_of::<[f32; 4]>() as u64;
-        Buffer::new(device, "gathered light", bytes, BufferUse::Device)
+        allocate.buffer("gathered light", bytes, BufferUse::Device)
     }
 }
 

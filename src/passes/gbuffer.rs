@@ -7,26 +7,26 @@ use super::{
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Buffer, Device, Image, ImageShape, Recorder, Resource, Target},
+    vulkan::{Allocate, Buffer, Device, Image, ImageShape, Recorder, Resource, Target},
 };
 
 /// Images of the camera's size.
-pub(crate) struct GBuffer {
+pub(crate) struct GBuffer<A: Allocate = Device> {
     /// P, local; mesh id (0: no surface).
-    pub position_mesh: Image,
+    pub position_mesh: A::Image,
     /// n_P; the geometric normal, packed.
-    pub normal_geometric: Image,
+    pub normal_geometric: A::Image,
     /// k_d; material id.
-    pub kd_material: Image,
+    pub kd_material: A::Image,
     /// k_s; s. Only where some material is specular.
-    pub ks_shininess: Option<Image>,
-    depth: Image,
+    pub ks_shininess: Option<A::Image>,
+    depth: A::Image,
 }
 
-impl GBuffer {
-    pub fn new(device: &Device, plan: &Plan) -> Result<GBuffer> {
+impl<A: Allocate> GBuffer<A> {
+    pub fn new(allocate: &A, plan: &Plan) -> Result<GBuffer<A>> {
         let shape = ImageShape::plain(plan.resolution_px);
-        let image = |what| Image::new(device, what, shape);
+        let image = |name| allocate.image(name, shape);
         Ok(GBuffer {
             position_mesh: image("G-buffer positions")?,
             normal_geometric: image("G-buffer normals")?,
@@ -35,10 +35,12 @@ impl GBuffer {
                 .is_specular
                 .then(|| image("G-buffer k_s"))
                 .transpose()?,
-            depth: Image::new(device, "G-buffer depth", shape.depth())?,
+            depth: allocate.image("G-buffer depth", shape.depth())?,
         })
     }
+}
 
+impl GBuffer {
     /// All but the depth.
     pub fn colors(&self) -> Vec<&Image> {
         let images = [

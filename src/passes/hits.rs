@@ -2,7 +2,8 @@
 
 use crate::{
     Plan, Result, Scene,
-    vulkan::{Device, Recorder, Resource, TexelList},
+    scene::{Shared, Texture},
+    vulkan::{Allocate, Device, Recorder, Resource, TexelList},
 };
 
 /// The lists of `shaders/hits.wgsl`.
@@ -11,6 +12,24 @@ pub(crate) struct HitSurfaces {
     triangles: TexelList,
     materials: TexelList,
     texels: TexelList,
+}
+
+/// What a scene's triangles and materials take.
+pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
+    TexelList::declare(allocate, "shading of triangles", 4 * scene.triangle_count())?;
+    // Each material with and without its texture, in three texels.
+    TexelList::declare(allocate, "materials", 6 * scene.materials.len() as u64)
+}
+
+/// What a scene's textures take, all together.
+pub(crate) fn declare_textures(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> Result<()> {
+    let texels = |texture: &Shared<Texture>| {
+        let [width, height] = texture.size_px.map(u64::from);
+        width * height
+    };
+    let texels = scene.textures.iter().map(texels).sum();
+    let texels = if plan.is_textured { texels } else { 0 };
+    TexelList::declare(allocate, "textures that rays hit", texels)
 }
 
 impl HitSurfaces {
@@ -67,7 +86,7 @@ impl HitSurfaces {
         Ok(HitSurfaces {
             triangles: TexelList::new(device, "shading of triangles", triangles)?,
             materials: TexelList::new(device, "materials", materials.into_flattened())?,
-            texels: TexelList::new(device, "texels", texels)?,
+            texels: TexelList::new(device, "textures that rays hit", texels)?,
         })
     }
 

@@ -5,10 +5,10 @@ use crate::{
     Result,
     emission::EmissionDomain,
     local_space::LocalSpace,
-    plan::LightPlan,
+    plan::{LightPlan, Plan},
     scene::Light,
     vulkan::{
-        Buffer,
+        Allocate, Buffer, BufferUse,
         shaders::{self, LightFace},
     },
 };
@@ -25,6 +25,17 @@ pub(crate) struct DeviceLight {
     pub emission: Buffer,
     /// Texels of the RSM; 0 without indirect light.
     pub texel_count: u32,
+}
+
+/// What the emission tables of all lights take.
+pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
+    let rsm_size = plan.indirect.map_or(0, |indirect| indirect.rsm_size);
+    for light in &plan.lights {
+        let texels = u64::from(light.faces) * u64::from(rsm_size).pow(2);
+        let bytes = texels * size_of::<[f32; 2]>() as u64;
+        allocate.buffer("table of the RSM's texels", bytes, BufferUse::Upload)?;
+    }
+    Ok(())
 }
 
 impl DeviceLight {

@@ -28,7 +28,7 @@ pub(crate) mod smooth;
 pub(crate) mod surface;
 pub(crate) mod view;
 pub(crate) mod vpl;
-pub(crate) mod vpl_draws;
+pub(crate) mod vpl_sampler;
 
 /// What a frame is made of and made with: the same for all of its passes.
 #[derive(Clone, Copy)]
@@ -94,8 +94,7 @@ mod tests {
                     asked.extend(["", "textured"].map(words));
                 }
             }
-            let kinds = ["point", "spot", "directional"];
-            for kind in kinds {
+            for kind in ["point", "spot", "directional"] {
                 for kernel in RayKernel::ALL.map(RayKernel::name) {
                     let words = |tree| ("direct", vec![kind, brdf, kernel, tree]);
                     asked.extend(trees.map(words));

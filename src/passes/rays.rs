@@ -3,8 +3,8 @@
 use crate::{
     Result, Scene,
     local_space::LocalSpace,
-    ray_tree::RayTree,
-    vulkan::{Device, Recorder, Resource, TexelList},
+    ray_tree::{RayTree, max_box_texels, max_triangle_texels},
+    vulkan::{Allocate, Device, Recorder, Resource, TexelList},
 };
 
 /// What `shaders/trace.wgsl` finds a scene's triangles in.
@@ -12,6 +12,17 @@ pub(crate) struct RayTreeImages {
     boxes: TexelList,
     triangles: TexelList,
     has_tree: bool,
+}
+
+/// What the triangles of a scene take.
+pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
+    let triangles = scene.triangle_count();
+    TexelList::declare(
+        allocate,
+        "triangles for rays",
+        max_triangle_texels(triangles),
+    )?;
+    TexelList::declare(allocate, "boxes for rays", max_box_texels(triangles))
 }
 
 impl RayTreeImages {

@@ -3,30 +3,31 @@
 use super::{Context, compact::Compactor, gbuffer::GBuffer};
 use crate::{
     Result,
-    vulkan::{Buffer, BufferUse, Device, Recorder, Resource, shaders::ListLengths},
+    vulkan::{Allocate, Buffer, BufferUse, Device, Recorder, Resource, shaders::ListLengths},
 };
 
 /// Pixels as column + 65536 · row.
-pub(crate) struct Receivers {
+pub(crate) struct Receivers<A: Allocate = Device> {
     /// What the predict pass or the host proposes.
-    pub candidates: Buffer,
+    pub candidates: A::Buffer,
     /// Those of the candidates that show a surface: matte ones, then glossy ones.
-    pub pixels: Buffer,
-    compactor: Compactor,
+    pub pixels: A::Buffer,
+    compactor: Compactor<A>,
+}
+
+impl<A: Allocate> Receivers<A> {
+    /// Room for so many receivers, and so many candidates in a list.
+    pub fn new(allocate: &A, capacity: u32, candidate_capacity: u32) -> Result<Receivers<A>> {
+        let buffer = |name, count| allocate.buffer(name, 4 * u64::from(count), BufferUse::Device);
+        Ok(Receivers {
+            candidates: buffer("candidates", candidate_capacity)?,
+            pixels: buffer("list of pixels", capacity)?,
+            compactor: Compactor::new(allocate, capacity)?,
+        })
+    }
 }
 
 impl Receivers {
-    /// Room for so many receivers, and so many candidates in a list.
-    pub fn new(device: &Device, capacity: u32, candidate_capacity: u32) -> Result<Receivers> {
-        let buffer =
-            |what, count| Buffer::new(device, what, 4 * u64::from(count), BufferUse::Device);
-        Ok(Receivers {
-            candidates: buffer("candidates", candidate_capacity)?,
-            pixels: buffer("receivers", capacity)?,
-            compactor: Compactor::new(device, capacity)?,
-        })
-    }
-
     /// With candidates of the host's choice.
     pub fn with_candidates(device: &Device, pixels: &[u32]) -> Result<Receivers> {
         Ok(Receivers {

@@ -3,22 +3,22 @@
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Device, Image, ImageShape, Recorder, Resource},
+    vulkan::{Allocate, Device, ImageShape, Recorder, Resource},
 };
 
 /// What was gathered or interpolated at each pixel, as `shaders/refinement.wgsl` describes it.
-pub(crate) struct RefinementImages {
-    /// Irradiance, W/m²; and the pixel's state.
-    diffuse: Image,
-    /// The same weighted by the Phong lobe; only where some material is specular.
-    specular: Option<Image>,
+pub(crate) struct RefinementImages<A: Allocate = Device> {
+    /// What the diffuse lobe reflects for k_d = 1, W/sr/m²; and the pixel's state.
+    diffuse: A::Image,
+    /// The same of the specular lobe for k_s = 1; only where some material is specular.
+    specular: Option<A::Image>,
     /// Of the samples of gathered pixels, diffuse and specular; only where gathers have noise.
-    squared_differences: Option<Image>,
+    squared_differences: Option<A::Image>,
 }
 
-impl RefinementImages {
-    pub fn new(device: &Device, plan: &Plan, is_noisy: bool) -> Result<RefinementImages> {
-        let image = |what| Image::new(device, what, ImageShape::plain(plan.resolution_px));
+impl<A: Allocate> RefinementImages<A> {
+    pub fn new(allocate: &A, plan: &Plan, is_noisy: bool) -> Result<RefinementImages<A>> {
+        let image = |name| allocate.image(name, ImageShape::plain(plan.resolution_px));
         Ok(RefinementImages {
             diffuse: image("gathered diffuse light")?,
             specular: plan
@@ -28,7 +28,9 @@ impl RefinementImages {
             squared_differences: is_noisy.then(|| image("squared differences")).transpose()?,
         })
     }
+}
 
+impl RefinementImages {
     /// Nothing is known.
     pub fn clear<'r>(&'r self, recorder: &mut Recorder<'r>) {
         let others = self.specular.iter().chain(&self.squared_differences);

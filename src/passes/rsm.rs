@@ -8,42 +8,44 @@ use super::{
 use crate::{
     Result,
     plan::Plan,
-    vulkan::{Device, Image, ImageShape, Recorder, Resource, Target},
+    vulkan::{Allocate, Device, Image, ImageShape, Recorder, Resource, Target},
 };
 
 /// A position image's pixel that shows no surface.
 pub(crate) const NO_SURFACE: [f32; 4] = [0.0, 0.0, 0.0, -1.0];
 
 /// Images with one layer per face of the light.
-pub(crate) struct Rsm {
+pub(crate) struct Rsm<A: Allocate = Device> {
     /// Q, local; its triangle.
-    pub position: Image,
+    pub position: A::Image,
     /// n_Q; the geometric normal, packed.
-    pub normal: Image,
+    pub normal: A::Image,
     /// k_d; L_{L→Q} over the light's axial intensity.
-    pub kd_irradiance: Image,
+    pub kd_irradiance: A::Image,
     /// k_s; s. Only where some material is specular.
-    pub ks_shininess: Option<Image>,
-    depth: Image,
+    pub ks_shininess: Option<A::Image>,
+    depth: A::Image,
 }
 
-impl Rsm {
+impl<A: Allocate> Rsm<A> {
     /// Room for the light with the most faces; the others use the first layers. `None` without indirect light.
-    pub fn for_plan(device: &Device, plan: &Plan) -> Result<Option<Rsm>> {
+    pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<Rsm<A>>> {
         let Some(indirect) = plan.indirect else {
             return Ok(None);
         };
         let shape = ImageShape::layers(indirect.rsm_size, plan.max_faces());
-        let image = |what| Image::new(device, what, shape);
+        let image = |name| allocate.image(name, shape);
         Ok(Some(Rsm {
             position: image("RSM positions")?,
             normal: image("RSM normals")?,
             kd_irradiance: image("RSM k_d and irradiance")?,
             ks_shininess: plan.is_specular.then(|| image("RSM k_s")).transpose()?,
-            depth: Image::new(device, "RSM depth", shape.depth())?,
+            depth: allocate.image("RSM depth", shape.depth())?,
         }))
     }
+}
 
+impl Rsm {
     pub fn colors(&self) -> Vec<&Image> {
         let images = [&self.position, &self.normal, &self.kd_irradiance];
         images.into_iter().chain(&self.ks_shininess).collect()

@@ -7,25 +7,25 @@ use super::{
 };
 use crate::{
     Plan, Result,
-    vulkan::{Device, Image, ImageShape, Recorder, Target},
+    vulkan::{Allocate, Device, ImageShape, Recorder, Target},
 };
 
 /// Position and triangle of what the light sees, one layer per face of the light.
-pub(crate) struct ShadowMap {
-    pub position: Image,
-    depth: Image,
+pub(crate) struct ShadowMap<A: Allocate = Device> {
+    pub position: A::Image,
+    depth: A::Image,
 }
 
-impl ShadowMap {
+impl<A: Allocate> ShadowMap<A> {
     /// Room for the light with the most faces; `None` where RSMs or rays serve them all.
-    pub fn for_plan(device: &Device, plan: &Plan) -> Result<Option<ShadowMap>> {
+    pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<ShadowMap<A>>> {
         let Some(size) = plan.own_map_size() else {
             return Ok(None);
         };
         let shape = ImageShape::layers(size, plan.max_faces());
         Ok(Some(ShadowMap {
-            position: Image::new(device, "shadow map", shape)?,
-            depth: Image::new(device, "shadow map depth", shape.depth())?,
+            position: allocate.image("shadow map", shape)?,
+            depth: allocate.image("shadow map depth", shape.depth())?,
         }))
     }
 }

@@ -7,31 +7,35 @@ use super::{
 };
 use crate::{
     Result,
-    vulkan::{Buffer, BufferUse, Recorder, Resource, groups_in_rows, shaders::SmoothParameters},
+    vulkan::{
+        Allocate, BufferUse, Device, Recorder, Resource, groups_in_rows, shaders::SmoothParameters,
+    },
 };
 
 /// A grid over the image, and room for its new values.
-pub(crate) struct Smoothing {
+pub(crate) struct Smoothing<A: Allocate = Device> {
     stride_px: u32,
     columns: u32,
     item_count: u32,
-    smoothed: Buffer,
+    smoothed: A::Buffer,
 }
 
-impl Smoothing {
+impl<A: Allocate> Smoothing<A> {
     /// Of every `stride_px`-th pixel.
-    pub fn new(context: &Context, stride_px: u32) -> Result<Smoothing> {
-        let [columns, rows] = context.plan.resolution_px.map(|px| px.div_ceil(stride_px));
+    pub fn new(allocate: &A, resolution_px: [u32; 2], stride_px: u32) -> Result<Smoothing<A>> {
+        let [columns, rows] = resolution_px.map(|px| px.div_ceil(stride_px));
         let item_count = columns * rows;
         let bytes = u64::from(item_count) * 2 * size_of::<[f32; 4]>() as u64;
         Ok(Smoothing {
             stride_px,
             columns,
             item_count,
-            smoothed: Buffer::new(context.device, "smoothed light", bytes, BufferUse::Device)?,
+            smoothed: allocate.buffer("smoothed light", bytes, BufferUse::Device)?,
         })
     }
+}
 
+impl Smoothing {
     /// Replaces what was gathered on the grid.
     pub fn smooth<'r>(
         &'r self,

@@ -8,7 +8,8 @@ use crate::{
     plan::Plan,
     scene::{Mesh, Scene, Shared, Texture},
     vulkan::{
-        Buffer, Device, Image, ImageShape, Pipelines, Recorder, Resource, Target,
+        Allocate, Buffer, BufferUse, Device, Image, ImageShape, Pipelines, Recorder, Resource,
+        Target,
         shaders::{Draw, View},
     },
 };
@@ -24,7 +25,7 @@ impl Textures {
             let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
             let texels: Vec<[f32; 4]> = texture.linear_rgb.iter().map(rgba).collect();
             let image = Image::new(device, "texture", ImageShape::plain(texture.size_px))?;
-            Ok((image, Buffer::upload(device, "texture", &texels)?))
+            Ok((image, Buffer::staging(device, "texture", &texels)?))
         };
         textures.map(upload).collect::<Result<_>>().map(Textures)
     }
@@ -63,6 +64,29 @@ pub(crate) struct RasterPass<'p> {
     /// The word for the BRDF; `None`: positions and triangles only, which need neither normals nor textures.
     pub brdf: Option<&'static str>,
     pub color_count: usize,
+}
+
+/// What a scene's surfaces and textures take.
+pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> Result<()> {
+    let list = |name, count: u64, bytes| allocate.buffer(name, count * bytes, BufferUse::Upload);
+    let vertices = scene.meshes.iter().map(|m| m.positions_m.len() as u64);
+    let vertices = vertices.sum();
+    list("list of vertices", vertices, 16)?;
+    list("list of triangles", scene.triangle_count(), 12)?;
+    if plan.is_smooth {
+        list("normals", vertices, 16)?;
+    }
+    if plan.is_textured {
+        list("texture coordinates", vertices, 8)?;
+        for texture in &scene.textures {
+            let name = format!("texture \"{}\"", texture.name);
+            let [width, height] = texture.size_px;
+            allocate.image(&name, ImageShape::plain(texture.size_px))?;
+            let bytes = u64::from(width) * u64::from(height) * 16;
+            allocate.buffer(&name, bytes, BufferUse::Staging)?;
+        }
+    }
+    Ok(())
 }
 
 impl Surfaces {

@@ -6,25 +6,25 @@ use crate::{
     plan::{GatherPlan, IndirectPlan, Plan},
     scene::VplSum,
     vulkan::{
-        Device, Image, ImageShape, Recorder, Resource,
+        Allocate, Device, ImageShape, Recorder, Resource,
         shaders::{ListLengths, Module},
     },
 };
 
 /// VPLs of all lights, one behind the other, a layer per member.
-pub(crate) struct VplLists {
+pub(crate) struct VplLists<A: Allocate = Device> {
     /// Where the lists are not kept apart: all of them.
-    pub matte: Image,
+    pub matte: A::Image,
     /// Of sums, and only where some material is specular.
-    pub glossy: Option<Image>,
-    compactor: Compactor,
+    pub glossy: Option<A::Image>,
+    compactor: Compactor<A>,
     /// From one light's place to the next one's, in the lists of all lights' VPLs and of the tiles of their RSMs.
     pub room_per_light: [u32; 2],
 }
 
-impl VplLists {
+impl<A: Allocate> VplLists<A> {
     /// Room for a VPL of either kind for each texel of the RSM of each light; `None` without indirect light.
-    pub fn for_plan(device: &Device, plan: &Plan) -> Result<Option<VplLists>> {
+    pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<VplLists<A>>> {
         let Some(indirect) = plan.indirect else {
             return Ok(None);
         };
@@ -39,7 +39,7 @@ impl VplLists {
                 layers: Some(module.constant(layers)?),
                 is_depth: false,
             };
-            Image::new(device, what, shape)
+            allocate.image(what, shape)
         };
         let (is_glossy_apart, matte_layers, compactor) = if indirect.is_final_gather() {
             let layers = if plan.is_specular {
@@ -50,13 +50,13 @@ impl VplLists {
             (
                 false,
                 layers,
-                Compactor::with_run_places(device, texel_count)?,
+                Compactor::with_run_places(allocate, texel_count)?,
             )
         } else {
             (
                 plan.is_specular,
                 "VPL_LAYERS",
-                Compactor::new(device, texel_count)?,
+                Compactor::new(allocate, texel_count)?,
             )
         };
         Ok(Some(VplLists {
@@ -68,7 +68,9 @@ impl VplLists {
             compactor,
         }))
     }
+}
 
+impl VplLists {
     /// Zeros: what lies behind a list is read, too, and must be numbers.
     pub fn clear<'r>(&'r self, recorder: &mut Recorder<'r>) {
         for list in [Some(&self.matte), self.glossy.as_ref()]
@@ -119,7 +121,7 @@ pub(crate) fn extract<'r>(
     resources.extend([
         ("emission", Resource::Buffer(&light.emission)),
         ("light", Resource::Buffer(&light.uniform)),
-        ("vpls", Resource::Image(&vpls.matte)),
+        ("matte_vpls", Resource::Image(&vpls.matte)),
     ]);
     if let Some(glossy) = &vpls.glossy {
         resources.push(("glossy_vpls", Resource::Image(glossy)));

@@ -3,8 +3,6 @@
 
 mod display;
 mod kernels;
-mod limits;
-mod memory;
 mod steps;
 
 pub use kernels::{GatherKernel, RayKernel};
@@ -17,8 +15,6 @@ use crate::{
     vulkan::DeviceInfo,
 };
 
-/// Bytes of a pixel of every image.
-const PIXEL_BYTES: u64 = 16;
 /// Bounds of the edge of the shadow map that lights share whose RSM is too coarse, texels.
 const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
 /// Texels of such a map per triangle of the scene: fewer, and many triangles are not in the map.
@@ -26,10 +22,6 @@ const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
 /// Points of the coarsest grid along the shorter edge. By rays these are also to average their noise.
 const RAY_GRID_POINTS: u32 = 50;
 const SUM_GRID_POINTS: u32 = 25;
-/// The maps of all lights are kept where they take no more than the device's memory over this.
-const MAPS_SHARE_OF_MEMORY: u64 = 8;
-/// Triangles that a pixel can tell apart: whole numbers that are exact in f32.
-const MAX_TRIANGLES: u64 = 1 << 24;
 
 /// The passes and permutations that a frame takes on a device.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,11 +122,8 @@ impl IndirectPlan {
 }
 
 impl Plan {
-    /// Plans a frame of a valid scene.
-    ///
-    /// # Errors
-    /// [`Error::Scene`] for an invalid scene, [`Error::DeviceLimit`] where the device cannot hold what the scene asks for.
-    pub fn new(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
+    /// What a scene needs, whether the device can hold it or not.
+    pub(crate) fn for_scene(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
         scene.validate()?;
         let used = || {
             let materials = scene.meshes.iter().flat_map(|m| &m.triangle_materials);
@@ -179,7 +168,7 @@ impl Plan {
                 shadow,
             })
             .collect();
-        let mut plan = Plan {
+        Ok(Plan {
             resolution_px: scene.camera.resolution_px,
             is_specular: used().any(|material| material.is_specular()),
             is_smooth: scene.meshes.iter().any(|mesh| !mesh.normals.is_empty()),
@@ -192,21 +181,7 @@ impl Plan {
                 refinement: planned_refinement(indirect, scene.camera.resolution_px),
             }),
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
-        };
-        plan.map_sets = plan.planned_map_sets(device);
-        plan.check_limits(scene, device)?;
-        Ok(plan)
-    }
-
-    /// One set of maps a light where all together take but a part of the memory.
-    fn planned_map_sets(&self, device: &DeviceInfo) -> u32 {
-        let lights = self.lights.len().max(1) as u32;
-        let all = u64::from(lights) * self.map_set_bytes();
-        if all <= device.limits.memory_bytes / MAPS_SHARE_OF_MEMORY {
-            lights
-        } else {
-            1
-        }
+        })
     }
 
     /// The word of the shader permutations that tells whether there is a specular term.

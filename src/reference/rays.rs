@@ -415,16 +415,16 @@ impl Shear {
 mod tests {
     use super::*;
 
-    /// Numbers in −1 to 1 that repeat from run to run (SplitMix64).
-    struct Numbers(u64);
+    /// Numbers in −1 to 1 that repeat from run to run.
+    struct Numbers(fastrand::Rng);
 
     impl Numbers {
+        fn new(seed: u64) -> Self {
+            Numbers(fastrand::Rng::with_seed(seed))
+        }
+
         fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            let mut bits = self.0;
-            bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-            bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-            (bits ^ (bits >> 31)) as f64 / u64::MAX as f64 * 2.0 - 1.0
+            2.0 * self.0.f64() - 1.0
         }
 
         fn vector(&mut self) -> DVec3 {
@@ -456,7 +456,7 @@ mod tests {
 
     #[test]
     fn the_tree_finds_what_a_search_through_all_finds() {
-        let mut numbers = Numbers(1);
+        let mut numbers = Numbers::new(1);
         for size in [0.02, 0.2, 1.0] {
             let corners: Vec<[DVec3; 3]> = (0..500)
                 .map(|_| {
@@ -506,7 +506,7 @@ mod tests {
     /// Rays from a point to the edges and corners of a closed mesh around it never slip out between its triangles.
     #[test]
     fn shared_edges_and_corners_are_tight() {
-        let mut numbers = Numbers(2);
+        let mut numbers = Numbers::new(2);
         // An octahedron whose faces are cut in four, with uneven corners.
         let mut faces = Vec::new();
         for signs in 0..8 {

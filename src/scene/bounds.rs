@@ -45,6 +45,12 @@ pub struct BoundingSphere {
 }
 
 impl Scene {
+    /// Triangles of all meshes.
+    pub fn triangle_count(&self) -> u64 {
+        let triangles = self.meshes.iter().map(|mesh| mesh.triangles.len() as u64);
+        triangles.sum()
+    }
+
     /// The box around every vertex that a triangle uses; None without triangles. For a validated scene.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
         BoundingBox::around(self.triangle_corners_m().flatten())

@@ -5,9 +5,9 @@ use std::path::Path;
 use glam::{DMat3, DVec3};
 
 use super::assets::{Assets, MeshRequest, Transform};
-use super::validate::{self, Part};
+use super::validate::{self, ScenePart};
 use super::{Direct, Scene, Shared, file_parts};
-use crate::keys::{Keys, LineStarts, Source, Value, did_you_mean};
+use crate::keys::{Keys, LineStarts, TomlText, Value, did_you_mean};
 use crate::{Error, Result, input_file};
 
 const VERSION: u32 = 1;
@@ -39,8 +39,8 @@ impl Scene {
     /// # Errors
     /// Those of [`Scene::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
-        let lines = LineStarts::of(text);
-        let mut keys = Source {
+        let lines = LineStarts::new(text);
+        let mut keys = TomlText {
             name: "the scene file",
             text,
             file,
@@ -126,16 +126,16 @@ struct Places {
 }
 
 impl Places {
-    fn of(&self, part: Part) -> &str {
+    fn of(&self, part: ScenePart) -> &str {
         match part {
             // A texture's name is its path already.
-            Part::Scene | Part::Texture(_) => &self.file,
-            Part::Camera => &self.camera,
-            Part::Sensor => &self.sensor,
-            Part::Indirect => &self.indirect,
-            Part::Light(i) => &self.lights[i],
-            Part::Mesh(i) => &self.meshes[i],
-            Part::Material(i) => &self.materials[i],
+            ScenePart::Scene | ScenePart::Texture(_) => &self.file,
+            ScenePart::Camera => &self.camera,
+            ScenePart::Sensor => &self.sensor,
+            ScenePart::Indirect => &self.indirect,
+            ScenePart::Light(i) => &self.lights[i],
+            ScenePart::Mesh(i) => &self.meshes[i],
+            ScenePart::Material(i) => &self.materials[i],
         }
     }
 }

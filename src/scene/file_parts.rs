@@ -4,8 +4,8 @@ use super::{
     Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Sensor,
     Shadow, SpotCone,
 };
+use crate::Result;
 use crate::keys::{Keys, Value};
-use crate::{Error, Result};
 
 pub(super) fn camera(keys: &mut Keys) -> Result<Camera> {
     keys.only(&[
@@ -28,11 +28,11 @@ pub(super) fn camera(keys: &mut Keys) -> Result<Camera> {
 }
 
 fn lens(keys: &mut Keys) -> Result<Lens> {
-    match (keys.take("fov_y_deg"), keys.take("intrinsics_px")) {
-        (Some(fov), None) => Ok(Lens::FovY {
+    match keys.take_one(&["fov_y_deg", "intrinsics_px"])? {
+        Some(("fov_y_deg", fov)) => Ok(Lens::FovY {
             fov_y_deg: fov.number()?,
         }),
-        (None, Some(intrinsics)) => {
+        Some((_, intrinsics)) => {
             let mut keys = intrinsics.table("intrinsics_px")?;
             keys.only(&["fx", "fy", "cx", "cy"])?;
             let mut pixels = |key| keys.need(key, "all four of fx, fy, cx, cy")?.number();
@@ -43,12 +43,7 @@ fn lens(keys: &mut Keys) -> Result<Lens> {
                 cy: pixels("cy")?,
             }))
         }
-        (Some(_), Some(intrinsics)) => Err(Error::scene(
-            intrinsics.at,
-            "[camera] has both \"fov_y_deg\" and \"intrinsics_px\"",
-            "keep one of them",
-        )),
-        (None, None) => Err(keys.error(
+        None => Err(keys.error(
             "[camera] has neither \"fov_y_deg\" nor \"intrinsics_px\"",
             "add fov_y_deg = 50.0 or intrinsics_px = { fx = .., fy = .., cx = .., cy = .. }",
         )),

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use super::validate::{Check, Part};
+use super::validate::{Check, ScenePart};
 
 /// How the single bounce is computed. See `docs/model.md`.
 ///
@@ -102,7 +102,7 @@ impl IndirectLight {
     }
 
     pub(super) fn check(&self) -> Check {
-        let part = Part::Indirect;
+        let part = ScenePart::Indirect;
         let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
         let errors = [
             ("target_error", self.target_error()),

@@ -16,7 +16,7 @@ mod material;
 mod mesh;
 mod mtl;
 mod obj;
-mod obj_check;
+mod obj_mesh;
 #[cfg(feature = "capi")]
 mod parts;
 mod shared;

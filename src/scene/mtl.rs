@@ -17,20 +17,20 @@ pub(super) struct Library {
     files_read: HashSet<PathBuf>,
 }
 
+/// What a library says of one material, and where: files and lines.
+#[derive(Default)]
 pub(super) struct Entry {
-    pub properties: tobj::Material,
-    pub places: Places,
+    pub name: String,
+    pub diffuse: Option<[f64; 3]>,
+    pub specular: Option<[f64; 3]>,
+    pub shininess: Option<f64>,
+    pub diffuse_texture: Option<String>,
+    /// Of `newmtl`.
+    pub at: String,
+    /// Of `map_Kd`, where there is one.
+    pub texture_at: String,
     /// The folder that map_Kd is relative to.
     pub folder: PathBuf,
-}
-
-/// Files and lines of a material.
-#[derive(Default)]
-pub(super) struct Places {
-    /// Of `newmtl`.
-    pub name: String,
-    /// Of `map_Kd`, where there is one.
-    pub texture: String,
 }
 
 impl Library {
@@ -68,72 +68,62 @@ impl Library {
     }
 
     fn read_file(&mut self, file: &Path, named_at: &str) -> Result<()> {
-        let (text, places) = check(&read_text(file, named_at, "material library")?, file)?;
-        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| {
-            Error::scene(
-                file.display().to_string(),
-                format!("not a material library: {error}"),
-                "export it again",
-            )
-        })?;
-        let folder = file.parent().unwrap_or(Path::new(""));
-        for (properties, places) in materials.into_iter().zip(places) {
-            let name = properties.name.clone();
-            let entry = Entry {
-                properties,
-                places,
-                folder: folder.to_owned(),
-            };
-            if let Some(earlier) = self.entries.get(&name) {
+        let text = read_text(file, named_at, "material library")?;
+        for entry in parse(&text, file)? {
+            if let Some(earlier) = self.entries.get(&entry.name) {
+                let Entry { name, at, .. } = entry;
                 return Err(Error::scene(
-                    entry.places.name,
-                    format!(
-                        "material \"{name}\" is already defined at {}",
-                        earlier.places.name
-                    ),
+                    at,
+                    format!("material \"{name}\" is already defined at {}", earlier.at),
                     "rename or remove one of them",
                 ));
             }
-            self.entries.insert(name, entry);
+            self.entries.insert(entry.name.clone(), entry);
         }
         Ok(())
     }
 }
 
-/// Checks an MTL line by line and keeps what is read, because `tobj` reports no lines and panics on a Kd of one number.
-/// Also gives the places of each material.
-fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
-    let mut checked = String::new();
-    let mut places: Vec<Places> = Vec::new();
+fn parse(text: &str, file: &Path) -> Result<Vec<Entry>> {
+    let folder = file.parent().unwrap_or(Path::new(""));
+    let mut entries: Vec<Entry> = Vec::new();
     for line in lines(text, file) {
         let keyword = line.keyword();
-        let value = match keyword {
-            "newmtl" => {
-                places.push(Places {
-                    name: line.at(),
-                    ..Places::default()
-                });
-                line.name()?.to_owned()
-            }
-            "Kd" | "Ks" => match *line.numbers(1..=3)? {
-                // One number stands for all three bands (MTL format, "Kd r g b": g and b are optional).
-                [grey] => format!("{grey:?} {grey:?} {grey:?}"),
-                [r, g, b] => format!("{r:?} {g:?} {b:?}"),
-                _ => return Err(line.error("has two numbers", "write one or three")),
-            },
-            "Ns" => format!("{:?}", line.numbers(1..=1)?[0]),
-            "map_Kd" => texture_path(&line)?,
-            _ => continue,
-        };
-        let Some(places) = places.last_mut() else {
+        if keyword == "newmtl" {
+            entries.push(Entry {
+                name: line.name()?.to_owned(),
+                at: line.at(),
+                folder: folder.to_owned(),
+                ..Entry::default()
+            });
+            continue;
+        }
+        if !["Kd", "Ks", "Ns", "map_Kd"].contains(&keyword) {
+            continue;
+        }
+        let Some(entry) = entries.last_mut() else {
             return Err(line.error("stands before any material", "begin one with newmtl"));
         };
-        if keyword == "map_Kd" {
-            places.texture = line.at();
+        match keyword {
+            "Kd" => entry.diffuse = Some(bands(&line)?),
+            "Ks" => entry.specular = Some(bands(&line)?),
+            "Ns" => entry.shininess = Some(line.numbers(1..=1)?[0]),
+            _ => {
+                entry.diffuse_texture = Some(texture_path(&line)?);
+                entry.texture_at = line.at();
+            }
         }
-        checked.push_str(&format!("{keyword} {value}\n"));
     }
-    Ok((checked, places))
+    Ok(entries)
+}
+
+/// One number stands for all three bands (MTL format, "Kd r g b": g and b are optional).
+fn bands(line: &Line) -> Result<[f64; 3]> {
+    match *line.numbers(1..=3)? {
+        [grey] => Ok([grey; 3]),
+        [r, g, b] => Ok([r, g, b]),
+        _ => Err(line.error("has two numbers", "write one or three")),
+    }
 }
 
 fn texture_path(line: &Line) -> Result<String> {

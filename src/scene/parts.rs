@@ -1,55 +1,56 @@
 //! The checks of [`Scene::validate`](super::Scene::validate) for single parts, for a caller that builds a scene part by part:
-//! a violation is told where it is made, and the scene stays as it was.
+//! a fault is placed where it is made, and the scene stays as it was.
 
 use glam::DVec3;
 
-use super::validate::{self, Check, Part};
+use super::validate::{self, Check, ScenePart};
 use super::{Camera, IndirectLight, Light, Material, Mesh, Sensor, Texture, validate_surface};
 use crate::Result;
 
 /// The part's own number stands in `place`.
-fn told(check: Check, place: String) -> Result<()> {
-    check.map_err(|violation| violation.at(place))
+fn placed(check: Check, place: String) -> Result<()> {
+    check.map_err(|fault| fault.at(place))
 }
 
 impl Camera {
     pub(crate) fn validate(&self) -> Result<()> {
-        told(validate::camera(self), "camera".into())
+        placed(validate::camera(self), "camera".into())
     }
 }
 
 impl Sensor {
     pub(crate) fn validate(&self) -> Result<()> {
-        told(validate::check_sensor(self), "sensor".into())
+        placed(validate::check_sensor(self), "sensor".into())
     }
 }
 
 impl IndirectLight {
     pub(crate) fn validate(&self) -> Result<()> {
-        told(self.check(), "indirect".into())
+        placed(self.check(), "indirect".into())
     }
 }
 
 impl Light {
     pub(crate) fn validate(&self, index: usize) -> Result<()> {
         let place = format!("light {index} ({})", self.kind());
-        told(validate::check_light(Part::Light(index), self), place)
+        placed(validate::check_light(ScenePart::Light(index), self), place)
     }
 }
 
 impl Material {
     pub(crate) fn validate(&self, index: usize, texture_count: usize) -> Result<()> {
         let place = format!("material {index} (\"{}\")", self.name);
-        let check = validate_surface::check_material(Part::Material(index), self, texture_count);
-        told(check, place)
+        let check =
+            validate_surface::check_material(ScenePart::Material(index), self, texture_count);
+        placed(check, place)
     }
 }
 
 impl Texture {
     pub(crate) fn validate(&self, index: usize) -> Result<()> {
         let place = format!("texture {index} (\"{}\")", self.name);
-        told(
-            validate_surface::check_texture(Part::Texture(index), self),
+        placed(
+            validate_surface::check_texture(ScenePart::Texture(index), self),
             place,
         )
     }
@@ -58,8 +59,8 @@ impl Texture {
 impl Mesh {
     pub(crate) fn validate(&self, index: usize, material_count: usize) -> Result<()> {
         let place = format!("mesh {index} (\"{}\")", self.name);
-        let check = validate_surface::check_mesh(Part::Mesh(index), self, material_count);
-        told(check, place)
+        let check = validate_surface::check_mesh(ScenePart::Mesh(index), self, material_count);
+        placed(check, place)
     }
 }
 
@@ -69,12 +70,12 @@ pub(crate) fn validate_instance(
     position_m: DVec3,
     mut corners_m: impl Iterator<Item = DVec3>,
 ) -> Result<()> {
-    let part = Part::Mesh(index);
+    let part = ScenePart::Mesh(index);
     let check = part
         .require_position("position", position_m)
         .and_then(|()| {
             corners_m
                 .try_for_each(|corner_m| part.require_position("a corner of its box", corner_m))
         });
-    told(check, format!("instance {index}"))
+    placed(check, format!("instance {index}"))
 }

@@ -26,14 +26,14 @@ impl<T> Shared<T> {
     }
 
     /// Whether both are one value, and so equal. Equal values need not be one.
-    pub fn is_one(&self, other: &Self) -> bool {
+    pub fn ptr_eq(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }
 }
 
 impl<T: PartialEq> PartialEq for Shared<T> {
     fn eq(&self, other: &Self) -> bool {
-        self.is_one(other) || **self == **other
+        self.ptr_eq(other) || **self == **other
     }
 }
 
@@ -88,10 +88,10 @@ mod tests {
     fn a_change_does_not_reach_the_others() {
         let first = Shared::from(vec![1]);
         let mut second = first.clone();
-        assert!(first.is_one(&second));
+        assert!(first.ptr_eq(&second));
         second.push(2);
         assert_eq!((&*first, &*second), (&vec![1], &vec![1, 2]));
-        assert!(!first.is_one(&second));
+        assert!(!first.ptr_eq(&second));
     }
 
     #[test]

@@ -32,7 +32,7 @@ impl Scene {
 
 /// A part of a scene that can be at fault.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Part {
+pub(super) enum ScenePart {
     Scene,
     Camera,
     Sensor,
@@ -45,7 +45,7 @@ pub(super) enum Part {
 
 /// What is wrong with a part; its place is known to the caller only.
 pub(super) struct Violation {
-    pub part: Part,
+    pub part: ScenePart,
     problem: String,
     hint: String,
 }
@@ -56,25 +56,25 @@ impl Violation {
     /// `place`: file and line, where there is a file.
     pub fn into_error(self, scene: &Scene, place: Option<&str>) -> Error {
         let part = match self.part {
-            Part::Scene => "scene".into(),
-            Part::Camera => "camera".into(),
-            Part::Sensor => "sensor".into(),
-            Part::Indirect => "indirect".into(),
-            Part::Light(i) => format!("light {i} ({})", scene.lights[i].kind()),
-            Part::Mesh(i) => format!("mesh {i} (\"{}\")", scene.meshes[i].name),
-            Part::Material(i) => format!("material {i} (\"{}\")", scene.materials[i].name),
-            Part::Texture(i) => format!("texture {i} (\"{}\")", scene.textures[i].name),
+            ScenePart::Scene => "scene".into(),
+            ScenePart::Camera => "camera".into(),
+            ScenePart::Sensor => "sensor".into(),
+            ScenePart::Indirect => "indirect".into(),
+            ScenePart::Light(i) => format!("light {i} ({})", scene.lights[i].kind()),
+            ScenePart::Mesh(i) => format!("mesh {i} (\"{}\")", scene.meshes[i].name),
+            ScenePart::Material(i) => format!("material {i} (\"{}\")", scene.materials[i].name),
+            ScenePart::Texture(i) => format!("texture {i} (\"{}\")", scene.textures[i].name),
         };
         self.at(place.map_or(part.clone(), |place| format!("{place}, {part}")))
     }
 
-    /// The error for a violation at this place.
+    /// The error for a fault at this place.
     pub fn at(self, place: String) -> Error {
         Error::scene(place, self.problem, self.hint)
     }
 }
 
-impl Part {
+impl ScenePart {
     /// Fails with this part's problem unless `fine`. The problem is only put into words when there is one.
     pub fn require(
         self,
@@ -90,6 +90,20 @@ impl Part {
             problem: problem(),
             hint: hint.into(),
         })
+    }
+
+    /// Fails at the first value that is not fine, with the problem of its index and itself.
+    pub fn require_each<T>(
+        self,
+        values: &[T],
+        is_fine: impl Fn(&T) -> bool,
+        problem: impl FnOnce(usize, &T) -> String,
+        hint: &str,
+    ) -> Check {
+        match values.iter().position(|value| !is_fine(value)) {
+            Some(index) => self.require(false, || problem(index, &values[index]), hint),
+            None => Ok(()),
+        }
     }
 
     pub fn require_position(self, what: &str, position_m: DVec3) -> Check {
@@ -144,19 +158,19 @@ pub(super) fn check(scene: &Scene) -> Check {
     if let Some(indirect) = &scene.indirect {
         indirect.check()?;
     }
-    Part::Scene.require(
+    ScenePart::Scene.require(
         !scene.lights.is_empty(),
         || "there is no light".into(),
         "add a light",
     )?;
     for (i, light) in scene.lights.iter().enumerate() {
-        check_light(Part::Light(i), light)?;
+        check_light(ScenePart::Light(i), light)?;
     }
     validate_surface::check(scene)
 }
 
 pub(super) fn camera(camera: &Camera) -> Check {
-    let part = Part::Camera;
+    let part = ScenePart::Camera;
     let Camera {
         resolution_px: [width, height],
         position_m,
@@ -203,7 +217,7 @@ pub(super) fn camera(camera: &Camera) -> Check {
 }
 
 pub(super) fn check_sensor(sensor: &Sensor) -> Check {
-    let part = Part::Sensor;
+    let part = ScenePart::Sensor;
     let Sensor {
         pixel_pitch_um,
         exposure_time_s,
@@ -219,7 +233,7 @@ pub(super) fn check_sensor(sensor: &Sensor) -> Check {
     )
 }
 
-pub(super) fn check_light(part: Part, light: &Light) -> Check {
+pub(super) fn check_light(part: ScenePart, light: &Light) -> Check {
     match *light {
         Light::Point {
             position_m,

@@ -1,22 +1,22 @@
 //! The part of [`Scene::validate`] that concerns materials, textures and meshes.
 
-use super::validate::{Check, Part, has_direction, is_near};
+use super::validate::{Check, ScenePart, has_direction, is_near};
 use super::{Material, Mesh, Scene, Texture};
 
 pub(super) fn check(scene: &Scene) -> Check {
     for (i, texture) in scene.textures.iter().enumerate() {
-        check_texture(Part::Texture(i), texture)?;
+        check_texture(ScenePart::Texture(i), texture)?;
     }
     for (i, material) in scene.materials.iter().enumerate() {
-        check_material(Part::Material(i), material, scene.textures.len())?;
+        check_material(ScenePart::Material(i), material, scene.textures.len())?;
     }
     for (i, mesh) in scene.meshes.iter().enumerate() {
-        check_mesh(Part::Mesh(i), mesh, scene.materials.len())?;
+        check_mesh(ScenePart::Mesh(i), mesh, scene.materials.len())?;
     }
     Ok(())
 }
 
-pub(super) fn check_texture(part: Part, texture: &Texture) -> Check {
+pub(super) fn check_texture(part: ScenePart, texture: &Texture) -> Check {
     let [width, height] = texture.size_px;
     let texels = texture.linear_rgb.len();
     part.require(
@@ -24,16 +24,10 @@ pub(super) fn check_texture(part: Part, texture: &Texture) -> Check {
         || format!("size_px is {width} x {height}, but there are {texels} texels"),
         "give width x height texels, at least one",
     )?;
-    let wrong = texture.linear_rgb.iter().position(|&texel| {
-        let is_reflectance = texel.iter().all(|value| (0.0..=1.0).contains(value));
-        !is_reflectance
-    });
-    part.require(
-        wrong.is_none(),
-        || {
-            let texel = wrong.unwrap_or_default();
-            format!("texel {texel} is {:?}", texture.linear_rgb[texel])
-        },
+    part.require_each(
+        &texture.linear_rgb,
+        |texel| texel.iter().all(|value| (0.0..=1.0).contains(value)),
+        |index, texel| format!("texel {index} is {texel:?}"),
         "give reflectances from 0 to 1",
     )
 }
@@ -43,7 +37,7 @@ const SHARPEST: f64 = 1e9;
 /// Beyond, f32 has no digits left to tell texels apart.
 const FARTHEST_TEXCOORD: f64 = 1e6;
 
-pub(super) fn check_material(part: Part, material: &Material, texture_count: usize) -> Check {
+pub(super) fn check_material(part: ScenePart, material: &Material, texture_count: usize) -> Check {
     for (what, bands) in [("kd", material.kd), ("ks", material.ks)] {
         part.require(
             bands.iter().all(|value| (0.0..=1.0).contains(value)),
@@ -65,7 +59,7 @@ pub(super) fn check_material(part: Part, material: &Material, texture_count: usi
     )
 }
 
-pub(super) fn check_mesh(part: Part, mesh: &Mesh, material_count: usize) -> Check {
+pub(super) fn check_mesh(part: ScenePart, mesh: &Mesh, material_count: usize) -> Check {
     let vertex_count = mesh.positions_m.len();
     if let Some(vertex) = mesh.positions_m.iter().position(|&p| !is_near(p)) {
         part.require_position(&format!("vertex {vertex}"), mesh.positions_m[vertex])?;
@@ -83,36 +77,19 @@ pub(super) fn check_mesh(part: Part, mesh: &Mesh, material_count: usize) -> Chec
     if let Some(vertex) = mesh.normals.iter().position(|&n| !has_direction(n)) {
         part.require_direction(&format!("normal of vertex {vertex}"), mesh.normals[vertex])?;
     }
-    let wrong = mesh
-        .texcoords
-        .iter()
-        .position(|uv| !uv.iter().all(|t| t.abs() <= FARTHEST_TEXCOORD));
-    part.require(
-        wrong.is_none(),
-        || {
-            let vertex = wrong.unwrap_or_default();
-            format!(
-                "texture coordinate of vertex {vertex} is {:?}",
-                mesh.texcoords[vertex]
-            )
-        },
+    part.require_each(
+        &mesh.texcoords,
+        |uv| uv.iter().all(|t| t.abs() <= FARTHEST_TEXCOORD),
+        |vertex, uv| format!("texture coordinate of vertex {vertex} is {uv:?}"),
         "give texture coordinates within -1e6 and 1e6",
     )?;
-
-    let triangle_count = mesh.triangles.len();
-    let outside = |triangle: &[u32; 3]| triangle.iter().any(|&v| v as usize >= vertex_count);
-    let wrong = mesh.triangles.iter().position(outside);
-    part.require(
-        wrong.is_none(),
-        || {
-            let triangle = wrong.unwrap_or_default();
-            format!(
-                "triangle {triangle} has vertices {:?} of {vertex_count}",
-                mesh.triangles[triangle]
-            )
-        },
+    part.require_each(
+        &mesh.triangles,
+        |triangle| triangle.iter().all(|&v| (v as usize) < vertex_count),
+        |index, triangle| format!("triangle {index} has vertices {triangle:?} of {vertex_count}"),
         "give indices of vertices, counted from 0",
     )?;
+    let triangle_count = mesh.triangles.len();
     let materials = &mesh.triangle_materials;
     part.require(
         materials.len() == triangle_count,
@@ -124,16 +101,10 @@ pub(super) fn check_mesh(part: Part, mesh: &Mesh, material_count: usize) -> Chec
         },
         "give one per triangle",
     )?;
-    let wrong = materials.iter().position(|&m| m as usize >= material_count);
-    part.require(
-        wrong.is_none(),
-        || {
-            let triangle = wrong.unwrap_or_default();
-            format!(
-                "triangle {triangle} has material {} of {material_count}",
-                materials[triangle]
-            )
-        },
+    part.require_each(
+        materials,
+        |&material| (material as usize) < material_count,
+        |index, material| format!("triangle {index} has material {material} of {material_count}"),
         "give the index of a material, counted from 0",
     )
 }

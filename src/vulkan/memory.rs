@@ -19,6 +19,8 @@ pub(crate) enum BufferUse {
     Device,
     /// Filled by the host once, then read by shaders.
     Upload,
+    /// Filled by the host once, then copied to an image.
+    Staging,
     /// Written by the device, then read by the host.
     Readback,
 }
@@ -60,7 +62,7 @@ impl Buffer {
         let requirements = unsafe { device.raw().get_buffer_memory_requirements(raw) };
         let location = match usage {
             BufferUse::Device => MemoryLocation::GpuOnly,
-            BufferUse::Upload => MemoryLocation::CpuToGpu,
+            BufferUse::Upload | BufferUse::Staging => MemoryLocation::CpuToGpu,
             BufferUse::Readback => MemoryLocation::GpuToCpu,
         };
         let allocation = allocate(device, what, requirements, location, true)?;
@@ -73,9 +75,23 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// A buffer filled with values.
+    /// A buffer filled with values, for shaders.
     pub fn upload<T: Plain>(device: &Device, what: &str, values: &[T]) -> Result<Buffer> {
-        let mut buffer = Buffer::new(device, what, size_of_val(values) as u64, BufferUse::Upload)?;
+        Buffer::filled(device, what, values, BufferUse::Upload)
+    }
+
+    /// A buffer filled with the pixels of an image.
+    pub fn staging<T: Plain>(device: &Device, what: &str, pixels: &[T]) -> Result<Buffer> {
+        Buffer::filled(device, what, pixels, BufferUse::Staging)
+    }
+
+    fn filled<T: Plain>(
+        device: &Device,
+        what: &str,
+        values: &[T],
+        usage: BufferUse,
+    ) -> Result<Buffer> {
+        let mut buffer = Buffer::new(device, what, size_of_val(values) as u64, usage)?;
         buffer.fill(values)?;
         Ok(buffer)
     }

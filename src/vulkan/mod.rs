@@ -3,6 +3,7 @@
 //! Conventions that keep it small: one queue; every image lives in layout GENERAL; passes are separated by full memory
 //! barriers; descriptors are pushed, by the names that the shaders give their bindings.
 
+mod allocate;
 mod device;
 #[cfg(feature = "test-hooks")]
 mod faults;
@@ -19,6 +20,7 @@ mod recorder;
 pub(crate) mod shaders;
 mod texel_list;
 
+pub(crate) use allocate::{Allocate, GrowsWith, Requirements};
 pub use device::{Device, DeviceChoice, DeviceOptions};
 #[cfg(feature = "test-hooks")]
 #[doc(hidden)]
@@ -33,7 +35,7 @@ pub(crate) use readback::Readback;
 pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, Target, groups_in_rows};
 
 pub use shaders::engine_hash;
-pub(crate) use texel_list::{ROW_TEXELS, TexelList};
+pub(crate) use texel_list::TexelList;
 
 use crate::Error;
 

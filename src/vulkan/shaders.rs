@@ -134,4 +134,22 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    fn fragment_stages_bind_what_the_vertex_stage_binds() {
+        let vertex = Module::find("vertex", &[]).expect("it is compiled");
+        let fragments = || MODULES.iter().filter(|m| m.entry == c"fragment_main");
+        assert!(fragments().count() > 0);
+        for fragment in fragments() {
+            for binding in vertex.bindings {
+                let same = |other: &&Binding| other.binding == binding.binding;
+                let other = fragment.bindings.iter().find(same);
+                assert!(
+                    other.is_none_or(|other| other == binding),
+                    "{}: {other:?} is {binding:?} in the vertex stage",
+                    fragment.name
+                );
+            }
+        }
+    }
 }

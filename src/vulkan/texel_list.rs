@@ -1,10 +1,10 @@
 //! Lists that shaders read as images: texel i lies at (i mod 1024, i / 1024).
 
-use super::{Buffer, Device, Image, ImageShape, Recorder, Resource};
+use super::{Allocate, Buffer, BufferUse, Device, Image, ImageShape, Recorder, Resource};
 use crate::Result;
 
 /// Texels of a row of an image that holds a list, as the shaders have it.
-pub(crate) const ROW_TEXELS: u64 = 1024;
+const ROW_TEXELS: u64 = 1024;
 
 /// A list of texels in an image, row by row.
 pub(crate) struct TexelList {
@@ -21,8 +21,18 @@ impl TexelList {
         let size_px = [ROW_TEXELS as u32, (texels.len() as u64 / ROW_TEXELS) as u32];
         Ok(TexelList {
             image: Image::new(device, what, ImageShape::plain(size_px))?,
-            texels: Buffer::upload(device, what, &texels)?,
+            texels: Buffer::staging(device, what, &texels)?,
         })
+    }
+
+    /// What a list of up to so many texels takes.
+    pub fn declare(allocate: &impl Allocate, what: &str, texels: u64) -> Result<()> {
+        let rows = texels.max(1).div_ceil(ROW_TEXELS);
+        let size_px = [ROW_TEXELS, rows].map(|px| u32::try_from(px).unwrap_or(u32::MAX));
+        allocate.image(what, ImageShape::plain(size_px))?;
+        let bytes = rows * ROW_TEXELS * size_of::<[f32; 4]>() as u64;
+        allocate.buffer(what, bytes, BufferUse::Staging)?;
+        Ok(())
     }
 
     /// Fills the image; once, before anything reads it.

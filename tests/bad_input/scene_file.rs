@@ -182,7 +182,7 @@ fn missing_keys() {
         (
             format!("{CAMERA}intrinsics_px = {{ fx = 9, fy = 9, cx = 4, cy = 3 }}\n{LIGHT}"),
             [
-                "scene.toml:7: [camera] has both \"fov_y_deg\" and \"intrinsics_px\"",
+                "scene.toml:7: \"intrinsics_px\" in [camera] stands beside \"fov_y_deg\"",
                 "keep one",
             ],
         ),

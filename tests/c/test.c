@@ -240,7 +240,7 @@ static void check_errors(camlux_scene *scene, camlux_renderer *renderer)
     EXPECT(camlux_scene_set_indirect(scene, &sum) == CAMLUX_ERROR_SCENE);
     EXPECT(strstr(camlux_last_error(), "target_error is 0.05") != NULL);
     pose.orientation_xyzw[3] = 2;
-    EXPECT(camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose) == CAMLUX_ERROR_INVALID_ARGUMENT);
+    EXPECT(camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose) == CAMLUX_ERROR_SCENE);
     options.progress = stop;
     EXPECT(camlux_renderer_render(renderer, scene, &options, &frame) == CAMLUX_CANCELLED);
     EXPECT(frame == NULL);

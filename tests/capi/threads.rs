@@ -90,9 +90,9 @@ fn a_scene_can_be_changed_while_it_is_rendered() {
         });
         for _ in 0..20 {
             let frame = render(renderer, scene);
-            let is_one = expected.contains(&layers(frame));
+            let ptr_eq = expected.contains(&layers(frame));
             ok(camlux_frame_release(frame));
-            if !is_one {
+            if !ptr_eq {
                 stop.store(true, std::sync::atomic::Ordering::Relaxed);
                 panic!("a frame of no scene");
             }

@@ -252,7 +252,7 @@ fn values_are_checked() {
                 }),
             ),
             SCENE,
-            "finite",
+            "unit quaternion",
         );
         fails(
             pose(

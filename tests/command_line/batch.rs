@@ -417,7 +417,9 @@ fn python_reads_the_data_set() {
     for (index, line) in lines.enumerate() {
         assert!(line.starts_with(&format!("{index}: radiance [16, 16, 3], ")));
         let (_, error) = line.split_once("pose fits to ").unwrap();
-        let error_px: f64 = error.strip_suffix(" px").unwrap().parse().unwrap();
+        let (error_px, apart) = error.split_once(" px, header's pose within ").unwrap();
+        let [error_px, apart]: [f64; 2] = [error_px, apart].map(|number| number.parse().unwrap());
+        assert!(apart < 1e-14, "{line}");
         // P is rounded to f32, and its ray to the centre comes from f32 as well.
         assert!(error_px < 1e-4, "{line}");
     }

@@ -5,7 +5,7 @@ use camlux::scene::Bands;
 
 /// sqrt(Σ(x−t)²/Σt²) over all pixels and bands. Fails for a black truth and for values that are no finite numbers.
 pub fn relative_rmse(image: &[f32], truth: &[Bands]) -> f64 {
-    let comparison = Comparison::of(&Pixels {
+    let comparison = Comparison::new(&Pixels {
         image,
         reference: truth.as_flattened(),
         image_standard_error: None,

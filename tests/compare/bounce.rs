@@ -34,7 +34,7 @@ fn error_and_bias(image: &Frame, truth: &Frame) -> (f64, f64) {
     let edges = truth.ids(Layer::Edge).expect("a reference marks edges");
     let seen = truth.ids(Layer::InstanceId).expect("it is there");
     let [edges, valid] = [edges, seen].map(|ids| ids.iter().map(|&id| id != 0).collect::<Vec<_>>());
-    let comparison = Comparison::of(&Pixels {
+    let comparison = Comparison::new(&Pixels {
         image: image.values(Layer::Indirect).expect("it is there"),
         reference: truth.values(Layer::Indirect).expect("it is there"),
         image_standard_error: None,

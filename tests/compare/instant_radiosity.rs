@@ -68,7 +68,7 @@ fn error_falls_with_the_square_of_the_resolution() {
         scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, rsm_size));
         let frame = gpu.render(&scene);
         let image = frame.values(Layer::Indirect).expect("it was asked for");
-        let comparison = Comparison::of(&Pixels {
+        let comparison = Comparison::new(&Pixels {
             image,
             reference: truth,
             image_standard_error: None,

@@ -19,25 +19,17 @@ const EDGE: f64 = 1e-6;
 /// Surfaces nearer to a ray's ends than this, over the scene's size, are those that it starts and ends on.
 const OWN_SURFACE: f64 = 3e-6;
 
-/// Uniform in [0, 1), the same each time (splitmix64).
-struct Random(u64);
+/// The same each time.
+struct Random(fastrand::Rng);
 
 impl Random {
-    fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        (z >> 40) as f64 / (1u64 << 24) as f64
-    }
-
     fn index(&mut self, count: usize) -> usize {
-        (self.number() * count as f64) as usize
+        self.0.usize(..count)
     }
 
     /// Cosine-distributed about a normal.
     fn direction(&mut self, normal: DVec3) -> DVec3 {
-        let (radius, angle) = (self.number().sqrt(), std::f64::consts::TAU * self.number());
+        let (radius, angle) = (self.0.f64().sqrt(), std::f64::consts::TAU * self.0.f64());
         let (right, up) = normal.any_orthonormal_pair();
         let (x, y) = (radius * angle.cos(), radius * angle.sin());
         (x * right + y * up + (1.0 - radius * radius).max(0.0).sqrt() * normal).normalize()
@@ -222,7 +214,7 @@ impl Truth<'_> {
 fn assert_is_exact(gpu: &mut Gpu, what: &str, scene: &Scene, point_count: usize) {
     let (seen, lit) = points_of(gpu, scene);
     assert!(!seen.is_empty() && !lit.is_empty(), "{what}");
-    let mut random = Random(5);
+    let mut random = Random(fastrand::Rng::with_seed(5));
     let mut points: Vec<RayPoint> = (0..point_count)
         .map(|_| seen[random.index(seen.len())])
         .collect();

@@ -279,7 +279,7 @@ fn compare_with_itself(image: &LayeredImage) {
             edges: None,
             channels: layer.channel_names.len(),
         };
-        let comparison = Comparison::of(&pixels).expect("every layer has all pixels");
+        let comparison = Comparison::new(&pixels).expect("every layer has all pixels");
         assert!(comparison.errors.is_none_or(|errors| errors.rmse == 0.0));
     }
 }

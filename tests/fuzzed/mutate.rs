@@ -1,18 +1,15 @@
 //! Damages valid files, in ways that know what is in them.
 
-/// Xorshift (Marsaglia 2003), from a fixed seed: every run tries the same inputs.
-pub struct Random(u64);
+/// From a fixed seed: every run tries the same inputs.
+pub struct Random(fastrand::Rng);
 
 impl Random {
     pub fn new(seed: u64) -> Self {
-        Random(0x9e37_79b9_7f4a_7c15 ^ seed.wrapping_mul(0xd129_0dda_53fb_2f4d) | 1)
+        Random(fastrand::Rng::with_seed(seed))
     }
 
     pub fn below(&mut self, count: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as usize % count.max(1)
+        self.0.usize(..count.max(1))
     }
 
     pub fn pick<'a, T>(&mut self, choices: &'a [T]) -> &'a T {

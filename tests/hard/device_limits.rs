@@ -53,7 +53,7 @@ fn images_over_the_limits_are_refused_by_the_plan() {
     assert_over_limit(&gpu, &high, &["height", "20000", "16384"], SMALLER_IMAGE);
     // 16384² pixels of 16 bytes are 4 GiB.
     let large = demo_scene("cornell", [16_384, 16_384]);
-    let says = ["G-buffer (bytes)", "4294967296", "2147483648"];
+    let says = ["G-buffer positions (bytes)", "4294967296", "2147483648"];
     assert_over_limit(&gpu, &large, &says, SMALLER_IMAGE);
     // 6000² pixels are a list of 144 MB; only the gather needs it.
     let mut listed = demo_scene("cornell", [6000, 6000]);
@@ -69,10 +69,10 @@ fn reflective_shadow_maps_over_the_limits_are_refused_by_the_plan() {
     let says = ["rsm_size", "20000", "16384"];
     assert_over_limit(&gpu, &with_rsm_size(20_000), &says, SMALLER_RSM);
     // 6 · 8192² texels of 16 bytes are 6 GiB.
-    let says = ["RSM (bytes)", "6442450944"];
+    let says = ["RSM positions (bytes)", "6442450944"];
     assert_over_limit(&gpu, &with_rsm_size(8192), &says, SMALLER_RSM);
     // 6 · 2048² texels are 25 M VPLs, 1024 a row.
-    let says = ["VPLs (rows)", "24576", "16384"];
+    let says = ["VPLs, height (px)", "24576", "16384"];
     assert_over_limit(&gpu, &with_rsm_size(2048), &says, SMALLER_RSM);
     assert!(Plan::new(&with_rsm_size(1672), &small_device(&gpu)).is_ok());
     // The largest number that a scene can hold must not overflow on the way.
@@ -91,7 +91,7 @@ fn textures_over_the_limits_are_refused_by_the_plan() {
     }
     .into();
     let says = ["texture", &scene.textures[0].name, "20000", "16384"];
-    assert_over_limit(&gpu, &scene, &says, "scale the texture down");
+    assert_over_limit(&gpu, &scene, &says, "scale the textures down");
 }
 
 /// The demo room filled up with triangles to a number of them.
@@ -137,13 +137,13 @@ fn assert_refused(scene: &Scene, device: &DeviceInfo, parts: &[&str]) {
 fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
     let gpu = Gpu::open();
     let mut device = small_device(&gpu);
-    device.limits.max_image_px = 64;
+    device.limits.max_image_px = 1024;
     // Four texels a triangle and room for seven more, 1024 a row.
-    let mut scene = with_triangles(16_376);
+    let mut scene = with_triangles(262_136);
     scene.direct.shadow = Some(Shadow::Rays);
     assert!(Plan::new(&scene, &device).is_ok());
-    let mut scene = with_triangles(16_377);
-    let rows = "the triangles for rays (rows) is 65, over the limit of 64";
+    let mut scene = with_triangles(262_137);
+    let rows = "triangles for rays, height (px) is 1025, over the limit of 1024";
     scene.direct.shadow = Some(Shadow::Rays);
     let hint = "set shadow = \"map\" in [direct], simplify the meshes";
     assert_refused(&scene, &device, &[rows, hint]);
@@ -155,10 +155,11 @@ fn triangles_for_rays_over_the_limits_are_refused_by_the_plan() {
     assert_refused(&scene, &device, &[rows, hint]);
 
     device.limits.max_image_px = 16_384;
-    device.limits.max_allocation_bytes = 1 << 20;
+    device.limits.max_allocation_bytes = 1 << 24;
     scene.direct.shadow = Some(Shadow::Rays);
     let message = Plan::new(&scene, &device).expect_err("that is too much");
-    let bytes = "the triangles for rays (bytes) is 1064960, over the limit of 1048576";
+    // Images come in squares of four pixels along an edge.
+    let bytes = "triangles for rays (bytes) is 16842752, over the limit of 16777216";
     assert!(message.to_string().contains(bytes), "{message}");
 }
 
@@ -186,22 +187,22 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     let mut scene = demo_scene("textured", [8, 8]);
     scene.indirect = bounce_by_rays(8);
     let texture = Texture {
-        size_px: [600, 600],
-        linear_rgb: vec![[0.5; 3]; 360_000],
+        size_px: [725, 725],
+        linear_rgb: vec![[0.5; 3]; 725 * 725],
         ..Texture::clone(&scene.textures[0])
     };
     scene.textures = vec![texture.into(); scene.textures.len()];
     assert_eq!(scene.textures.len(), 2);
-    // 720 000 texels, 1024 a row.
-    device.limits.max_image_px = 704;
+    // 1 051 250 texels, 1024 a row.
+    device.limits.max_image_px = 1027;
     assert!(Plan::new(&scene, &device).is_ok());
-    device.limits.max_image_px = 703;
-    let says = "the textures that rays hit (rows, all together) is 704, over the limit of 703";
+    device.limits.max_image_px = 1026;
+    let says = "textures that rays hit, height (px) is 1027, over the limit of 1026";
     let hint = "set estimator = \"instant-radiosity\" in [indirect], scale the textures down";
     assert_refused(&scene, &device, &[says, hint]);
-    device.limits.max_image_px = 704;
-    device.limits.max_allocation_bytes = 704 * 1024 * 16 - 1;
-    let says = "the textures that rays hit (bytes, all together) is 11534336, over";
+    device.limits.max_image_px = 1027;
+    device.limits.max_allocation_bytes = 1028 * 1024 * 16 - 1;
+    let says = "textures that rays hit (bytes) is 16842752, over";
     assert_refused(&scene, &device, &[says, hint]);
 }
 
@@ -214,16 +215,16 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     scene.direct.shadow = Some(Shadow::Rays);
     scene.indirect = bounce_by_rays(32);
     // Six rows of 1024 a light.
-    device.limits.max_image_px = 64;
-    scene.lights = vec![scene.lights[0]; 10];
+    device.limits.max_image_px = 1024;
+    scene.lights = vec![scene.lights[0]; 170];
     assert!(Plan::new(&scene, &device).is_ok());
-    scene.lights = vec![scene.lights[0]; 11];
+    scene.lights = vec![scene.lights[0]; 171];
     let hint = "set a smaller rsm_size, use fewer lights";
-    let says = "the list of all lights' VPLs (rows) is 66, over the limit of 64";
+    let says = "VPLs, height (px) is 1026, over the limit of 1024";
     assert_refused(&scene, &device, &[says, hint]);
     device.limits.max_image_px = 16_384;
-    device.limits.max_allocation_bytes = 66 * 1024 * 3 * 16 - 1;
-    let says = "the list of all lights' VPLs (bytes) is 3244032, over";
+    device.limits.max_allocation_bytes = 1028 * 1024 * 3 * 16 - 1;
+    let says = "VPLs (bytes) is 50528256, over";
     assert_refused(&scene, &device, &[says, hint]);
     scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32));
     assert_refused(&scene, &device, &[says, hint]);

@@ -136,13 +136,13 @@ fn each_list_and_image_is_checked() {
     let sum = |rsm_size| plain_sum(scene.clone(), rsm_size);
     // 24 rows of 1024 VPLs of three vectors; 6 · 128² texels of 8 bytes.
     let list_bytes = 24 * 1024 * 3 * 16;
-    assert_checked("the list of VPLs (bytes)", &sum(64), list_bytes, allocation);
-    let table = "the table of the RSM's texels (bytes)";
+    assert_checked("VPLs (bytes)", &sum(64), list_bytes, allocation);
+    let table = "table of the RSM's texels (bytes)";
     assert_checked(table, &sum(128), 6 * 128 * 128 * 8, storage);
     let by_map = with(&scene, |scene| scene.indirect = None);
     // Six faces of 256².
     let map_bytes = 6 * 256 * 256 * 16;
-    assert_checked("the shadow map (bytes)", &by_map, map_bytes, allocation);
+    assert_checked("shadow map (bytes)", &by_map, map_bytes, allocation);
     let textured = with(&demo_scene("textured", [8, 8]), |scene| {
         scene.indirect = None;
         let texture = &mut scene.textures[0];
@@ -163,9 +163,9 @@ fn each_list_and_image_is_checked() {
             scene.meshes = vec![Mesh::from_slices("many", &corners, &triangles, 0).into()];
         })
     };
-    let what = "the list of vertices (bytes)";
+    let what = "list of vertices (bytes)";
     assert_checked(what, &many(1000, 1), 16_000, storage);
-    let what = "the list of triangles (bytes)";
+    let what = "list of triangles (bytes)";
     assert_checked(what, &many(3, 1000), 12_000, storage);
 
     let rays = with(&scene, |scene| {
@@ -177,17 +177,17 @@ fn each_list_and_image_is_checked() {
             target_error: 0.3,
             rsm_size: Some(8),
         });
-        scene.materials.resize(1400, scene.materials[0].clone());
+        scene.materials.resize(175_000, scene.materials[0].clone());
     });
-    let what = "the materials that rays hit (rows)";
-    assert_checked(what, &materials, 9, |device, value| {
+    let what = "materials, height (px)";
+    assert_checked(what, &materials, 1026, |device, value| {
         device.limits.max_image_px = value as u32;
     });
-    // A lattice of every pixel of 32 bytes.
+    // A grid of every pixel of 32 bytes.
     let wide = with(&rays, |scene| scene.camera.resolution_px = [4000, 100]);
-    let what = "the light on the coarsest lattice (bytes)";
+    let what = "smoothed light (bytes)";
     assert_checked(what, &wide, 4000 * 100 * 32, storage);
-    let what = "an image on its way to the host (bytes)";
+    let what = "image on its way to the host (bytes)";
     assert_checked(what, &wide, 4000 * 100 * 16, |device, value| {
         device.limits.max_buffer_bytes = value;
     });

@@ -90,8 +90,8 @@ fn channels_find_their_layers() {
         "P.Z",
         "R",
         "depth.Z",
-        "id.material",
         "id.instance",
+        "id.material",
         "id.x",
         "left.direct.R",
         "mixed.G",
@@ -120,14 +120,14 @@ fn channels_find_their_layers() {
             ("P", vec!["P.X", "P.Y", "P.Z"]),
             ("depth", vec!["depth.Z"]),
             ("id", vec!["id.x"]),
-            ("id.material", vec!["id.material"]),
             ("id.instance", vec!["id.instance"]),
+            ("id.material", vec!["id.material"]),
             ("left.direct", vec!["left.direct.R"]),
             ("mixed", vec!["mixed.G", "mixed.a", "mixed.z"]),
         ]
     );
     assert_eq!(image.layer("").unwrap().values, interleaved(&[6, 2, 1, 0]));
-    assert_eq!(image.values(Layer::InstanceId).unwrap(), interleaved(&[9]));
+    assert_eq!(image.values(Layer::InstanceId).unwrap(), interleaved(&[8]));
     assert!(image.values(Layer::Direct).is_none());
     assert!(image.layer("direct").is_none());
 }

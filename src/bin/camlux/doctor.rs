@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
                 examiner = Examiner::new(&device)?;
             }
             let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-            let verdict = Verdict::of(case, &result);
+            let verdict = Verdict::new(case, &result);
             failed += usize::from(verdict == Verdict::Failed);
             print(&if args.markdown {
                 markdown_row(case, &result)
@@ -143,7 +143,7 @@ enum Verdict {
 }
 
 impl Verdict {
-    fn of(case: &Case, result: &Examination) -> Verdict {
+    fn new(case: &Case, result: &Examination) -> Verdict {
         let is_met = result.as_ref().is_ok_and(Measurement::is_met);
         match (is_met, case.known_issue) {
             (true, _) => Verdict::Ok,

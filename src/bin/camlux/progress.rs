@@ -30,71 +30,92 @@ pub fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 
-/// A long computation with an estimate of its end: a bar on a terminal, a line every ten percent elsewhere. Gone when
-/// dropped.
-pub struct Estimate {
-    what: &'static str,
-    bar: Option<ProgressBar>,
-    told_tenths: Cell<u64>,
-}
-
-impl Estimate {
-    pub fn new(what: &'static str) -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let style = ProgressStyle::with_template(
-                "{msg:10} {wide_bar} {percent:>3} % {elapsed}, {eta} to go",
-            )
-            .unwrap_or_else(|_| ProgressStyle::default_bar());
-            ProgressBar::new(STEPS).with_style(style).with_message(what)
-        });
-        Estimate {
-            what,
-            bar,
-            told_tenths: Cell::new(0),
-        }
-    }
-
-    /// `share`: 0 to 1.
-    pub fn show(&self, share: f64) {
-        if let Some(bar) = &self.bar {
-            bar.set_position((share * STEPS as f64) as u64);
-        } else if (share * 10.0) as u64 > self.told_tenths.get() {
-            self.told_tenths.set((share * 10.0) as u64);
-            tell(&format!("{:3.0} % {}", 100.0 * share, self.what));
-        }
+/// Breaks after a signal.
+pub fn go_on() -> ControlFlow<()> {
+    match is_interrupted() {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
     }
 }
 
-impl Drop for Estimate {
+/// A bar on a terminal, nothing elsewhere. Gone when dropped.
+pub struct Bar(Option<ProgressBar>);
+
+impl Bar {
+    /// `template`: in the language of `indicatif`.
+    pub fn new(steps: u64, template: &str) -> Self {
+        Bar(std::io::stderr().is_terminal().then(|| {
+            let style = ProgressStyle::with_template(template);
+            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+            ProgressBar::new(steps).with_style(style)
+        }))
+    }
+
+    /// `None` where stderr is no terminal.
+    pub fn get(&self) -> Option<&ProgressBar> {
+        self.0.as_ref()
+    }
+}
+
+impl Drop for Bar {
     fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
+        if let Some(bar) = self.get() {
             bar.finish_and_clear();
         }
     }
 }
 
-/// Shows the progress of a render until dropped.
+/// A long computation with an estimate of its end: a bar on a terminal, a line every ten percent elsewhere.
+pub struct Estimate {
+    what: &'static str,
+    bar: Bar,
+    reported_tenths: Cell<u64>,
+}
+
+impl Estimate {
+    pub fn new(what: &'static str) -> Self {
+        let template =
+            format!("{what:10} {{wide_bar}} {{percent:>3}} % {{elapsed}}, {{eta}} to go");
+        Estimate {
+            what,
+            bar: Bar::new(STEPS, &template),
+            reported_tenths: Cell::new(0),
+        }
+    }
+
+    /// `share`: 0 to 1.
+    pub fn show(&self, share: f64) {
+        let tenths = (share * 10.0) as u64;
+        if let Some(bar) = self.bar.get() {
+            bar.set_position((share * STEPS as f64) as u64);
+        } else if tenths
+            > self
+                .reported_tenths
+                .replace(tenths.max(self.reported_tenths.get()))
+        {
+            tell(&format!("{:3.0} % {}", 100.0 * share, self.what));
+        }
+    }
+}
+
+/// Shows the progress of a render until dropped: a bar on a terminal, a line per pass elsewhere.
 pub struct ProgressDisplay {
-    /// `None` where stderr is no terminal.
-    bar: Option<ProgressBar>,
+    bar: Bar,
     pass: &'static str,
 }
 
 impl ProgressDisplay {
     pub fn new() -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let style =
-                ProgressStyle::with_template("{msg:10} {wide_bar} {percent:>3} % {elapsed}")
-                    .unwrap_or_else(|_| ProgressStyle::default_bar());
-            ProgressBar::new(STEPS).with_style(style)
-        });
-        ProgressDisplay { bar, pass: "" }
+        ProgressDisplay {
+            bar: Bar::new(STEPS, "{msg:10} {wide_bar} {percent:>3} % {elapsed}"),
+            pass: "",
+        }
     }
 
     pub fn show(&mut self, progress: Progress) -> ControlFlow<()> {
         let is_new_pass = self.pass != progress.pass;
         self.pass = progress.pass;
-        match &self.bar {
+        match self.bar.get() {
             Some(bar) => {
                 if is_new_pass {
                     bar.set_message(progress.pass);
@@ -107,17 +128,6 @@ impl ProgressDisplay {
             }
             None => {}
         }
-        if is_interrupted() {
-            return ControlFlow::Break(());
-        }
-        ControlFlow::Continue(())
-    }
-}
-
-impl Drop for ProgressDisplay {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        go_on()
     }
 }

@@ -1,6 +1,5 @@
 //! `camlux reference`: the true single bounce of a scene, as exact as asked for.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -10,7 +9,7 @@ use camlux::{Error, Scene};
 
 use crate::options::{SizeArgs, warn_of};
 use crate::output::require_extension;
-use crate::progress::{Estimate, is_interrupted, stop_on_signals};
+use crate::progress::{Estimate, go_on, stop_on_signals};
 use crate::{Failure, tell};
 
 /// An unfinished image is written this often.
@@ -89,10 +88,6 @@ pub fn refine(
     save: impl Fn(&Reference) -> Result<(), Error>,
 ) -> Result<Reference, Error> {
     let bar = Estimate::new("reference");
-    let go_on = || match is_interrupted() {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
-    };
     let mut reference = match resumed {
         Some(reference) => reference,
         None => Reference::start(scene, goal, &mut |_| go_on())?,

@@ -6,18 +6,19 @@
 
 use super::{
     error_estimate::{ErrorEstimate, PixelSample},
-    refine::Refiner,
+    refine::{RefinementResources, Refiner},
     sample_budget::{MAX_ATTEMPTS, PILOT_SAMPLES, SECOND_PILOT_SAMPLES, SampleBudget, next_aim},
 };
 use crate::{
     Result,
     frame::ProgressReport,
-    passes::{cost::Cost, gatherer::Gatherer, refinement::RefinementImages},
+    passes::{cost::Cost, gatherer::Gatherer},
     vulkan::Recorder,
 };
 
 pub(super) struct AdaptiveGather<'a, 'p> {
     pub refiner: Refiner<'a>,
+    pub coarsest_stride: u32,
     pub gatherer: &'a mut dyn Gatherer,
     pub progress: &'a mut ProgressReport<'p>,
     pub cost: &'a mut Cost,
@@ -41,7 +42,7 @@ impl AdaptiveGather<'_, '_> {
             };
         }
         let radiance = pilot.radiance();
-        let images = self.refiner.images(is_exact)?;
+        let mut resources = self.resources(self.coarsest_stride)?;
         let mut aim = target;
         let mut attempt = 0;
         loop {
@@ -55,12 +56,12 @@ impl AdaptiveGather<'_, '_> {
             // What was gathered exactly stays.
             let starts_anew = attempt == 0 || !is_exact;
             if starts_anew {
-                self.clear(&images)?;
+                self.clear(&resources)?;
             }
             let criteria = budget.criteria(radiance);
             self.refiner.refine(
                 (self.gatherer, budget.samples),
-                &images,
+                &mut resources,
                 (criteria, starts_anew),
                 self.progress,
                 self.cost,
@@ -105,13 +106,12 @@ impl AdaptiveGather<'_, '_> {
     }
 
     fn gather_every_pixel(&mut self) -> Result<Option<f64>> {
-        self.refiner.coarsest_stride = 1;
-        let images = self.refiner.images(self.gatherer.is_exact())?;
-        self.clear(&images)?;
+        let mut resources = self.resources(1)?;
+        self.clear(&resources)?;
         let budget = SampleBudget::for_sums(1.0, true);
         self.refiner.refine(
             (self.gatherer, budget.samples),
-            &images,
+            &mut resources,
             (budget.criteria(1.0), true),
             self.progress,
             self.cost,
@@ -119,9 +119,15 @@ impl AdaptiveGather<'_, '_> {
         Ok(None)
     }
 
-    fn clear(&mut self, images: &RefinementImages) -> Result<()> {
+    fn resources(&self, coarsest_stride: u32) -> Result<RefinementResources> {
+        let context = self.refiner.context;
+        let is_exact = self.gatherer.is_exact();
+        RefinementResources::new(context.device, context.plan, coarsest_stride, is_exact)
+    }
+
+    fn clear(&mut self, resources: &RefinementResources) -> Result<()> {
         let mut recorder = Recorder::new(self.refiner.context.device, 1)?;
-        images.clear(&mut recorder);
+        resources.images.clear(&mut recorder);
         self.cost.submit(recorder)
     }
 }

@@ -6,6 +6,7 @@ mod refine;
 mod sample_budget;
 
 use adaptive::AdaptiveGather;
+pub(crate) use refine::RefinementResources;
 use refine::Refiner;
 
 use super::{FrameImages, ProgressReport, lights::Lights, scene_resources::SceneResources};
@@ -44,8 +45,8 @@ pub(super) fn gather(
                 context,
                 gbuffer,
                 indirect_radiance,
-                coarsest_stride: plan.refinement.coarsest_stride,
             },
+            coarsest_stride: plan.refinement.coarsest_stride,
             gatherer,
             progress: &mut *progress,
             cost: &mut *cost,

@@ -17,8 +17,8 @@ use crate::{
         resolve, scatter,
         smooth::Smoothing,
     },
-    plan::GridStep,
-    vulkan::{Buffer, Image, Recorder},
+    plan::{GridStep, Plan},
+    vulkan::{Allocate, Device, Image, Recorder},
 };
 
 /// Steps whose pixels are gathered whatever the light: the coarsest grid and the first step between its pixels show what is to be
@@ -31,75 +31,82 @@ pub(super) struct Refiner<'a> {
     pub context: &'a Context<'a>,
     pub gbuffer: &'a GBuffer,
     pub indirect_radiance: &'a Image,
-    pub coarsest_stride: u32,
 }
 
-/// What the steps of an attempt share.
-struct Attempt<'a> {
-    images: &'a RefinementImages,
-    results: Buffer,
-    samples: u32,
-    step_count: usize,
+/// What the refinement works with.
+pub(crate) struct RefinementResources<A: Allocate = Device> {
+    steps: Vec<GridStep>,
+    pub images: RefinementImages<A>,
+    receivers: Receivers<A>,
+    results: A::Buffer,
+    /// Of the grid of which every pixel is gathered; only where gathers have noise.
+    smoothing: Option<Smoothing<A>>,
+}
+
+impl<A: Allocate> RefinementResources<A> {
+    pub fn new(
+        allocate: &A,
+        plan: &Plan,
+        coarsest_stride: u32,
+        is_exact: bool,
+    ) -> Result<RefinementResources<A>> {
+        let steps = GridStep::all(coarsest_stride);
+        let counts = steps
+            .iter()
+            .map(|step| step.pixel_count(plan.resolution_px));
+        let most = counts.clone().max().unwrap_or(1);
+        // The coarsest grid needs no list of candidates.
+        let most_candidates = counts.skip(1).max().unwrap_or(0);
+        let smoothing_stride = (coarsest_stride / 2).max(1);
+        Ok(RefinementResources {
+            images: RefinementImages::new(allocate, plan, !is_exact)?,
+            receivers: Receivers::new(allocate, most, most_candidates)?,
+            results: Results::room(allocate, most.min(MAX_RESULTS))?,
+            smoothing: (!is_exact)
+                .then(|| Smoothing::new(allocate, plan.resolution_px, smoothing_stride))
+                .transpose()?,
+            steps,
+        })
+    }
 }
 
 impl Refiner<'_> {
-    pub fn images(&self, is_exact: bool) -> Result<RefinementImages> {
-        RefinementImages::new(self.context.device, self.context.plan, !is_exact)
-    }
-
     /// Gathers and interpolates all pixels. Where it does not start anew, the coarsest grid was gathered before.
     pub fn refine(
         &self,
         (gatherer, samples): (&mut dyn Gatherer, u32),
-        images: &RefinementImages,
+        resources: &mut RefinementResources,
         (criteria, starts_anew): (RefinementCriteria, bool),
         progress: &mut ProgressReport,
         cost: &mut Cost,
     ) -> Result<()> {
         let device = self.context.device;
-        let resolution_px = self.context.plan.resolution_px;
-        let steps = GridStep::all(self.coarsest_stride);
-        let counts = steps.iter().map(|step| step.pixel_count(resolution_px));
-        let most = counts.clone().max().unwrap_or(1);
-        let most_candidates = counts.skip(1).max().unwrap_or(0);
-        let mut receivers = Receivers::new(device, most, most_candidates)?;
-        let attempt = Attempt {
-            images,
-            results: Results::room(device, most.min(MAX_RESULTS))?,
-            samples,
-            step_count: steps.len(),
-        };
         // Every pixel of this grid is gathered.
-        let grid_steps = steps.len().min(GRID_STEPS);
-        let smoothing = (!gatherer.is_exact())
-            .then(|| Smoothing::new(self.context, (self.coarsest_stride / 2).max(1)))
-            .transpose()?;
-        for (index, &step) in steps.iter().enumerate() {
-            if index == 0 && !starts_anew {
-                continue;
-            }
+        let grid_steps = resources.steps.len().min(GRID_STEPS);
+        for index in usize::from(!starts_anew)..resources.steps.len() {
             let criteria = RefinementCriteria {
                 tolerance: criteria.tolerance.filter(|_| index >= grid_steps),
                 ..criteria
             };
-            self.list(&mut receivers, images, step, criteria, cost)?;
+            self.list(resources, index, criteria, cost)?;
             let progress = &mut *progress;
             self.gather(
-                &receivers,
-                gatherer,
-                &attempt,
+                (gatherer, samples),
+                resources,
                 (index, criteria),
                 progress,
                 cost,
             )?;
-            if let Some(smoothing) = smoothing.as_ref().filter(|_| index + 1 == grid_steps) {
+            let smoothing = resources.smoothing.as_ref();
+            if let Some(smoothing) = smoothing.filter(|_| index + 1 == grid_steps) {
                 let mut recorder = Recorder::new(device, 1)?;
+                let images = &resources.images;
                 smoothing.smooth(&mut recorder, self.context, self.gbuffer, images, criteria)?;
                 cost.submit(recorder)?;
             }
         }
         let mut recorder = Recorder::new(device, 1)?;
-        let radiance = self.indirect_radiance;
+        let (images, radiance) = (&resources.images, self.indirect_radiance);
         resolve::resolve(&mut recorder, self.context, self.gbuffer, images, radiance)?;
         cost.submit(recorder)
     }
@@ -107,16 +114,20 @@ impl Refiner<'_> {
     /// Interpolates the pixels of a step that may be, and lists the others.
     fn list(
         &self,
-        receivers: &mut Receivers,
-        images: &RefinementImages,
-        step: GridStep,
+        resources: &mut RefinementResources,
+        step: usize,
         criteria: RefinementCriteria,
         cost: &mut Cost,
     ) -> Result<()> {
         let Refiner {
             context, gbuffer, ..
         } = *self;
-        receivers.set_candidate_count(step.pixel_count(context.plan.resolution_px))?;
+        let step = resources.steps[step];
+        let count = step.pixel_count(context.plan.resolution_px);
+        resources.receivers.set_candidate_count(count)?;
+        let RefinementResources {
+            images, receivers, ..
+        } = &*resources;
         let mut recorder = Recorder::new(context.device, 8)?;
         let r = &mut recorder;
         predict::predict(r, context, gbuffer, images, receivers, step, criteria)?;
@@ -131,9 +142,8 @@ impl Refiner<'_> {
     /// Gathers at the receivers and scatters the results to their pixels.
     fn gather(
         &self,
-        receivers: &Receivers,
-        gatherer: &mut dyn Gatherer,
-        attempt: &Attempt,
+        (gatherer, samples): (&mut dyn Gatherer, u32),
+        resources: &RefinementResources,
         (step, criteria): (usize, RefinementCriteria),
         progress: &mut ProgressReport,
         cost: &mut Cost,
@@ -141,35 +151,48 @@ impl Refiner<'_> {
         let Refiner {
             context, gbuffer, ..
         } = *self;
+        let RefinementResources {
+            steps,
+            images,
+            receivers,
+            results,
+            ..
+        } = resources;
         let ranges = receivers.ranges()?;
         let total: u32 = ranges.iter().map(|range| range.count).sum();
         let pass = gatherer.pass();
         let samples = Samples {
-            count: attempt.samples,
+            count: samples,
             seed: step as u32,
         };
         let parts = ranges
             .into_iter()
             .flat_map(|range| range.split(MAX_RESULTS));
         for range in parts {
-            let results = Results {
-                buffer: &attempt.results,
+            let first_results = Results {
+                buffer: results,
                 first: 0,
             };
             let mut proceed = |share: f64| {
                 let of_step = (f64::from(range.first) + share * f64::from(range.count))
                     / f64::from(total.max(1));
-                progress.report_attempt(pass, (step as f64 + of_step) / attempt.step_count as f64)
+                progress.report_attempt(pass, (step as f64 + of_step) / steps.len() as f64)
             };
-            gatherer.gather((receivers, range), results, samples, cost, &mut proceed)?;
+            gatherer.gather(
+                (receivers, range),
+                first_results,
+                samples,
+                cost,
+                &mut proceed,
+            )?;
             let mut recorder = Recorder::new(context.device, 1)?;
             scatter::scatter(
                 &mut recorder,
                 context,
                 gbuffer,
-                attempt.images,
+                images,
                 (receivers, range),
-                &attempt.results,
+                results,
                 criteria,
             )?;
             cost.submit(recorder)?;

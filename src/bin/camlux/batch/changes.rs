@@ -31,17 +31,13 @@ impl LightChange {
         let own = ["index", "power_factors", "power_factor_range"];
         keys.only(&[&own[..], &motion::KEYS].concat())?;
         let (index, at) = index(keys)?;
-        let power = match (keys.take("power_factors"), keys.take("power_factor_range")) {
-            (None, None) => None,
-            (Some(factors), None) => Some(Power::Listed(numbers(factors)?)),
-            (None, Some(range)) => {
+        let power = match keys.take_one(&["power_factors", "power_factor_range"])? {
+            None => None,
+            Some(("power_factors", factors)) => Some(Power::Listed(numbers(factors)?)),
+            Some((_, range)) => {
                 let [least, most] = range.numbers()?;
                 ordered(keys, [least; 3], [most; 3])?;
                 Some(Power::Random(least, most))
-            }
-            (Some(_), Some(range)) => {
-                let problem = "stands beside \"power_factors\"";
-                return Err(range.error(problem, "keep one of them").into());
             }
         };
         let motion = Motion::read(keys, folder)?;

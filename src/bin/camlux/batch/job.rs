@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use camlux::keys::{Keys, LineStarts, Source, Value};
+use camlux::keys::{Keys, LineStarts, TomlText, Value};
 use camlux::output::{ExrCompression, ExrOptions, Layer};
 use camlux::{input_file, scene::Bands};
 
@@ -43,8 +43,8 @@ impl Job {
     }
 
     pub fn parse(text: String, file: &Path) -> Result<Job, Failure> {
-        let lines = LineStarts::of(&text);
-        let mut keys = Source {
+        let lines = LineStarts::new(&text);
+        let mut keys = TomlText {
             name: "the job file",
             text: &text,
             file,
@@ -128,14 +128,14 @@ impl Job {
             }
         }
         let shortest = lists.iter().copied().min();
-        let asked = keys.take("frames");
-        if let Some(asked) = asked {
-            let count = asked.count()?;
+        let requested = keys.take("frames");
+        if let Some(requested) = requested {
+            let count = requested.count()?;
             return match shortest {
-                _ if count == 0 => Err(asked.error("is 0", "give 1 or more").into()),
+                _ if count == 0 => Err(requested.error("is 0", "give 1 or more").into()),
                 Some(length) if (count as usize) > length => {
                     let problem = format!("is {count}, but a list has {length} frames only");
-                    Err(asked.error(problem, "give as many or fewer").into())
+                    Err(requested.error(problem, "give as many or fewer").into())
                 }
                 _ => Ok(count),
             };
@@ -173,9 +173,8 @@ fn each<T>(
 }
 
 fn scenes(keys: &mut Keys, folder: &Path) -> Result<Vec<(String, PathBuf)>, Failure> {
-    let values = match (keys.take("scene"), keys.take("scenes")) {
-        (Some(scene), None) => vec![scene],
-        (None, Some(scenes)) => {
+    let values = match keys.take_one(&["scene", "scenes"])? {
+        Some(("scenes", scenes)) => {
             let at = scenes.at.clone();
             let list = scenes.list()?;
             if list.is_empty() {
@@ -183,15 +182,8 @@ fn scenes(keys: &mut Keys, folder: &Path) -> Result<Vec<(String, PathBuf)>, Fail
             }
             list
         }
-        (Some(_), Some(scenes)) => {
-            return Err(scenes
-                .error("stands beside \"scene\"", "keep one of them")
-                .into());
-        }
-        (None, None) => {
-            let scene = keys.need("scene", "scene = \"scene.toml\" or scenes = [...]")?;
-            return Err(scene.error("is missing", "add it").into());
-        }
+        Some((_, scene)) => vec![scene],
+        None => vec![keys.need("scene", "scene = \"scene.toml\" or scenes = [...]")?],
     };
     let mut scenes: Vec<(String, PathBuf)> = Vec::new();
     for value in values {

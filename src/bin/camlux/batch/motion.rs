@@ -41,17 +41,9 @@ enum PlacementAim {
 impl Motion {
     /// Reads what one table says of a motion; `None` where it says nothing.
     pub fn read(keys: &mut Keys, folder: &Path) -> Result<Option<Motion>, Failure> {
-        let mut given: Vec<(&str, Value)> = KEYS
-            .into_iter()
-            .filter_map(|key| Some((key, keys.take(key)?)))
-            .collect();
-        let Some((kind, value)) = given.pop() else {
+        let Some((kind, value)) = keys.take_one(&KEYS)? else {
             return Ok(None);
         };
-        if let Some((other, _)) = given.first() {
-            let problem = format!("stands beside \"{other}\"");
-            return Err(value.error(problem, "keep one of them").into());
-        }
         Ok(Some(match kind {
             "poses" => Motion::Listed(listed(value)?),
             "keyframes" => Motion::Keyed(keyed(value)?),
@@ -136,38 +128,26 @@ fn pose(keys: &mut Keys) -> Result<Pose, Failure> {
 
 fn aim(keys: &mut Keys) -> Result<Option<Aim>, Failure> {
     let up = keys.take("up");
-    let aim = match (keys.take("rotation"), keys.take("look_at")) {
-        (Some(rotation), None) => {
+    match (keys.take_one(&["rotation", "look_at"])?, up) {
+        (Some(("look_at", target)), up) => Ok(Some(Aim::LookAt {
+            target_m: target.vec3()?,
+            up: up.as_ref().map(Value::vec3).transpose()?,
+        })),
+        (Some((_, rotation)), None) => {
             let quaternion = unit_quaternion(rotation.numbers()?).map_err(|problem| {
                 rotation.error(
                     format!("cannot be: {problem}"),
                     "give [x, y, z, w] of length 1",
                 )
             })?;
-            Aim::Rotation(quaternion)
+            Ok(Some(Aim::Rotation(quaternion)))
         }
-        (None, Some(target)) => Aim::LookAt {
-            target_m: target.vec3()?,
-            up: up.as_ref().map(Value::vec3).transpose()?,
-        },
-        (Some(rotation), Some(_)) => {
-            return Err(rotation
-                .error("stands beside \"look_at\"", "keep one of them")
-                .into());
-        }
-        (None, None) => {
-            return match up {
-                Some(up) => Err(up.error("stands without \"look_at\"", "add look_at").into()),
-                None => Ok(None),
-            };
-        }
-    };
-    if let (Aim::Rotation(_), Some(up)) = (aim, up) {
-        return Err(up
+        (Some(_), Some(up)) => Err(up
             .error("stands beside \"rotation\"", "leave it out")
-            .into());
+            .into()),
+        (None, Some(up)) => Err(up.error("stands without \"look_at\"", "add look_at").into()),
+        (None, None) => Ok(None),
     }
-    Ok(Some(aim))
 }
 
 fn placement(value: Value) -> Result<Placement, Failure> {

@@ -92,9 +92,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let pairs = layers::select(args, &image, &reference)?;
     let mut reports = Vec::new();
     for pair in &pairs {
-        let comparison = Comparison::of(&pixels(pair, &valid, edges.as_deref()))?;
+        let comparison = Comparison::new(&pixels(pair, &valid, edges.as_deref()))?;
         let with_edges = match edges {
-            Some(_) => Some(Comparison::of(&pixels(pair, &valid, None))?),
+            Some(_) => Some(Comparison::new(&pixels(pair, &valid, None))?),
             None => None,
         };
         let non_finite = with_edges.as_ref().unwrap_or(&comparison).non_finite_image;

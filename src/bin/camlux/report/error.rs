@@ -26,8 +26,8 @@ pub fn model_error(
         edges: Some(edges),
         channels: 3,
     };
-    let comparison = Comparison::of(&pixels)?;
-    let with_edges = Comparison::of(&Pixels {
+    let comparison = Comparison::new(&pixels)?;
+    let with_edges = Comparison::new(&Pixels {
         edges: None,
         ..pixels
     })?;
@@ -63,7 +63,7 @@ pub fn model_error(
 /// # Errors
 /// Where there are not as many of them.
 pub fn relative_rmse(image: &[f32], exact: &[f64]) -> Result<Option<f64>, Failure> {
-    let comparison = Comparison::of(&Pixels {
+    let comparison = Comparison::new(&Pixels {
         image,
         reference: exact,
         image_standard_error: None,

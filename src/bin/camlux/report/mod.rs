@@ -29,7 +29,7 @@ use camlux::{Device, Renderer, Scene};
 use self::machine::Machine;
 use self::results::{Peers, Report, SceneReport};
 use self::steps::Steps;
-use self::sweep::{Extent, Sweep};
+use self::sweep::{Sweep, SweepOptions};
 use crate::options::{DeviceArgs, SizeArgs, resize, warn_of};
 use crate::output::create_folder;
 use crate::progress::stop_on_signals;
@@ -124,7 +124,7 @@ fn examine(
     renderer: &mut Renderer,
 ) -> Result<SceneReport, Failure> {
     let Subject { name, file, scene } = subject;
-    let extent = Extent::new(args.quick);
+    let options = SweepOptions::new(args.quick);
     let [width, height] = scene.camera.resolution_px;
 
     let truth_file = format!("truth/{name}-{width}x{height}.exr");
@@ -138,7 +138,7 @@ fn examine(
         name,
         scene,
         truth: &image,
-        extent,
+        options,
         scratch: &scratch,
         steps: &steps,
     };
@@ -148,13 +148,13 @@ fn examine(
         name,
         scene,
         &scratch,
-        extent.longest_reference_s,
+        options.longest_reference_s,
         &steps,
     )?);
     let peers = match &args.peers {
         None => Peers::new("not run; --peers PROGRAM adds them"),
         Some(program) => {
-            let run = peers::Run {
+            let run = peers::PeerRun {
                 program,
                 name,
                 scene_file: file,

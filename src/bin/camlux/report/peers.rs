@@ -16,7 +16,7 @@ use camlux::Error;
 use camlux::output::{Layer, LayeredImage};
 use serde::Deserialize;
 
-use super::results::{Entry, Kind, Part, Peers, Seconds, Unsupported};
+use super::results::{Entry, Kind, Peers, Seconds, TimePart, Unsupported};
 use super::steps::Steps;
 use super::truth::{Measured, TruthImage};
 use crate::{Failure, warn};
@@ -39,7 +39,7 @@ struct Line {
 }
 
 /// What to run, and on what.
-pub struct Run<'a> {
+pub struct PeerRun<'a> {
     pub program: &'a Path,
     pub name: &'a str,
     pub scene_file: &'a Path,
@@ -51,7 +51,7 @@ pub struct Run<'a> {
     pub steps: &'a Steps,
 }
 
-impl Run<'_> {
+impl PeerRun<'_> {
     /// Runs the program and measures its images. What goes wrong with it is said on stderr and in the status: a report goes
     /// on without peers.
     ///
@@ -117,13 +117,13 @@ impl Run<'_> {
         let (sender, lines) = mpsc::channel();
         let stdout = child.stdout.take().ok_or("it has no stdout")?;
         let stderr = child.stderr.take().ok_or("it has no stderr")?;
-        let errors = send_lines(stderr, Source::Stderr, sender.clone());
-        let output = send_lines(stdout, Source::Stdout, sender);
+        let errors = send_lines(stderr, Stream::Stderr, sender.clone());
+        let output = send_lines(stdout, Stream::Stdout, sender);
         let mut last_words = String::new();
         loop {
             match lines.recv_timeout(Duration::from_millis(100)) {
-                Ok((Source::Stdout, line)) if !line.trim().is_empty() => take(&line)?,
-                Ok((Source::Stderr, line)) if !line.trim().is_empty() => {
+                Ok((Stream::Stdout, line)) if !line.trim().is_empty() => take(&line)?,
+                Ok((Stream::Stderr, line)) if !line.trim().is_empty() => {
                     self.steps.detail(|| format!("{}: {line}", self.name));
                     last_words = line;
                 }
@@ -157,9 +157,9 @@ impl Run<'_> {
         let image = line.image.ok_or_else(|| format!("{peer} names no image"))?;
         let parts = line.seconds_of.into_iter();
         let parts = parts
-            .map(|(name, seconds)| Part { name, seconds })
+            .map(|(name, seconds)| TimePart { name, seconds })
             .collect();
-        let seconds = Seconds::of_runs(line.seconds, parts)
+        let seconds = Seconds::from_runs(line.seconds, parts)
             .filter(|seconds| seconds.min.is_finite() && seconds.min >= 0.0)
             .ok_or_else(|| format!("{peer} gives no times"))?;
         let measured = self.measure(&image);
@@ -201,15 +201,15 @@ impl Run<'_> {
 
 /// Where a line came from.
 #[derive(Clone, Copy)]
-enum Source {
+enum Stream {
     Stdout,
     Stderr,
 }
 
 fn send_lines(
     from: impl Read + Send + 'static,
-    source: Source,
-    to: mpsc::Sender<(Source, String)>,
+    source: Stream,
+    to: mpsc::Sender<(Stream, String)>,
 ) -> thread::JoinHandle<()> {
     thread::spawn(move || {
         for line in BufReader::new(from).lines().map_while(Result::ok) {

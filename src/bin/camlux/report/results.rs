@@ -129,18 +129,18 @@ pub struct Seconds {
     pub max: f64,
     pub runs: Vec<f64>,
     /// Median of each part.
-    pub parts: Vec<Part>,
+    pub parts: Vec<TimePart>,
 }
 
 #[derive(Serialize)]
-pub struct Part {
+pub struct TimePart {
     pub name: String,
     pub seconds: f64,
 }
 
 impl Seconds {
     /// Sums up timed runs; `None` without any.
-    pub fn of_runs(runs: Vec<f64>, parts: Vec<Part>) -> Option<Seconds> {
+    pub fn from_runs(runs: Vec<f64>, parts: Vec<TimePart>) -> Option<Seconds> {
         Some(Seconds {
             median: median(&runs)?,
             min: runs.iter().copied().reduce(f64::min)?,
@@ -188,7 +188,7 @@ pub struct ModelError {
 
 impl ModelError {
     /// The error of an image that is nothing but noise of this relative size.
-    pub fn of_standard_error(relative: f64) -> ModelError {
+    pub fn from_standard_error(relative: f64) -> ModelError {
         ModelError {
             relative_rmse: relative,
             is_upper_bound: false,

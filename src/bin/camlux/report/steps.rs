@@ -1,28 +1,20 @@
 //! Progress of a report on stderr: a spinner on a terminal, a line for each step elsewhere.
 
-use std::io::IsTerminal;
 use std::ops::ControlFlow;
 
 use camlux::Error;
-use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::Failure;
-use crate::progress::is_interrupted;
-use crate::tell;
+use crate::progress::{Bar, go_on};
+use crate::{Failure, tell};
 
 /// Shows what the report is at until dropped.
 pub struct Steps {
-    /// `None` where stderr is no terminal.
-    bar: Option<ProgressBar>,
+    bar: Bar,
 }
 
 impl Steps {
     pub fn new() -> Self {
-        let bar = std::io::stderr().is_terminal().then(|| {
-            let style = ProgressStyle::with_template("{spinner} {elapsed} {wide_msg}")
-                .unwrap_or_else(|_| ProgressStyle::default_spinner());
-            ProgressBar::new_spinner().with_style(style)
-        });
+        let bar = Bar::new(0, "{spinner} {elapsed} {wide_msg}");
         Steps { bar }
     }
 
@@ -31,7 +23,7 @@ impl Steps {
     /// # Errors
     /// [`Error::Cancelled`] after a signal.
     pub fn begin(&self, step: &str) -> Result<(), Failure> {
-        match &self.bar {
+        match self.bar.get() {
             Some(bar) => bar.set_message(step.to_owned()),
             None => tell(step),
         }
@@ -43,27 +35,16 @@ impl Steps {
 
     /// Tells how far a step is; only where there is a terminal.
     pub fn detail(&self, text: impl FnOnce() -> String) {
-        if let Some(bar) = &self.bar {
+        if let Some(bar) = self.bar.get() {
             bar.set_message(text());
         }
     }
 
     /// Keeps the display alive within a step; breaks after a signal.
     pub fn tick(&self) -> ControlFlow<()> {
-        if let Some(bar) = &self.bar {
+        if let Some(bar) = self.bar.get() {
             bar.tick();
         }
-        if is_interrupted() {
-            return ControlFlow::Break(());
-        }
-        ControlFlow::Continue(())
-    }
-}
-
-impl Drop for Steps {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
+        go_on()
     }
 }

@@ -11,13 +11,13 @@ use super::error;
 use super::results::{EngineFigures, Entry, Kind, PassMedian, Seconds};
 use super::settings::{self, Setting};
 use super::steps::Steps;
-use super::timing::{Effort, Timed, time};
+use super::timing::{Timed, TimingOptions, time};
 use super::truth::TruthImage;
 use crate::Failure;
 
 /// How far the sweep goes.
 #[derive(Clone, Copy)]
-pub struct Extent {
+pub struct SweepOptions {
     pub is_quick: bool,
     /// A frame that is expected to take longer is left out.
     pub longest_s: f64,
@@ -25,17 +25,17 @@ pub struct Extent {
     pub longest_reference_s: f64,
     /// Pixels on which the kernel error is measured.
     pub kernel_pixels: usize,
-    pub effort: Effort,
+    pub timing: TimingOptions,
 }
 
-impl Extent {
+impl SweepOptions {
     pub fn new(is_quick: bool) -> Self {
-        Extent {
+        SweepOptions {
             is_quick,
             longest_s: if is_quick { 3.0 } else { 60.0 },
             longest_reference_s: if is_quick { 0.6 } else { 15.0 },
             kernel_pixels: if is_quick { 128 } else { 512 },
-            effort: Effort::new(is_quick),
+            timing: TimingOptions::new(is_quick),
         }
     }
 }
@@ -46,7 +46,7 @@ pub struct Sweep<'a> {
     pub name: &'a str,
     pub scene: &'a Scene,
     pub truth: &'a TruthImage,
-    pub extent: Extent,
+    pub options: SweepOptions,
     /// A file that may be written and removed.
     pub scratch: &'a Path,
     pub steps: &'a Steps,
@@ -74,12 +74,12 @@ impl Sweep<'_> {
     /// Those of rendering and writing.
     pub fn settings(&mut self) -> Result<(Vec<Entry>, Vec<String>), Failure> {
         let (mut entries, mut skipped) = (Vec::new(), Vec::new());
-        for settings in settings::series(self.extent.is_quick) {
+        for settings in settings::series(self.options.is_quick) {
             let mut expected_s = 0.0;
             for setting in &settings {
                 let what = format!("{} {}", setting.series, setting.label);
-                if expected_s > self.extent.longest_s {
-                    let limit = self.extent.longest_s;
+                if expected_s > self.options.longest_s {
+                    let limit = self.options.longest_s;
                     skipped.push(format!(
                         "{what} and finer: about {expected_s:.0} s a frame, the limit is {limit:.0} s"
                     ));
@@ -178,7 +178,7 @@ impl Sweep<'_> {
         let (frame, kept) = self
             .renderer
             .render_with_intermediates(scene, &mut options)?;
-        let pixels = spread(&kept, self.extent.kernel_pixels);
+        let pixels = spread(&kept, self.options.kernel_pixels);
         let exact = f64_kernels::indirect_at(scene, sum, &kept, &pixels);
         let (values, _) = frame_values(&frame, Layer::Indirect)?.as_chunks::<3>();
         let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| values[pixel]).collect();
@@ -187,8 +187,8 @@ impl Sweep<'_> {
     }
 
     fn time(&mut self, scene: &Scene) -> Result<Timed, Failure> {
-        let effort = self.extent.effort;
-        time(self.renderer, scene, self.scratch, effort, self.steps)
+        let timing = self.options.timing;
+        time(self.renderer, scene, self.scratch, timing, self.steps)
     }
 }
 

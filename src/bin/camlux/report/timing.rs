@@ -6,22 +6,22 @@ use std::time::Instant;
 use camlux::output::{ExrOptions, Frame, OutputFile, write_exr};
 use camlux::{RenderOptions, Renderer, Scene};
 
-use super::results::{Part, PassMedian, Seconds, median};
+use super::results::{PassMedian, Seconds, TimePart, median};
 use super::steps::Steps;
 use crate::Failure;
 
 /// How often a frame is timed.
 #[derive(Clone, Copy)]
-pub struct Effort {
+pub struct TimingOptions {
     pub min_runs: usize,
     pub max_runs: usize,
     /// No more runs than the least are begun after this.
     pub enough_s: f64,
 }
 
-impl Effort {
+impl TimingOptions {
     pub fn new(is_quick: bool) -> Self {
-        Effort {
+        TimingOptions {
             min_runs: if is_quick { 2 } else { 3 },
             max_runs: 15,
             enough_s: if is_quick { 0.2 } else { 3.0 },
@@ -45,7 +45,7 @@ pub fn time(
     renderer: &mut Renderer,
     scene: &Scene,
     scratch: &Path,
-    effort: Effort,
+    timing: TimingOptions,
     steps: &Steps,
 ) -> Result<Timed, Failure> {
     let (mut render_s, mut write_s) = (Vec::new(), Vec::new());
@@ -75,8 +75,8 @@ pub fn time(
             }
         }
         let runs = render_s.len();
-        let is_enough = runs >= effort.min_runs && begin.elapsed().as_secs_f64() > effort.enough_s;
-        if is_enough || runs >= effort.max_runs {
+        let is_enough = runs >= timing.min_runs && begin.elapsed().as_secs_f64() > timing.enough_s;
+        if is_enough || runs >= timing.max_runs {
             return Ok(Timed {
                 seconds: sum_up(&render_s, &write_s)?,
                 gpu_passes: passes
@@ -97,11 +97,11 @@ fn sum_up(render_s: &[f64], write_s: &[f64]) -> Result<Seconds, Failure> {
     let parts = [("render", render_s), ("write", write_s)].into_iter();
     let parts = parts
         .filter_map(|(name, times)| {
-            Some(Part {
+            Some(TimePart {
                 name: name.into(),
                 seconds: median(times)?,
             })
         })
         .collect();
-    Seconds::of_runs(runs, parts).ok_or_else(|| "internal error: no run was timed".into())
+    Seconds::from_runs(runs, parts).ok_or_else(|| "internal error: no run was timed".into())
 }

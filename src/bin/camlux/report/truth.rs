@@ -9,7 +9,7 @@ use camlux::{Error, Scene};
 
 use super::error;
 use super::picture::{Gallery, Pictures};
-use super::results::{Entry, Kind, ModelError, Part, REFERENCE, Seconds, Truth};
+use super::results::{Entry, Kind, ModelError, REFERENCE, Seconds, TimePart, Truth};
 use super::steps::Steps;
 use crate::{Failure, reference, tell};
 
@@ -152,11 +152,11 @@ pub fn series(
         let _ = std::fs::remove_file(scratch);
 
         let parts = [("sample", sampled_s), ("write", seconds - sampled_s)];
-        let parts = parts.map(|(name, seconds)| Part {
+        let parts = parts.map(|(name, seconds)| TimePart {
             name: name.into(),
             seconds,
         });
-        let Some(times) = Seconds::of_runs(vec![seconds], parts.into()) else {
+        let Some(times) = Seconds::from_runs(vec![seconds], parts.into()) else {
             break;
         };
         let own = reference.relative_standard_error();
@@ -166,7 +166,7 @@ pub fn series(
             label: format!("{samples} spp"),
             description: None,
             seconds: times,
-            indirect: own.map(ModelError::of_standard_error),
+            indirect: own.map(ModelError::from_standard_error),
             total: None,
             engine: None,
             is_on_engine_front: false,

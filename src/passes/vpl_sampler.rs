@@ -1,4 +1,4 @@
-//! Which VPLs the bounce draws: those more often that bring more to the image, as a pilot has seen.
+//! Which VPLs the bounce samples: those more often that contribute more to the image, as a pilot has seen.
 
 use super::{light::DeviceLight, vpl::VplLists};
 use crate::{
@@ -7,8 +7,8 @@ use crate::{
     vulkan::{Device, Recorder, Resource, TexelList, shaders},
 };
 
-/// Share of the draws that goes to all VPLs alike, so that none is forgotten which the pilot has not seen.
-const EVEN_SHARE: f64 = 0.25;
+/// Share of the samples that goes to all VPLs alike, so that none is forgotten which the pilot has not seen.
+const EVEN_PART: f64 = 0.25;
 
 /// A light whose VPLs are listed.
 pub(crate) struct ListedLight {
@@ -43,24 +43,24 @@ impl ListedLight {
 struct Tile {
     first_vpl: u32,
     vpl_count: u32,
-    /// Of the draws.
-    share: f64,
+    /// Of all its VPLs together.
+    probability: f64,
 }
 
-/// How the draws fall to the tiles of all lights.
-pub(crate) struct VplDraws {
+/// The discrete distribution of the samples over the tiles of all lights.
+pub(crate) struct VplSampler {
     /// In the order of lights, faces, and Morton order.
     tiles: Vec<Tile>,
-    /// Of those that have VPLs, in order.
-    first_shares: Vec<f32>,
+    /// Cumulative, before each of those that have VPLs, in order.
+    cdf: Vec<f32>,
     ranges: TexelList,
     guide: TexelList,
-    shares: TexelList,
+    pmf: TexelList,
 }
 
-impl VplDraws {
-    /// Half of the draws go to the lights alike and half by their power; within a light all VPLs are alike.
-    pub fn even(device: &Device, lights: &[&ListedLight], guide_cells: u32) -> Result<VplDraws> {
+impl VplSampler {
+    /// Half of the samples go to the lights alike and half by their power; within a light all VPLs are alike.
+    pub fn even(device: &Device, lights: &[&ListedLight], guide_cells: u32) -> Result<VplSampler> {
         let lit = || lights.iter().filter(|light| light.has_vpls());
         let power_w: f64 = lit().map(|light| light.power_w).sum();
         let mut tiles = Vec::new();
@@ -70,7 +70,7 @@ impl VplDraws {
             } else {
                 0.0
             };
-            let light_share = 0.5 / lit().count().max(1) as f64 + 0.5 * by_power;
+            let of_light = 0.5 / lit().count().max(1) as f64 + 0.5 * by_power;
             let vpl_count: u32 = light.tile_lengths.iter().sum();
             let mut first_vpl = light.parameters.first_vpl;
             // A light with fewer faces than another leaves room.
@@ -79,69 +79,69 @@ impl VplDraws {
                 tiles.push(Tile {
                     first_vpl,
                     vpl_count: length,
-                    share: light_share * f64::from(length) / f64::from(vpl_count.max(1)),
+                    probability: of_light * f64::from(length) / f64::from(vpl_count.max(1)),
                 });
                 first_vpl += length;
             }
         }
-        VplDraws::of(device, tiles, guide_cells)
+        VplSampler::new(device, tiles, guide_cells)
     }
 
-    fn of(device: &Device, tiles: Vec<Tile>, guide_cells: u32) -> Result<VplDraws> {
-        let mut first_share = 0.0;
+    fn new(device: &Device, tiles: Vec<Tile>, guide_cells: u32) -> Result<VplSampler> {
+        let mut cumulative = 0.0;
         let ranges: Vec<[f32; 4]> = tiles
             .iter()
             .filter(|tile| tile.vpl_count > 0)
             .map(|tile| {
-                let from = first_share;
-                first_share += tile.share;
+                let from = cumulative;
+                cumulative += tile.probability;
                 // Counts of less than 2^24 are exact.
                 let [first_vpl, vpl_count] = [tile.first_vpl, tile.vpl_count].map(|n| n as f32);
-                [first_vpl, vpl_count, from as f32, tile.share as f32]
+                [first_vpl, vpl_count, from as f32, tile.probability as f32]
             })
             .collect();
-        let first_shares: Vec<f32> = ranges.iter().map(|range| range[2]).collect();
+        let cdf: Vec<f32> = ranges.iter().map(|range| range[2]).collect();
         let guide = (0..guide_cells)
-            .map(|cell| range_at(&first_shares, cell as f32 / guide_cells as f32))
+            .map(|cell| range_at(&cdf, cell as f32 / guide_cells as f32))
             .map(|range| [range as f32, 0.0, 0.0, 0.0]);
-        let shares = tiles
+        let pmf = tiles
             .iter()
-            .map(|tile| tile.share / f64::from(tile.vpl_count.max(1)))
-            .map(|share| [share as f32, 0.0, 0.0, 0.0]);
-        Ok(VplDraws {
-            ranges: TexelList::new(device, "draws of VPLs", ranges)?,
-            guide: TexelList::new(device, "guide to the draws of VPLs", guide.collect())?,
-            shares: TexelList::new(device, "shares of VPLs", shares.collect())?,
+            .map(|tile| tile.probability / f64::from(tile.vpl_count.max(1)))
+            .map(|probability| [probability as f32, 0.0, 0.0, 0.0]);
+        Ok(VplSampler {
+            ranges: TexelList::new(device, "ranges of VPLs", ranges)?,
+            guide: TexelList::new(device, "guide to the ranges of VPLs", guide.collect())?,
+            pmf: TexelList::new(device, "pmf of VPLs", pmf.collect())?,
             tiles,
-            first_shares,
+            cdf,
         })
     }
 
     /// Fills the images; once, before anything reads them.
     pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        for list in [&self.ranges, &self.guide, &self.shares] {
+        for list in [&self.ranges, &self.guide, &self.pmf] {
             list.record_copy(recorder);
         }
     }
 
-    /// The same VPLs, drawn by what they have brought: `brought` has for every receiver what its `draws` draws brought,
-    /// which were those that `pilot_draw` says. A tile's share becomes the root of the mean square (which makes
+    /// The same VPLs, sampled by what they have contributed: `contributions` has for every receiver those of its `samples` samples,
+    /// which were those that `pilot_sample` says. A tile's probability becomes the root of the mean square (which makes
     /// the least noise), but for what goes to all alike.
     pub fn learned(
         &self,
         device: &Device,
-        brought: &[f32],
-        draws: u32,
+        contributions: &[f32],
+        samples: u32,
         guide_cells: u32,
-    ) -> Result<VplDraws> {
-        if self.first_shares.is_empty() {
-            return VplDraws::of(device, self.tiles.clone(), guide_cells);
+    ) -> Result<VplSampler> {
+        if self.cdf.is_empty() {
+            return VplSampler::new(device, self.tiles.clone(), guide_cells);
         }
-        let mut squares = vec![(0.0, 0_u32); self.first_shares.len()];
-        for (receiver, brought) in brought.chunks_exact(draws as usize).enumerate() {
-            for (draw, &brought) in brought.iter().enumerate() {
-                let range = range_at(&self.first_shares, pilot_draw(receiver, draw, draws));
-                squares[range].0 += f64::from(brought).powi(2);
+        let mut squares = vec![(0.0, 0_u32); self.cdf.len()];
+        for (receiver, contributions) in contributions.chunks_exact(samples as usize).enumerate() {
+            for (sample, &contribution) in contributions.iter().enumerate() {
+                let range = range_at(&self.cdf, pilot_sample(receiver, sample, samples));
+                squares[range].0 += f64::from(contribution).powi(2);
                 squares[range].1 += 1;
             }
         }
@@ -153,24 +153,24 @@ impl VplDraws {
                 0 => 0.0,
                 _ => {
                     let (sum, count) = squares.next().unwrap_or_default();
-                    tile.share * (sum / f64::from(count.max(1))).sqrt()
+                    tile.probability * (sum / f64::from(count.max(1))).sqrt()
                 }
             })
             .collect();
         let total: f64 = weights.iter().sum();
         if total <= 0.0 {
-            return VplDraws::of(device, self.tiles.clone(), guide_cells);
+            return VplSampler::new(device, self.tiles.clone(), guide_cells);
         }
         let tiles = self.tiles.iter().zip(weights).map(|(tile, weight)| Tile {
-            share: EVEN_SHARE * tile.share + (1.0 - EVEN_SHARE) * weight / total,
+            probability: EVEN_PART * tile.probability + (1.0 - EVEN_PART) * weight / total,
             ..*tile
         });
-        VplDraws::of(device, tiles.collect(), guide_cells)
+        VplSampler::new(device, tiles.collect(), guide_cells)
     }
 
     /// Tiles that have VPLs.
     pub fn range_count(&self) -> u32 {
-        self.first_shares.len() as u32
+        self.cdf.len() as u32
     }
 
     /// The images under the names that the shaders give them.
@@ -178,20 +178,18 @@ impl VplDraws {
         [
             ("vpl_ranges", self.ranges.resource()),
             ("vpl_guide", self.guide.resource()),
-            ("vpl_shares", self.shares.resource()),
+            ("vpl_pmf", self.pmf.resource()),
         ]
     }
 }
 
 /// The last range that begins at or before a number of 0 to 1.
-fn range_at(first_shares: &[f32], x: f32) -> usize {
-    first_shares
-        .partition_point(|&first| first <= x)
-        .saturating_sub(1)
+fn range_at(cdf: &[f32], x: f32) -> usize {
+    cdf.partition_point(|&first| first <= x).saturating_sub(1)
 }
 
-/// Where in 0 to 1 the pilot draws, as `shaders/bounce.wgsl` has it.
-fn pilot_draw(receiver: usize, draw: usize, draws: u32) -> f32 {
+/// Where in 0 to 1 the pilot samples, as `shaders/bounce.wgsl` has it.
+fn pilot_sample(receiver: usize, sample: usize, samples: u32) -> f32 {
     let shift = (receiver as f32 * 0.618_034).fract();
-    (draw as f32 + shift) / draws as f32
+    (sample as f32 + shift) / samples as f32
 }

@@ -1,0 +1,79 @@
+// The BRDF of a surface: a sum of lobes. Each is a factor per band times a shape, so that sums over light take the shape alone.
+//
+//   diffuse    k_d/π · 1
+//   specular   k_s·(s+2)/(2π) · max(0, r·w)^s, the modified Phong lobe: r is the mirror direction of one of its directions
+
+#import math
+
+struct Brdf {
+    // k_d, k_s per band.
+    kd: vec3<f32>,
+    ks: vec3<f32>,
+    // s, the Phong exponent.
+    shininess: f32,
+}
+
+// The specular lobe with one of its two directions given. It is the same for light that goes the other way.
+struct Lobe {
+    mirror: vec3<f32>,
+    shininess: f32,
+}
+
+fn lobe_of(direction: vec3<f32>, normal: vec3<f32>, shininess: f32) -> Lobe {
+    return Lobe(2.0 * dot(normal, direction) * normal - direction, shininess);
+}
+
+fn diffuse_factor(kd: vec3<f32>) -> vec3<f32> {
+    return kd / PI;
+}
+
+fn specular_factor(ks: vec3<f32>, shininess: f32) -> vec3<f32> {
+    return ks * ((shininess + 2.0) / (2.0 * PI));
+}
+
+// Shape of the specular lobe; 0 for r·w ≤ 0 also where s = 0.
+fn eval_lobe(lobe: Lobe, direction: vec3<f32>) -> f32 {
+    let cosine = dot(lobe.mirror, direction);
+    // 1 − cosθ = |r − w|²/2 has no cancellation: a sharp lobe lives where the cosine is 1 to six digits.
+    let apart = lobe.mirror - direction;
+    let shape = exp2_of_negative(lobe.shininess * min(log2_near_one(max(cosine, 1e-30), 0.5 * dot(apart, apart)), 0.0));
+    return select(0.0, shape, cosine > 0.0);
+}
+
+fn eval_brdf(brdf: Brdf, normal: vec3<f32>, to_light: vec3<f32>, to_viewer: vec3<f32>) -> vec3<f32> {
+    var value = diffuse_factor(brdf.kd);
+#if PHONG
+    value += specular_factor(brdf.ks, brdf.shininess) * eval_lobe(lobe_of(to_light, normal, brdf.shininess), to_viewer);
+#endif
+    return value;
+}
+
+// Directions from a point of the unit square, neighbours from neighbours; and how many of `samples` such directions there are per
+// solid angle: for one sample, the pdf.
+fn sample_diffuse(square: vec2<f32>, around_normal: Frame) -> vec3<f32> {
+    let disc = to_disc(square);
+    return disc.x * around_normal.right + disc.y * around_normal.up
+        + sqrt(max(1.0 - dot(disc, disc), 0.0)) * around_normal.axis;
+}
+
+fn diffuse_density(samples: f32, cosine: f32) -> f32 {
+    return samples * cosine / PI;
+}
+
+fn lobe_frame(lobe: Lobe) -> Frame {
+    return frame_around(lobe.mirror);
+}
+
+fn sample_lobe(square: vec2<f32>, lobe: Lobe, frame: Frame) -> vec3<f32> {
+    let disc = to_disc(square);
+    // 1 − |disc|² is uniform in 0 to 1: cosθ = (1 − |disc|²)^(1/(s+1)).
+    let inner = dot(disc, disc);
+    let cosine = exp2(log2(max(1.0 - inner, 1e-30)) / (lobe.shininess + 1.0));
+    let scale = sqrt(max(1.0 - cosine * cosine, 0.0)) * inverseSqrt(max(inner, 1e-30));
+    return normalize(scale * disc.x * frame.right + scale * disc.y * frame.up + cosine * frame.axis);
+}
+
+// `shape` is what eval_lobe gives for the direction.
+fn lobe_density(samples: f32, lobe: Lobe, shape: f32) -> f32 {
+    return samples * (lobe.shininess + 1.0) / (2.0 * PI) * shape;
+}

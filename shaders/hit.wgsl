@@ -1,0 +1,107 @@
+// The surface where a ray hits it, how its directions are packed, and where rays start beside it.
+
+#import brdf
+
+struct Hit {
+    position: vec3<f32>,
+    // Unit normals, turned to the side that the ray hits.
+    geometric_normal: vec3<f32>,
+    shading_normal: vec3<f32>,
+    // With the texture, where there is one.
+    brdf: Brdf,
+}
+
+struct Corner {
+    position: vec3<f32>,
+    // 0: flat.
+    normal: vec3<f32>,
+    texcoord: vec2<f32>,
+}
+
+struct Triangle {
+    corners: array<Corner, 3>,
+    // Unit vector.
+    normal: vec3<f32>,
+    brdf: Brdf,
+    texture: Texture,
+}
+
+// Of k_d, as kd_texel finds it: the file that imports this one says how.
+struct Texture {
+    first_texel: u32,
+    // Columns and rows, 0 for none.
+    size: vec2<u32>,
+}
+
+// The point with these barycentric coordinates, hit from this direction.
+fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
+    let c0 = triangle.corners[0];
+    let c1 = triangle.corners[1];
+    let c2 = triangle.corners[2];
+    var hit: Hit;
+    // From the triangle and not along the ray, whose rounding would lift the point off the surface: so it is right by its
+    // plane to rounding, however far the origin is.
+    hit.position = c0.position + b.y * (c1.position - c0.position) + b.z * (c2.position - c0.position);
+    hit.geometric_normal = select(triangle.normal, -triangle.normal, dot(triangle.normal, direction) > 0.0);
+    hit.shading_normal = hit.geometric_normal;
+    hit.brdf = triangle.brdf;
+#if SMOOTH
+    // Opposed normals may cancel: the triangle's own stays.
+    let blend = b.x * c0.normal + b.y * c1.normal + b.z * c2.normal;
+    let length_squared = dot(blend, blend);
+    let smooth_normal = blend * inverseSqrt(max(length_squared, 1e-12));
+    let turned = select(smooth_normal, -smooth_normal, dot(smooth_normal, hit.geometric_normal) < 0.0);
+    hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
+#endif
+#if TEXTURED
+    if (triangle.texture.size.x > 0u) {
+        hit.brdf.kd *= sample_kd(triangle.texture, b.x * c0.texcoord + b.y * c1.texcoord + b.z * c2.texcoord);
+    }
+#endif
+    return hit;
+}
+
+#if TEXTURED
+// Bilinear, repeating, v up, with full f32 weights: samplers interpolate with 8 bits.
+fn sample_kd(texture: Texture, texcoord: vec2<f32>) -> vec3<f32> {
+    let size = texture.size;
+    let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * vec2<f32>(size) - 0.5;
+    let corner = floor(place);
+    let weight = place - corner;
+    let low = (vec2<u32>(vec2<i32>(corner) + vec2<i32>(size))) % size;
+    let high = (low + 1u) % size;
+    let above = mix(kd_texel(texture, low), kd_texel(texture, vec2<u32>(high.x, low.y)), weight.x);
+    let below = mix(kd_texel(texture, vec2<u32>(low.x, high.y)), kd_texel(texture, high), weight.x);
+    return mix(above, below, weight.y);
+}
+#endif
+
+// A unit vector as an integer below 2^24, exact in f32: octahedral, 12 bits an axis, within 1.1e-3 rad. The axes
+// are exact: 4094 is even.
+fn pack_direction(direction: vec3<f32>) -> f32 {
+    let flat = direction.xy / (abs(direction.x) + abs(direction.y) + abs(direction.z));
+    let sign_xy = select(vec2<f32>(-1.0), vec2<f32>(1.0), flat >= vec2<f32>(0.0));
+    let folded = select(flat, (1.0 - abs(flat.yx)) * sign_xy, direction.z < 0.0);
+    let grid = round(clamp(folded * 0.5 + 0.5, vec2<f32>(0.0), vec2<f32>(1.0)) * 4094.0);
+    return grid.y * 4096.0 + grid.x;
+}
+
+fn unpack_direction(packed: f32) -> vec3<f32> {
+    let row = floor(packed / 4096.0);
+    let flat = vec2<f32>(packed - row * 4096.0, row) / 4094.0 * 2.0 - 1.0;
+    let z = 1.0 - abs(flat.x) - abs(flat.y);
+    let fold = max(-z, 0.0);
+    return normalize(vec3<f32>(flat - select(vec2<f32>(-fold), vec2<f32>(fold), flat >= vec2<f32>(0.0)), z));
+}
+
+// By how much a ray starts before P's surface, for each component of the normal. P = v0 + b1·e1 + b2·e2 is off its plane by up to
+// 10u: 4u for each of b1·e1 + b2·e2 ≤ 2, and 2u for v0 ≤ 1. Corners of a neighbour in the same plane are u off it, in either
+// direction, the shift is rounded by u, and the height of the ray's origin over a plane is off by 5u of an offset ≤ 2.
+const ORIGIN_SHIFT: f32 = 24.0 * 5.9604645e-8;
+// By how much a ray ends before Q's surface: its end's height over the plane is the difference of two that are off by 10u
+// each, and their quotient is rounded by 3u of an offset ≤ 2.
+const END_SHIFT: f32 = 40.0 * 5.9604645e-8;
+
+fn before_surface(position: vec3<f32>, geometric_normal: vec3<f32>, shift: f32) -> vec3<f32> {
+    return position + shift * dot(abs(geometric_normal), vec3<f32>(1.0)) * geometric_normal;
+}

@@ -1,0 +1,49 @@
+// Virtual point lights and the lists that they lie in.
+
+#import brdf
+
+// Lists of VPLs lie in image arrays, one layer per member: lavapipe fetches a texel for eight lanes in half the time of a
+// buffer load, and images have no limit of 128 MiB. A row holds this many VPLs.
+const VPLS_PER_ROW: u32 = 1024u;
+// Layers: position and area, normal, diffuse; specular and s, mirror.
+const VPL_LAYERS: u32 = 3u;
+const GLOSSY_VPL_LAYERS: u32 = 5u;
+
+// A virtual point light on a matte surface.
+struct Vpl {
+    // Q
+    position: vec3<f32>,
+    // That it stands for, local units²: of those for rays.
+    area: f32,
+    // n_Q
+    normal: vec3<f32>,
+    // What it sends in every direction of its hemisphere, the diffuse factor of f_Q times: rsm-average: L_{L→Q}·cosθ_{Q→L}·ΔΩ/ΣΔΩ;
+    // instant-radiosity: I·ΔΩ, for intensity per cosine; for rays: the irradiance at Q, for radiance.
+    diffuse: vec3<f32>,
+}
+
+// What a surface with a specular lobe adds.
+struct VplLobe {
+    // As `diffuse`, with the specular factor; the lobe's shape is left to the gather.
+    specular: vec3<f32>,
+    lobe: Lobe,
+}
+
+// The layers are those of VPL_LAYERS or GLOSSY_VPL_LAYERS.
+var vpls: texture_2d_array<f32>;
+
+fn load_vpl(index: u32) -> Vpl {
+    let place = vpl_place(index);
+    let position_area = textureLoad(vpls, place, 0, 0);
+    return Vpl(position_area.xyz, position_area.w, textureLoad(vpls, place, 1, 0).xyz, textureLoad(vpls, place, 2, 0).xyz);
+}
+
+fn load_vpl_lobe(index: u32) -> VplLobe {
+    let place = vpl_place(index);
+    let specular = textureLoad(vpls, place, 3, 0);
+    return VplLobe(specular.xyz, Lobe(textureLoad(vpls, place, 4, 0).xyz, specular.w));
+}
+
+fn vpl_place(index: u32) -> vec2<u32> {
+    return vec2<u32>(index % VPLS_PER_ROW, index / VPLS_PER_ROW);
+}

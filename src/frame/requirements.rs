@@ -1,0 +1,176 @@
+//! What a frame takes of a device, declared by those who allocate it, and checked before any work starts.
+
+use super::{
+    images::{FrameImages, FrameImagesKey},
+    indirect::RefinementResources,
+};
+use crate::{
+    Result,
+    passes::{bounce, hits, light, rays, rsm::Rsm, shadow::ShadowMap, surface, vpl::VplLists},
+    plan::Plan,
+    scene::{Scene, Shadow},
+    vulkan::{
+        Allocate, BufferUse, DeviceInfo, DeviceKind, GrowsWith, Requirements,
+        shaders::{BindingKind, MODULES, Module},
+    },
+};
+
+/// Triangles that a pixel can tell apart: whole numbers that are exact in f32.
+const MAX_TRIANGLES: u64 = 1 << 24;
+/// The maps of all lights are kept where they take no more than the device's memory over this.
+const MAPS_SHARE_OF_MEMORY: u64 = 8;
+/// About what the sample of pixels for the error estimate takes, whatever the scene.
+const SAMPLE_BYTES: u64 = 256 << 10;
+const WORD_BYTES: u64 = 4;
+const PIXEL_BYTES: u64 = 16;
+
+impl Plan {
+    /// Plans a frame of a valid scene.
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) for an invalid scene, [`Error::DeviceLimit`](crate::Error::DeviceLimit) where the device cannot hold what the scene asks for.
+    pub fn new(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
+        let mut plan = Plan::for_scene(scene, device)?;
+        let unlimited = Requirements::new(None);
+        maps(&plan, &unlimited)?;
+        let lights = scene.lights.len().max(1) as u32;
+        if unlimited.total().saturating_mul(lights.into())
+            <= device.limits.memory_bytes / MAPS_SHARE_OF_MEMORY
+        {
+            plan.map_sets = lights;
+        }
+
+        let requirements = Requirements::new(Some(device));
+        declare(&plan, scene, &requirements)?;
+        // The host's memory and the device's are one.
+        let layers = match device.kind {
+            DeviceKind::Cpu | DeviceKind::Integrated => plan.layer_bytes(),
+            _ => 0,
+        };
+        requirements.check_memory(layers)?;
+        Ok(plan)
+    }
+
+    /// The most bytes of device memory that a frame of the scene holds at a time: an upper bound, but for what the driver adds to
+    /// images, and close to what is held (`tests/hard/device_memory.rs`).
+    pub fn device_memory_bytes(&self, scene: &Scene) -> u64 {
+        let unlimited = Requirements::new(None);
+        // Without limits nothing is refused.
+        let declared = declare(self, scene, &unlimited);
+        declared.map_or(u64::MAX, |()| unlimited.total())
+    }
+
+    /// Bytes of the frame's layers, which lie in the host's memory.
+    pub fn layer_bytes(&self) -> u64 {
+        // Radiance, direct light, positions and normals; depth, range and two numbers.
+        let mut words = 4 * 3 + 4;
+        words += 3 * u64::from(self.indirect.is_some());
+        words += 3 * u64::from(self.joule_per_irradiance.is_some());
+        self.pixel_count() * words * WORD_BYTES
+    }
+
+    fn pixel_count(&self) -> u64 {
+        self.resolution_px.map(u64::from).iter().product()
+    }
+}
+
+/// Everything that a frame holds when it holds most.
+fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()> {
+    let images = requirements.of(GrowsWith::Resolution);
+    FrameImages::new(&images, plan, FrameImagesKey::new(plan, false))?;
+    for _ in 0..plan.map_sets {
+        maps(plan, requirements)?;
+    }
+    if plan.indirect.is_some() {
+        let vpls = requirements.of(GrowsWith::Rsm);
+        VplLists::for_plan(&vpls, plan)?;
+        light::declare(&vpls, plan)?;
+    }
+    // While light is gathered, or on the way to the host.
+    requirements.either(
+        |requirements| gathering(plan, requirements),
+        |requirements| {
+            let readback = requirements.of(GrowsWith::Resolution);
+            let bytes = plan.pixel_count() * PIXEL_BYTES;
+            readback.buffer("image on its way to the host", bytes, BufferUse::Readback)
+        },
+    )?;
+    surfaces(plan, scene, requirements)
+}
+
+/// What one light sees.
+fn maps(plan: &Plan, requirements: &Requirements) -> Result<()> {
+    Rsm::for_plan(&requirements.of(GrowsWith::Rsm), plan)?;
+    ShadowMap::for_plan(&requirements.of(GrowsWith::Resolution), plan)?;
+    Ok(())
+}
+
+fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
+    let Some(indirect) = plan.indirect else {
+        return Ok(());
+    };
+    let images = requirements.of(GrowsWith::Resolution);
+    let stride = indirect.refinement.coarsest_stride;
+    let is_exact = !indirect.is_final_gather();
+    RefinementResources::new(&images, plan, stride, is_exact)?;
+    images.buffer("sample of pixels", SAMPLE_BYTES, BufferUse::Device)?;
+    if indirect.is_final_gather() {
+        let sampling = requirements.of(GrowsWith::Rsm);
+        bounce::declare(&sampling, plan, indirect.rsm_size)?;
+    }
+    Ok(())
+}
+
+/// The scene for the raster passes and for rays.
+fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()> {
+    let of_scene = || requirements.of(GrowsWith::Scene);
+    surface::declare(&of_scene(), scene, plan)?;
+    let triangles = scene.triangle_count();
+    of_scene().check("the number of triangles", triangles, |_| MAX_TRIANGLES)?;
+    if plan.has_rays() {
+        let without_rays = [
+            (
+                scene.direct.shadow == Some(Shadow::Rays),
+                "shadow = \"map\" in [direct]",
+            ),
+            (
+                plan.has_final_gather(),
+                "estimator = \"instant-radiosity\" in [indirect]",
+            ),
+        ];
+        let without_rays = without_rays.iter().filter(|(has_rays, _)| *has_rays);
+        let without_rays: Vec<&str> = without_rays.map(|&(_, without)| without).collect();
+        let without_rays = without_rays.join(" and ");
+        let hint = format!("set {without_rays}, simplify the meshes, or choose another device");
+        rays::declare(&of_scene().with_hint(hint), scene)?;
+    }
+    if plan.has_final_gather() {
+        let hint = |other| {
+            format!(
+                "set estimator = \"instant-radiosity\" in [indirect], {other}or choose another device"
+            )
+        };
+        of_scene().with_hint(hint("")).check(
+            "lists that a kernel of the bounce reads (storage images)",
+            storage_images_of_bounce(),
+            |device| device.limits.max_storage_images.into(),
+        )?;
+        let fewer = hint("simplify the meshes, use fewer materials, ");
+        hits::declare(&of_scene().with_hint(fewer), scene)?;
+        let smaller = hint("scale the textures down, ");
+        hits::declare_textures(&of_scene().with_hint(smaller), scene, plan)?;
+    }
+    Ok(())
+}
+
+/// The most that any of its kernels has.
+fn storage_images_of_bounce() -> u64 {
+    let kernels = MODULES.iter().filter(|m| m.name.starts_with("bounce_"));
+    let images = |module: &Module| {
+        let kinds = module.bindings.iter().map(|binding| binding.kind);
+        kinds
+            .filter(|kind| *kind == BindingKind::StorageImage)
+            .count()
+    };
+    kernels.map(images).max().unwrap_or_default() as u64
+}
