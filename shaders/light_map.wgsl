@@ -21,18 +21,34 @@ const ROUNDING: f32 = 2e-6;
 // bias that grows with the slope is there to be traded.
 fn is_visible(position: vec3<f32>, geometric_normal: vec3<f32>) -> bool {
     let offset = position - light.position;
-    let shown = map_place(light, offset);
-    let is_parallel = light.is_parallel == 1u;
-    let ray = select(offset, light.axis, is_parallel);
+    var face = 0u;
+    var depth = dot(offset, light.faces[0].forward);
+    // Over all that there may be, for a loop that ends at a uniform is unrolled by lavapipe, which compiles such a kernel anew for each
+    // dispatch, and keeps what it compiled it from as long as the pipeline.
+    for (var i = 1u; i < MAX_FACES; i++) {
+        let other = dot(offset, light.faces[i].forward);
+        let is_nearer = (other > depth) & (i < light.face_count);
+        depth = select(depth, other, is_nearer);
+        face = select(face, i, is_nearer);
+    }
+#if DIRECTIONAL
+    let extent = light.half_extent;
+    let ray = light.axis;
+#else
+    let extent = light.half_extent * depth;
+    let ray = offset;
+#endif
     let size = f32(light.shadow_size);
-    let corner = vec2<i32>(floor(shown.place * size - 0.5));
+    let u = dot(offset, light.faces[face].right) / extent;
+    let v = dot(offset, light.faces[face].up) / extent;
+    let corner = vec2<i32>(floor(vec2<f32>(0.5 + 0.5 * u, 0.5 - 0.5 * v) * size - 0.5));
     // Facets finer than a texel lie off the plane of their neighbours.
-    let roughness = 0.05 * (2.0 * shown.half_extent / size);
+    let roughness = 0.05 * (2.0 * extent / size);
     var crossed = false;
     var hiding_texels = 0u;
     for (var i = 0; i < 4; i++) {
         let texel = clamp(corner + vec2<i32>(i % 2, i / 2), vec2<i32>(0), vec2<i32>(i32(light.shadow_size) - 1));
-        let seen = textureLoad(light_map, texel, shown.face, 0);
+        let seen = textureLoad(light_map, texel, face, 0);
         let triangle = u32(max(seen.w, 0.0));
         // Corners from P: what two triangles share cancels exactly, so that no ray slips between them.
         let corner0 = positions[indices[3u * triangle]].xyz - position;
@@ -41,7 +57,11 @@ fn is_visible(position: vec3<f32>, geometric_normal: vec3<f32>) -> bool {
         let normal = normalize(cross(corner1 - corner0, corner2 - corner0));
         // How far P lies behind the triangle's plane, as the light sees it.
         let behind = -dot(normal, corner0) * sign(dot(normal, ray));
-        let is_ahead_of_light = is_parallel || dot(normal, corner0 + ray) * dot(normal, ray) > 0.0;
+#if DIRECTIONAL
+        let is_ahead_of_light = true;
+#else
+        let is_ahead_of_light = dot(normal, corner0 + ray) * dot(normal, ray) > 0.0;
+#endif
         let side0 = dot(ray, cross(corner1, corner2));
         let side1 = dot(ray, cross(corner2, corner0));
         let side2 = dot(ray, cross(corner0, corner1));

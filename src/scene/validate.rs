@@ -68,7 +68,7 @@ impl Violation {
         self.at(place.map_or(part.clone(), |place| format!("{place}, {part}")))
     }
 
-    /// The error for a violation at this place.
+    /// The error for a fault at this place.
     pub fn at(self, place: String) -> Error {
         Error::scene(place, self.problem, self.hint)
     }

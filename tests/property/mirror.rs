@@ -132,8 +132,8 @@ fn a_mirror_symmetric_room_is_lit_symmetrically_but_for_rays_along_edges() {
         let largest = asymmetry(values, &kept);
         println!("z = {z}: {} texels, {largest:e} of the mean", texels.len());
         if !meets_edges {
-            // The rounding of positions, near VPLs over their distance squared.
-            assert!(largest < 2e-5, "{largest}");
+            // Measured 1.1e-6: the rounding of positions.
+            assert!(largest < 5e-6, "{largest}");
         }
     }
 }
