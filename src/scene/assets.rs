@@ -7,8 +7,8 @@ use glam::{DMat3, DVec3};
 
 use super::lines::{place, read_text};
 use super::mtl::{Entry, Library};
-use super::obj::{self, FaceGroup, Named, Obj};
-use super::{Material, Mesh, Texture, obj_mesh, texture};
+use super::obj_check::{self, CheckedObj, FaceGroup, Named};
+use super::{Material, Mesh, Texture, obj, texture};
 use crate::keys::did_you_mean;
 use crate::{Error, Result};
 
@@ -67,30 +67,30 @@ impl Assets {
     pub fn load_mesh(&mut self, request: MeshRequest) -> Result<()> {
         let file = &request.path;
         let text = read_text(file, &request.named_at, "mesh")?;
-        let obj = obj::parse(&text, file, request.flat)?;
-        let material_of_group = match request.material_override {
-            Some(material) => vec![material; obj.groups.len()],
-            None => self.materials_of_groups(&obj, file)?,
+        let checked = obj_check::check(&text, file, request.flat)?;
+        let material_of_run = match request.material_override {
+            Some(material) => vec![material; checked.runs.len()],
+            None => self.materials_of_runs(&checked, file)?,
         };
-        let mesh = obj_mesh::assemble(&obj, &material_of_group, &request);
+        let mesh = obj::assemble(&checked, &material_of_run, &request)?;
         self.meshes.push(mesh);
         Ok(())
     }
 
-    fn materials_of_groups(&mut self, obj: &Obj, file: &Path) -> Result<Vec<u32>> {
+    fn materials_of_runs(&mut self, checked: &CheckedObj, file: &Path) -> Result<Vec<u32>> {
         let folder = file.parent().unwrap_or(Path::new(""));
         let mut library = Library::default();
-        for statement in &obj.libraries {
+        for statement in &checked.libraries {
             library.read(&statement.name, folder, &place(file, statement.line))?;
         }
-        let any_texcoords = obj.groups.iter().any(|group| group.form.texcoords);
+        let any_texcoords = checked.runs.iter().any(|run| run.form.texcoords);
         let mut index_of_name = HashMap::new();
-        let mut materials = Vec::with_capacity(obj.groups.len());
-        for group in &obj.groups {
-            let material = group.material.map(|index| &obj.materials[index]);
+        let mut materials = Vec::with_capacity(checked.runs.len());
+        for run in &checked.runs {
+            let material = run.material.map(|index| &checked.materials[index]);
             let name = material.ok_or_else(|| {
                 Error::scene(
-                    place(file, group.line),
+                    place(file, run.line),
                     "a face has no material",
                     "name one with mtllib and usemtl above it, or give the [[mesh]] a material = \"...\"",
                 )
@@ -104,7 +104,7 @@ impl Assets {
                 }
             };
             if any_texcoords {
-                self.check_texcoords(group, file, index)?;
+                self.check_texcoords(run, file, index)?;
             }
             materials.push(index);
         }
@@ -112,13 +112,13 @@ impl Assets {
     }
 
     /// In a mesh where other faces have texture coordinates, a face without them would show one arbitrary texel.
-    fn check_texcoords(&self, group: &FaceGroup, file: &Path, material: u32) -> Result<()> {
+    fn check_texcoords(&self, run: &FaceGroup, file: &Path, material: u32) -> Result<()> {
         let material = &self.materials[material as usize];
-        if group.form.texcoords || material.kd_texture.is_none() {
+        if run.form.texcoords || material.kd_texture.is_none() {
             return Ok(());
         }
         Err(Error::scene(
-            place(file, group.line),
+            place(file, run.line),
             format!(
                 "a face of the textured material \"{}\" has no texture coordinates",
                 material.name
@@ -142,19 +142,20 @@ impl Assets {
             )
         })?;
         let material = self.material_from(entry)?;
-        Ok(self.push_material(material, entry.at.clone()))
+        Ok(self.push_material(material, entry.places.name.clone()))
     }
 
     fn material_from(&mut self, entry: &Entry) -> Result<Material> {
+        let properties = &entry.properties;
         let incomplete = |problem: &str, hint: &str| {
-            let problem = format!("material \"{}\" {problem}", entry.name);
-            Error::scene(&entry.at, problem, hint)
+            let problem = format!("material \"{}\" {problem}", properties.name);
+            Error::scene(&entry.places.name, problem, hint)
         };
-        let kd_texture = match &entry.diffuse_texture {
-            Some(path) => Some(self.texture(&entry.folder.join(path), &entry.texture_at)?),
+        let kd_texture = match &properties.diffuse_texture {
+            Some(path) => Some(self.texture(&entry.folder.join(path), &entry.places.texture)?),
             None => None,
         };
-        let kd = match (entry.diffuse, kd_texture) {
+        let kd = match (properties.diffuse, kd_texture) {
             (Some(kd), _) => kd,
             (None, Some(_)) => [1.0; 3],
             (None, None) => {
@@ -164,10 +165,10 @@ impl Assets {
                 ));
             }
         };
-        let mut material = Material::lambert(entry.name.as_str(), kd);
-        material.ks = entry.specular.unwrap_or([0.0; 3]);
+        let mut material = Material::lambert(&properties.name, kd);
+        material.ks = properties.specular.unwrap_or([0.0; 3]);
         material.kd_texture = kd_texture;
-        match entry.shininess {
+        match properties.shininess {
             Some(shininess) => material.shininess = shininess,
             None if material.is_specular() => {
                 return Err(incomplete("has Ks without Ns", "add a line such as Ns 20"));

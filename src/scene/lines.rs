@@ -1,4 +1,4 @@
-//! Lines of OBJ and MTL files with their places.
+//! Lines of OBJ and MTL files with their places, because `tobj` reports none.
 
 use std::borrow::Cow;
 use std::path::Path;

@@ -16,7 +16,7 @@ mod material;
 mod mesh;
 mod mtl;
 mod obj;
-mod obj_mesh;
+mod obj_check;
 #[cfg(feature = "capi")]
 mod parts;
 mod shared;

@@ -17,20 +17,20 @@ pub(super) struct Library {
     files_read: HashSet<PathBuf>,
 }
 
-/// What a library says of one material, and where: files and lines.
-#[derive(Default)]
 pub(super) struct Entry {
-    pub name: String,
-    pub diffuse: Option<[f64; 3]>,
-    pub specular: Option<[f64; 3]>,
-    pub shininess: Option<f64>,
-    pub diffuse_texture: Option<String>,
-    /// Of `newmtl`.
-    pub at: String,
-    /// Of `map_Kd`, where there is one.
-    pub texture_at: String,
+    pub properties: tobj::Material,
+    pub places: Places,
     /// The folder that map_Kd is relative to.
     pub folder: PathBuf,
+}
+
+/// Files and lines of a material.
+#[derive(Default)]
+pub(super) struct Places {
+    /// Of `newmtl`.
+    pub name: String,
+    /// Of `map_Kd`, where there is one.
+    pub texture: String,
 }
 
 impl Library {
@@ -68,62 +68,72 @@ impl Library {
     }
 
     fn read_file(&mut self, file: &Path, named_at: &str) -> Result<()> {
-        let text = read_text(file, named_at, "material library")?;
-        for entry in parse(&text, file)? {
-            if let Some(earlier) = self.entries.get(&entry.name) {
-                let Entry { name, at, .. } = entry;
+        let (text, places) = check(&read_text(file, named_at, "material library")?, file)?;
+        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| {
+            Error::scene(
+                file.display().to_string(),
+                format!("not a material library: {error}"),
+                "export it again",
+            )
+        })?;
+        let folder = file.parent().unwrap_or(Path::new(""));
+        for (properties, places) in materials.into_iter().zip(places) {
+            let name = properties.name.clone();
+            let entry = Entry {
+                properties,
+                places,
+                folder: folder.to_owned(),
+            };
+            if let Some(earlier) = self.entries.get(&name) {
                 return Err(Error::scene(
-                    at,
-                    format!("material \"{name}\" is already defined at {}", earlier.at),
+                    entry.places.name,
+                    format!(
+                        "material \"{name}\" is already defined at {}",
+                        earlier.places.name
+                    ),
                     "rename or remove one of them",
                 ));
             }
-            self.entries.insert(entry.name.clone(), entry);
+            self.entries.insert(name, entry);
         }
         Ok(())
     }
 }
 
-fn parse(text: &str, file: &Path) -> Result<Vec<Entry>> {
-    let folder = file.parent().unwrap_or(Path::new(""));
-    let mut entries: Vec<Entry> = Vec::new();
+/// Checks an MTL line by line and keeps what is read, because `tobj` reports no lines and panics on a Kd of one number.
+/// Also gives the places of each material.
+fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
+    let mut checked = String::new();
+    let mut places: Vec<Places> = Vec::new();
     for line in lines(text, file) {
         let keyword = line.keyword();
-        if keyword == "newmtl" {
-            entries.push(Entry {
-                name: line.name()?.to_owned(),
-                at: line.at(),
-                folder: folder.to_owned(),
-                ..Entry::default()
-            });
-            continue;
-        }
-        if !["Kd", "Ks", "Ns", "map_Kd"].contains(&keyword) {
-            continue;
-        }
-        let Some(entry) = entries.last_mut() else {
+        let value = match keyword {
+            "newmtl" => {
+                places.push(Places {
+                    name: line.at(),
+                    ..Places::default()
+                });
+                line.name()?.to_owned()
+            }
+            "Kd" | "Ks" => match *line.numbers(1..=3)? {
+                // One number stands for all three bands (MTL format, "Kd r g b": g and b are optional).
+                [grey] => format!("{grey:?} {grey:?} {grey:?}"),
+                [r, g, b] => format!("{r:?} {g:?} {b:?}"),
+                _ => return Err(line.error("has two numbers", "write one or three")),
+            },
+            "Ns" => format!("{:?}", line.numbers(1..=1)?[0]),
+            "map_Kd" => texture_path(&line)?,
+            _ => continue,
+        };
+        let Some(places) = places.last_mut() else {
             return Err(line.error("stands before any material", "begin one with newmtl"));
         };
-        match keyword {
-            "Kd" => entry.diffuse = Some(bands(&line)?),
-            "Ks" => entry.specular = Some(bands(&line)?),
-            "Ns" => entry.shininess = Some(line.numbers(1..=1)?[0]),
-            _ => {
-                entry.diffuse_texture = Some(texture_path(&line)?);
-                entry.texture_at = line.at();
-            }
+        if keyword == "map_Kd" {
+            places.texture = line.at();
         }
+        checked.push_str(&format!("{keyword} {value}\n"));
     }
-    Ok(entries)
-}
-
-/// One number stands for all three bands (MTL format, "Kd r g b": g and b are optional).
-fn bands(line: &Line) -> Result<[f64; 3]> {
-    match *line.numbers(1..=3)? {
-        [grey] => Ok([grey; 3]),
-        [r, g, b] => Ok([r, g, b]),
-        _ => Err(line.error("has two numbers", "write one or three")),
-    }
+    Ok((checked, places))
 }
 
 fn texture_path(line: &Line) -> Result<String> {
