@@ -105,7 +105,7 @@ fn values_are_checked() {
             indirect(init!(camlux_indirect {
                 interpolation_error: nan
             })),
-            ARGUMENT,
+            SCENE,
             "interpolation_error",
         );
         for estimator in [
