@@ -1,5 +1,4 @@
 //! `instant-radiosity` by rays against the path-sampled reference: the error asked for, the error estimated, and the true one.
-#![cfg(feature = "reference")]
 
 use std::ops::ControlFlow;
 
