@@ -6,7 +6,9 @@ pub mod gpu;
 pub mod quadrature;
 pub mod ray_caster;
 pub mod rmse;
+#[cfg(feature = "reference")]
 pub mod rooms;
 pub mod scene_folder;
+#[cfg(feature = "reference")]
 pub mod shadows;
 pub mod truth;

@@ -1,5 +1,4 @@
 //! `final-gather` against the path-sampled reference: the error requested, the error estimated, and the true one.
-#![cfg(feature = "reference")]
 
 use std::ops::ControlFlow;
 

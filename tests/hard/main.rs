@@ -3,6 +3,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+#[cfg(feature = "reference")]
 #[macro_use]
 mod cases;
 

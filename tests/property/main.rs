@@ -25,6 +25,7 @@ mod output;
 mod output_file;
 #[cfg(feature = "reference")]
 mod reference;
+#[cfg(feature = "reference")]
 mod relations;
 mod rotation;
 mod scene_file;
