@@ -59,23 +59,35 @@ struct Illumination {
     irradiance: vec3<f32>,
 }
 
+// A pass that knows the light's kind leaves the other kinds out: lavapipe computes both sides of a branch, and compiles a kernel that
+// branches at a uniform anew for each dispatch, and keeps it.
 fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
+#if DIRECTIONAL
+    return Illumination(-light.axis, light.intensity);
+#else
     let from_light = position - light.position;
+#if POINT SPOT
+#else
     if (light.is_parallel == 1u) {
         return Illumination(-light.axis, light.intensity);
     }
+#endif
     let distance_squared = max(dot(from_light, from_light), 1e-18);
     let to_light = -from_light * inverseSqrt(distance_squared);
     // A light in the surface itself lights nothing there: the direction to it is not defined.
     var irradiance = select(vec3<f32>(0.0), light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
-    // CPU drivers compute both sides of a branch: where a pass knows the light's kind, the cone is left out.
-#if POINT DIRECTIONAL
+#if POINT
+#else
+#if SPOT
+    irradiance *= spot_falloff(light, -to_light);
 #else
     if (light.outer_half_angle > 0.0) {
         irradiance *= spot_falloff(light, -to_light);
     }
 #endif
+#endif
     return Illumination(to_light, irradiance);
+#endif
 }
 
 // s(θ): 1 inside θ_i, cos(½π·(θ−θ_i)/(θ_o−θ_i)) up to θ_o, 0 outside.

@@ -14,12 +14,12 @@ var<storage, read> candidates: array<u32>;
 var<storage, read_write> receivers: array<u32>;
 
 fn candidate(item: u32) -> u32 {
+    // Without branches: lavapipe compiles a kernel that branches at a push constant anew for each of its values.
     let stride = compaction.grid_stride;
-    if (stride == 0u) {
-        return candidates[item];
-    }
-    let columns = (textureDimensions(position_mesh).x + stride - 1u) / stride;
-    return stride * (item % columns + ((item / columns) << 16u));
+    let is_grid = stride > 0u;
+    let columns = (textureDimensions(position_mesh).x + stride - 1u) / max(stride, 1u);
+    let point = stride * (item % max(columns, 1u) + ((item / max(columns, 1u)) << 16u));
+    return select(candidates[select(item, 0u, is_grid)], point, is_grid);
 }
 
 fn list_of(item: u32) -> u32 {
