@@ -226,20 +226,14 @@
 /** The lens is given by `fx_px`, `fy_px`, `cx_px`, `cy_px`. */
 #define CAMLUX_LENS_INTRINSICS 1
 
-/** The bounce as it is (Keller 1997): sound with rays. */
-#define CAMLUX_ESTIMATOR_INSTANT_RADIOSITY 0
+/** Final gathering by rays from both ends: converges to the true single bounce, and meets a target error. */
+#define CAMLUX_ESTIMATOR_FINAL_GATHER 0
 
 /** The mean over the reflective shadow map, as in CamSim, without falloff over the distance: no visibility. */
 #define CAMLUX_ESTIMATOR_RSM_AVERAGE 1
 
-/** Rays with CAMLUX_ESTIMATOR_INSTANT_RADIOSITY, none with CAMLUX_ESTIMATOR_RSM_AVERAGE. */
-#define CAMLUX_VISIBILITY_DEFAULT 0
-
-/** The plain sum over the map's texels, without shadows in the indirect light. */
-#define CAMLUX_VISIBILITY_NONE 1
-
-/** By rays among all triangles, as many as the target error takes. */
-#define CAMLUX_VISIBILITY_RAYS 2
+/** The plain sum over the virtual point lights (Keller 1997): no visibility. */
+#define CAMLUX_ESTIMATOR_INSTANT_RADIOSITY 2
 
 /** By rays where indirect light casts some, else from maps. */
 #define CAMLUX_SHADOW_DEFAULT 0
@@ -479,21 +473,26 @@ typedef struct camlux_sensor {
   double duty_cycle;
 } camlux_sensor;
 
-/** How the single bounce is computed. Begin with CAMLUX_INDIRECT_INIT: instant radiosity by rays, to 0.02 of relative error. */
+/** How the single bounce is computed. Begin with CAMLUX_INDIRECT_INIT: final gathering to 0.02 of relative error. */
 typedef struct camlux_indirect {
   /** sizeof(camlux_indirect) */
   uint32_t struct_size;
-  /** CAMLUX_ESTIMATOR_INSTANT_RADIOSITY or CAMLUX_ESTIMATOR_RSM_AVERAGE. */
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER, CAMLUX_ESTIMATOR_RSM_AVERAGE or CAMLUX_ESTIMATOR_INSTANT_RADIOSITY. */
   int32_t estimator;
-  /** CAMLUX_VISIBILITY_DEFAULT, CAMLUX_VISIBILITY_NONE or CAMLUX_VISIBILITY_RAYS. */
-  int32_t visibility;
-  /** Texels along one edge of a face of the reflective shadow map; 0: camlux chooses, which it can with rays only. */
-  uint32_t rsm_size;
   /**
-   * Relative error (relRMSE) of the indirect light that is asked for, 0.002 to 0.5. 0: with rays 0.02; without, the sum
-   * at every pixel.
+   * Texels along one edge of a face of the reflective shadow map. 0: camlux chooses, which it can for
+   * CAMLUX_ESTIMATOR_FINAL_GATHER only.
    */
+  uint32_t rsm_size;
+  /** 0. */
+  uint32_t reserved;
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: relative error (relRMSE) against the true bounce, 0.002 to 0.5; 0: 0.02. */
   double target_error;
+  /**
+   * CAMLUX_ESTIMATOR_RSM_AVERAGE only: relative error (relRMSE) against the sum at every pixel that interpolation between
+   * pixels may cause, 0.002 to 0.5; 0: the sum at every pixel.
+   */
+  double interpolation_error;
 } camlux_indirect;
 
 /** How direct light is computed. Begin with CAMLUX_DIRECT_INIT: CAMLUX_SHADOW_DEFAULT. */
@@ -720,8 +719,16 @@ typedef struct camlux_frame_stats {
   uint64_t ray_count;
   /** Pairs of a pixel and a virtual light that were evaluated. */
   uint64_t pixel_vpl_pairs;
-  /** Relative error (relRMSE) of the indirect light, as camlux estimates it from the frame itself; NaN where it cannot know. */
+  /**
+   * Relative error (relRMSE) of the indirect light against the true bounce, as camlux estimates it from the frame itself;
+   * NaN where it cannot know, as for the sums of CAMLUX_ESTIMATOR_RSM_AVERAGE and CAMLUX_ESTIMATOR_INSTANT_RADIOSITY.
+   */
   double estimated_error;
+  /**
+   * Relative error (relRMSE) of the indirect light against the sum at every pixel, estimated likewise; NaN where no
+   * interpolation_error was requested.
+   */
+  double estimated_interpolation_error;
   /** Queue submissions. */
   uint32_t submissions;
   /** 0. */
