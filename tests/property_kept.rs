@@ -10,7 +10,7 @@ use camlux::{
 };
 use gpu::{Gpu, demo_scene, plain_sum};
 
-fn by_rays(mut scene: Scene) -> Scene {
+fn final_gather(mut scene: Scene) -> Scene {
     scene.indirect = Some(IndirectLight::FinalGather {
         target_error: 0.2,
         rsm_size: Some(16),
@@ -115,8 +115,8 @@ fn assert_same(what: &str, frame: &Frame, other: &Frame) {
 #[test]
 fn what_is_kept_does_not_show() {
     let scenes = [
-        by_rays(demo_scene("glossy", [24, 24])),
-        by_rays(two_lights(demo_scene("textured", [16, 16]))),
+        final_gather(demo_scene("glossy", [24, 24])),
+        final_gather(two_lights(demo_scene("textured", [16, 16]))),
         plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16),
         refined(two_lights(demo_scene("cornell_spot", [200, 200]))),
     ];
@@ -139,7 +139,7 @@ fn passes(frame: &Frame) -> Vec<&'static str> {
 #[test]
 fn a_moved_camera_draws_no_maps_and_lists_no_vpls() {
     for scene in [
-        by_rays(two_lights(demo_scene("cornell", [16, 16]))),
+        final_gather(two_lights(demo_scene("cornell", [16, 16]))),
         plain_sum(demo_scene("cornell", [16, 16]), 16),
     ] {
         let mut gpu = Gpu::open();
@@ -162,7 +162,7 @@ fn a_moved_camera_draws_no_maps_and_lists_no_vpls() {
 #[test]
 fn a_brighter_light_draws_no_maps() {
     for scene in [
-        by_rays(two_lights(demo_scene("cornell", [16, 16]))),
+        final_gather(two_lights(demo_scene("cornell", [16, 16]))),
         plain_sum(demo_scene("cornell", [16, 16]), 16),
     ] {
         let is_alone = scene.lights.len() == 1;
@@ -201,7 +201,7 @@ fn a_recycled_frame_does_not_show() {
 #[test]
 fn a_cancelled_frame_does_not_show_in_the_next() {
     let mut gpu = Gpu::open();
-    let scene = by_rays(demo_scene("cornell", [16, 16]));
+    let scene = final_gather(demo_scene("cornell", [16, 16]));
     let whole = gpu.render(&scene);
     let mut moved = scene.clone();
     shift(&mut moved.lights[0], DVec3::new(0.1, -0.05, 0.02));
