@@ -21,6 +21,7 @@ pub(crate) struct ProgressReport<'a> {
     /// Share of the work that is done light by light.
     lights_share: f64,
     attempt: i32,
+    is_last: bool,
 }
 
 /// Of that share, where indirect light is gathered, for all lights together.
@@ -44,6 +45,7 @@ impl<'a> ProgressReport<'a> {
                 1.0
             },
             attempt: 0,
+            is_last: false,
         }
     }
 
@@ -61,9 +63,10 @@ impl<'a> ProgressReport<'a> {
         self.tell(pass, self.lights_share * of_lights)
     }
 
-    /// From here on indirect light is gathered, for the `attempt`-th time, counted from 0.
-    pub fn begin_attempt(&mut self, attempt: u32) {
+    /// From here on indirect light is gathered, for the `attempt`-th time, counted from 0. After the last none can follow.
+    pub fn begin_attempt(&mut self, attempt: u32, is_last: bool) {
         self.attempt = attempt as i32;
+        self.is_last = is_last;
     }
 
     /// `fraction` is the share of the attempt that is done.
@@ -72,7 +75,12 @@ impl<'a> ProgressReport<'a> {
     /// [`Error::Cancelled`] where the caller wants no more.
     pub fn report_attempt(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
         let left = FAILED_ATTEMPTS.powi(self.attempt);
-        let of_attempts = 1.0 - left + left * (1.0 - FAILED_ATTEMPTS) * fraction;
+        let of_left = if self.is_last {
+            1.0
+        } else {
+            1.0 - FAILED_ATTEMPTS
+        };
+        let of_attempts = 1.0 - left + left * of_left * fraction;
         self.tell(
             pass,
             self.lights_share + (1.0 - self.lights_share) * of_attempts,

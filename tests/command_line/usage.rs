@@ -45,7 +45,7 @@ fn wrong_usage_is_said_with_exit_code_2() {
         (&["render", "-o", "a.exr"], "SCENE.toml"),
         (
             &["render", "scene.toml", "-o", "a.exr", "--estimator", "x"],
-            "rsm-average and instant-radiosity",
+            "[possible values: final-gather, rsm-average, instant-radiosity]",
         ),
         (
             &[

@@ -13,7 +13,7 @@ use camlux::{
 };
 use glam::DVec3;
 
-fn by_rays(mut scene: Scene, target_error: f64) -> Scene {
+fn final_gather(mut scene: Scene, target_error: f64) -> Scene {
     scene.indirect = Some(IndirectLight::final_gather(target_error));
     scene
 }
@@ -52,7 +52,7 @@ fn error_and_bias(image: &Frame, truth: &Frame) -> (f64, f64) {
 /// Renders, prints and checks: the true error at most 1.3 times the one asked for, no bias over 1 %, and an estimate that is not far off.
 #[track_caller]
 fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) -> Frame {
-    let frame = gpu.render(&by_rays(scene.clone(), asked));
+    let frame = gpu.render(&final_gather(scene.clone(), asked));
     let (error, bias) = error_and_bias(&frame, truth);
     let estimated = frame.stats.estimated_error.expect("it is estimated");
     println!(
@@ -71,7 +71,7 @@ fn check(gpu: &mut Gpu, name: &str, scene: &Scene, truth: &Frame, asked: f64) ->
 }
 
 #[test]
-fn the_error_asked_for_is_met_in_the_demo_scenes() {
+fn the_requested_error_is_met_in_the_demo_scenes() {
     let mut gpu = Gpu::open();
     for name in DEMO_SCENES {
         let scene = demo_scene(name, [96, 96]);
@@ -99,7 +99,7 @@ fn most_pixels_are_interpolated() {
 #[test]
 fn progress_and_cancelling() {
     let mut gpu = Gpu::open();
-    let scene = by_rays(demo_scene("cornell", [64, 64]), 0.05);
+    let scene = final_gather(demo_scene("cornell", [64, 64]), 0.05);
     let mut seen = Vec::new();
     let mut report = |progress: Progress| {
         seen.push(progress.fraction);
@@ -148,7 +148,7 @@ fn light_through_a_slit() {
 fn images_of_few_pixels_and_of_none_with_a_surface() {
     let mut gpu = Gpu::open();
     for resolution_px in [[1, 1], [2, 3], [1, 70], [33, 1]] {
-        let mut scene = by_rays(room(), 0.1);
+        let mut scene = final_gather(room(), 0.1);
         scene.camera.resolution_px = resolution_px;
         let frame = gpu.render(&scene);
         let indirect = frame.values(Layer::Indirect).expect("it is there");
@@ -161,7 +161,7 @@ fn images_of_few_pixels_and_of_none_with_a_surface() {
             );
         }
     }
-    let mut scene = by_rays(room(), 0.1);
+    let mut scene = final_gather(room(), 0.1);
     scene.camera.look_at_m = 2.0 * scene.camera.position_m;
     let frame = gpu.render(&scene);
     let indirect = frame.values(Layer::Indirect).expect("it is there");
@@ -254,7 +254,7 @@ fn kernels_agree() {
     let mut gpu = Gpu::open();
     // No ray of the box differs; in the glossy room one may, and the noise asked for is the bound.
     for (name, bound) in [("cornell", 1e-3), ("glossy", 0.1)] {
-        let scene = by_rays(demo_scene(name, [48, 48]), 0.1);
+        let scene = final_gather(demo_scene(name, [48, 48]), 0.1);
         let images = RayKernel::ALL.map(|kernel| {
             let mut options = RenderOptions {
                 ray_kernel: Some(kernel),
@@ -291,12 +291,15 @@ fn a_wall_of_no_thickness_does_not_leak() {
     scene.camera.look_at_m = DVec3::new(-0.2, -0.1, -1.0);
     let mut gpu = Gpu::open();
     // Without the wall there is light.
-    assert_is_lit(&gpu.render(&by_rays(scene.clone(), 0.05)), Layer::Indirect);
+    assert_is_lit(
+        &gpu.render(&final_gather(scene.clone(), 0.05)),
+        Layer::Indirect,
+    );
     // The wall through the middle; the camera and the dark half on one side of it, the lamp on the other.
     scene
         .meshes
         .push(quad("wall", DVec3::new(0.0, -1.0, -1.0), y, z, 1).into());
-    let frame = gpu.render(&by_rays(scene, 0.05));
+    let frame = gpu.render(&final_gather(scene, 0.05));
     let indirect = frame.values(Layer::Indirect).expect("it is there");
     let position = frame.values(Layer::Position).expect("it is there");
     for (i, (value, p)) in indirect

@@ -1,4 +1,4 @@
-//! Model error: how far the two estimators are from the true single bounce. These tests do not say that it is small, but
+//! Model error: how far the two sums over VPLs are from the true single bounce. These tests do not say that it is small, but
 //! what it is, so that the documentation's figures stay true. Kernel error is another question (`kernels`).
 
 use crate::common::gpu::{Gpu, demo_scene};

@@ -201,11 +201,15 @@ fn a_lost_device_tells_the_last_pass_begun() {
     let (_, scene) = &small_scenes()[1];
     let fresh = Gpu::open().render(scene);
     let lose = |submission, pass| lose(scene, &fresh, Fault::DeviceLost { submission, pass });
-    let submissions: [&[&str]; 4] = [
-        &["gbuffer", "receivers"],
+    let submissions: [&[&str]; 7] = [
+        &["gbuffer"],
         &["rsm", "shadow", "direct", "vpl"],
+        // Images are cleared.
+        &[],
+        &["receivers"],
         &["gather"],
-        &["sensor"],
+        &["scatter"],
+        &["resolve"],
     ];
     for (submission, passes) in submissions.iter().enumerate() {
         for (index, pass) in passes.iter().enumerate() {
@@ -214,7 +218,8 @@ fn a_lost_device_tells_the_last_pass_begun() {
         }
     }
     // What comes behind them has no passes of its own: images on their way to the host.
-    assert_eq!(lose(4, 0), Some("sensor"));
+    assert_eq!(lose(7, 0), Some("sensor"));
+    assert_eq!(lose(8, 0), Some("sensor"));
     assert_eq!(lose(1000, 0), None);
 }
 
@@ -224,8 +229,17 @@ fn a_device_can_be_lost_in_every_pass_of_the_bounce() {
     let fresh = Gpu::open().render(&scene);
     let passes: Vec<&str> = fresh.stats.passes.iter().map(|pass| pass.name).collect();
     for name in [
-        "gbuffer", "rsm", "direct", "vpl", "predict", "refine", "bounce", "settle", "smooth",
-        "resolve", "appraise",
+        "gbuffer",
+        "rsm",
+        "direct",
+        "vpl",
+        "predict",
+        "receivers",
+        "bounce",
+        "scatter",
+        "smooth",
+        "resolve",
+        "error_estimate",
     ] {
         assert!(passes.contains(&name), "{name}");
     }

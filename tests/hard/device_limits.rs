@@ -219,6 +219,12 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     scene.lights = vec![scene.lights[0]; 170];
     assert!(Plan::new(&scene, &device).is_ok());
     scene.lights = vec![scene.lights[0]; 171];
+    let assert_refused = |scene: &Scene, device: &DeviceInfo, parts: &[&str]| {
+        let message = Plan::new(scene, device).expect_err("that is too much");
+        for part in parts {
+            assert!(message.to_string().contains(part), "{part:?}: {message}");
+        }
+    };
     let hint = "set a smaller rsm_size, use fewer lights";
     let says = "VPLs, height (px) is 1026, over the limit of 1024";
     assert_refused(&scene, &device, &[says, hint]);

@@ -133,7 +133,11 @@ fn each_list_and_image_is_checked() {
     let storage: fn(&mut DeviceInfo, u64) = |device, value| {
         device.limits.max_storage_buffer_bytes = value;
     };
-    let sum = |rsm_size| plain_sum(scene.clone(), rsm_size);
+    let sum = |rsm_size| {
+        with(&plain_sum(scene.clone(), rsm_size), |scene| {
+            scene.direct.shadow = Some(Shadow::Rays);
+        })
+    };
     // 24 rows of 1024 VPLs of three vectors; 6 · 128² texels of 8 bytes.
     let list_bytes = 24 * 1024 * 3 * 16;
     assert_checked("VPLs (bytes)", &sum(64), list_bytes, allocation);

@@ -8,7 +8,7 @@ use camlux::{
     scene::{IndirectLight, Light, Shadow, VplSum},
 };
 
-fn by_rays(mut scene: Scene) -> Scene {
+fn final_gather(mut scene: Scene) -> Scene {
     scene.indirect = Some(IndirectLight::FinalGather {
         target_error: 0.2,
         rsm_size: Some(16),
@@ -113,8 +113,8 @@ fn assert_same(what: &str, frame: &Frame, other: &Frame) {
 #[test]
 fn what_is_kept_does_not_show() {
     let scenes = [
-        by_rays(demo_scene("glossy", [24, 24])),
-        by_rays(two_lights(demo_scene("textured", [16, 16]))),
+        final_gather(demo_scene("glossy", [24, 24])),
+        final_gather(two_lights(demo_scene("textured", [16, 16]))),
         plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16),
         refined(two_lights(demo_scene("cornell_spot", [200, 200]))),
     ];
@@ -140,7 +140,7 @@ fn passes(frame: &Frame) -> Vec<&'static str> {
 #[test]
 fn a_moved_camera_draws_no_maps_and_lists_no_vpls() {
     for scene in [
-        by_rays(two_lights(demo_scene("cornell", [16, 16]))),
+        final_gather(two_lights(demo_scene("cornell", [16, 16]))),
         plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16),
     ] {
         let mut gpu = Gpu::open();
@@ -185,7 +185,7 @@ fn two_lights_that_do_not_change_draw_no_maps() {
 #[test]
 fn a_brighter_light_draws_no_maps() {
     for scene in [
-        by_rays(two_lights(demo_scene("cornell", [16, 16]))),
+        final_gather(two_lights(demo_scene("cornell", [16, 16]))),
         plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16),
     ] {
         let mut gpu = Gpu::open();
@@ -223,7 +223,7 @@ fn a_frame_in_reused_buffers_is_the_same() {
 #[test]
 fn a_cancelled_frame_does_not_show_in_the_next() {
     let mut gpu = Gpu::open();
-    let scene = by_rays(demo_scene("cornell", [16, 16]));
+    let scene = final_gather(demo_scene("cornell", [16, 16]));
     let whole = gpu.render(&scene);
     assert_is_lit(&whole, Layer::Indirect);
     let mut moved = scene.clone();

@@ -102,7 +102,7 @@ pub fn text(run: &RunSummary) -> String {
         if let Some(requested) = indirect.interpolation_error() {
             let description = describe_error(stats.estimated_interpolation_error, requested);
             line(
-                "interpolation error",
+                "error",
                 format!("{description} against the sum at every pixel)"),
             );
         }

@@ -46,8 +46,8 @@ impl AdaptiveGather<'_, '_> {
         let mut aim = target;
         let mut attempt = 0;
         loop {
-            self.progress.begin_attempt(attempt);
             let is_last = attempt + 1 == MAX_ATTEMPTS;
+            self.progress.begin_attempt(attempt, is_last);
             let budget = if is_exact {
                 SampleBudget::for_sums(aim, is_last)
             } else {
@@ -106,6 +106,7 @@ impl AdaptiveGather<'_, '_> {
     }
 
     fn gather_every_pixel(&mut self) -> Result<Option<f64>> {
+        self.progress.begin_attempt(0, true);
         let mut resources = self.resources(1)?;
         self.clear(&resources)?;
         let budget = SampleBudget::for_sums(1.0, true);
