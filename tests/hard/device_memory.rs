@@ -149,6 +149,7 @@ fn each_list_and_image_is_checked() {
     assert_checked("shadow map (bytes)", &by_map, map_bytes, allocation);
     let textured = with(&demo_scene("textured", [8, 8]), |scene| {
         scene.indirect = None;
+        scene.direct.shadow = Some(Shadow::Rays);
         let texture = &mut scene.textures[0];
         texture.size_px = [400, 400];
         texture.linear_rgb = vec![[0.5; 3]; 160_000];
