@@ -122,7 +122,7 @@ impl Lights {
             Some(vpls) => vpls.room_per_light.map(|room| index as u32 * room),
             None => [0; 2],
         };
-        let (lit, vpls) = self.lights[index].get_or_make(key(light.clone()), || {
+        let (lit, vpls) = self.lights[index].get_or_make(key(*light), || {
             Ok(LitLight {
                 device: DeviceLight::new(context, light, plan, place)?,
                 listed: None,

@@ -76,8 +76,7 @@ impl Compactor {
         recorder: &mut Recorder<'r>,
         context: &Context,
         pass: &'static str,
-        count_words: &[&str],
-        write_words: &[&str],
+        [count_words, write_words]: [&[&str]; 2],
         resources: &[(&str, Resource<'r>)],
         grid_stride: u32,
     ) -> Result<()> {

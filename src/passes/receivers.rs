@@ -91,8 +91,7 @@ pub(crate) fn list<'r>(
         recorder,
         context,
         "receivers",
-        &brdf,
-        &brdf,
+        [&brdf, &brdf],
         &resources,
         grid_stride.unwrap_or(0),
     )

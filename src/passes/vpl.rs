@@ -135,8 +135,7 @@ pub(crate) fn extract<'r>(
         recorder,
         context,
         "vpl",
-        &[brdf, list],
-        &[brdf, record],
+        [&[brdf, list], &[brdf, record]],
         &resources,
         0,
     )
