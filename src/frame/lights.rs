@@ -204,8 +204,8 @@ impl Lights {
 
     /// Where the VPLs of all lights lie.
     pub fn listed(&self) -> Vec<ListedVpls> {
-        let lights = self.lights.iter().filter_map(Cached::get);
-        lights.filter_map(|light| light.listed).collect()
+        let lights = 0..self.lights.len();
+        lights.filter_map(|index| self.vpls_of(index)).collect()
     }
 
     /// VPLs that carry flux, over all lights.

@@ -1,7 +1,7 @@
 //! What stands for `faults.rs` without the feature `test-hooks`: nothing fails on purpose.
 
 #[derive(Debug, Default)]
-pub(super) struct Faults;
+pub(super) struct Faults {}
 
 impl Faults {
     pub fn next_call_fails(&self, _name: &str) -> bool {
