@@ -1,6 +1,7 @@
 //! What a caller renders with.
 
 use std::{
+    cell::RefCell,
     ops::ControlFlow,
     sync::Arc,
     time::{Duration, Instant},
@@ -160,6 +161,7 @@ impl Renderer {
             }
         }
         let space = LocalSpace::of(scene.bounding_box());
+        let cost = RefCell::new(Cost::new(options.submission_target));
         let context = Context {
             device: &self.device,
             pipelines: &self.pipelines,
@@ -167,10 +169,10 @@ impl Renderer {
             plan: &plan,
             space: &space,
             stays_on_device,
+            cost: &cost,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
         let mut progress = ProgressReport::new(report, plan.lights.len(), plan.indirect.is_some());
-        let mut cost = Cost::new(options.submission_target);
         // To be observed, everything is to be made.
         let mut nothing = FrameCache::default();
         let cache = if observe.is_some() {
@@ -178,9 +180,10 @@ impl Renderer {
         } else {
             &mut self.cache
         };
-        let drawn = frame::draw(&context, cache, &mut progress, &mut cost, observe);
+        let drawn = frame::draw(&context, cache, &mut progress, observe);
         let images = cache.images.take();
         let (estimates, vpl_count) = drawn.inspect_err(|_| *cache = FrameCache::default())?;
+        let cost = cost.into_inner();
         let images = images.ok_or_else(|| Error::internal("a frame without images"))?;
         Ok(DrawnFrame {
             images,

@@ -4,7 +4,7 @@ use crate::{
     Result,
     passes::gbuffer::GBuffer,
     plan::Plan,
-    vulkan::{Allocate, Device, Image, ImageShape},
+    vulkan::{Allocate, Device, ImageShape, Recorder},
 };
 
 /// Of the camera's size.
@@ -62,8 +62,11 @@ impl<A: Allocate> FrameImages<A> {
 }
 
 impl FrameImages {
-    /// Those to which light after light is added.
-    pub fn sums(&self) -> impl Iterator<Item = &Image> {
-        [&self.direct].into_iter().chain(&self.indirect)
+    /// Zeros, to which light after light is added.
+    pub fn record_clears<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        for sum in [&self.direct].into_iter().chain(&self.indirect) {
+            recorder.prepare_images(&[sum]);
+            recorder.clear_image(sum);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! What the lights of a scene see and the VPLs they make: what frames share until a light or a surface changes.
 
-use super::cache::Cached;
+use super::{cache::Cached, scene_resources::SceneResources};
 use crate::{
     Error, LightPlan, Result,
     passes::{
@@ -42,15 +42,14 @@ struct LightKey {
     generation: u64,
 }
 
-/// Room for what a light sees.
-#[derive(Default)]
+/// Room for what a light sees, and what it shows.
 struct MapSet {
     /// With indirect light.
     rsm: Option<Rsm>,
-    rsm_shows: Option<LightKey>,
+    rsm_shows: Cached<LightKey, ()>,
     /// Where neither RSMs nor rays serve the shadow test.
     shadow_map: Option<ShadowMap>,
-    shadow_map_shows: Option<LightKey>,
+    shadow_map_shows: Cached<LightKey, ()>,
 }
 
 /// A light on the device.
@@ -63,11 +62,12 @@ struct LitLight {
 }
 
 /// What of a light has to be made in this frame.
-#[derive(Clone, Copy)]
-pub(crate) struct Dirty {
-    pub rsm: bool,
-    pub shadow_map: bool,
-    pub vpls: bool,
+pub(crate) struct Dirty<'l> {
+    pub rsm: Option<&'l Rsm>,
+    pub shadow_map: Option<&'l ShadowMap>,
+    pub vpls: Option<(&'l Rsm, &'l VplLists)>,
+    /// Where the shadow test looks for occluders.
+    pub occluders: Occluders<'l>,
 }
 
 impl LightsKey {
@@ -91,8 +91,9 @@ impl Lights {
         let map_set = |_| {
             Ok(MapSet {
                 rsm: Rsm::for_plan(device, plan)?,
+                rsm_shows: Cached::default(),
                 shadow_map: ShadowMap::for_plan(device, plan)?,
-                ..MapSet::default()
+                shadow_map_shows: Cached::default(),
             })
         };
         Ok(Lights {
@@ -110,19 +111,24 @@ impl Lights {
     }
 
     /// Puts the light of this number on the device, and says what else of it is to be made.
-    pub fn update(&mut self, context: &Context, index: usize, generation: u64) -> Result<Dirty> {
+    pub fn update<'l>(
+        &'l mut self,
+        context: &Context,
+        index: usize,
+        scene: &'l SceneResources,
+    ) -> Result<(&'l DeviceLight, Dirty<'l>)> {
         let light = &context.scene.lights[index];
         let plan = &context.plan.lights[index];
         let key = |light: Light| LightKey {
             light,
             plan: plan.clone(),
-            generation,
+            generation: scene.generation,
         };
         let place = match &self.vpls {
             Some(vpls) => vpls.room_per_light.map(|room| index as u32 * room),
             None => [0; 2],
         };
-        let (lit, vpls) = self.lights[index].get_or_make(key(*light), || {
+        let (lit, is_new) = self.lights[index].get_or_make(key(*light), || {
             Ok(LitLight {
                 device: DeviceLight::new(context, light, plan, place)?,
                 listed: None,
@@ -132,53 +138,44 @@ impl Lights {
         if let Some(vpls) = &mut self.vpls {
             vpls.set_texel_count(lit.device.texel_count)?;
         }
-        // What a light sees does not depend on what it emits.
-        let shows = || Some(key(light.with_emission([1.0; 3])));
         let map_count = self.map_sets.len();
         let maps = &mut self.map_sets[index % map_count];
-        let reads_rsm = vpls || matches!(plan.shadow, ShadowPlan::Rsm { .. });
-        let rsm = maps.rsm.is_some() && reads_rsm && maps.rsm_shows != shows();
-        let shadow_map = maps.shadow_map.is_some() && maps.shadow_map_shows != shows();
-        if rsm {
-            maps.rsm_shows = shows();
-        }
-        if shadow_map {
-            maps.shadow_map_shows = shows();
-        }
-        Ok(Dirty {
-            rsm,
-            shadow_map,
-            vpls,
-        })
-    }
+        // What a light sees does not depend on what it emits.
+        let sees = || key(light.with_emission([1.0; 3]));
+        let is_dirty = |shows: &mut Cached<LightKey, ()>| -> Result<bool> {
+            Ok(shows.get_or_make(sees(), || Ok(()))?.1)
+        };
+        let reads_rsm = is_new || matches!(plan.shadow, ShadowPlan::Rsm { .. });
+        let draws_rsm = reads_rsm && maps.rsm.is_some() && is_dirty(&mut maps.rsm_shows)?;
+        let draws_map = maps.shadow_map.is_some() && is_dirty(&mut maps.shadow_map_shows)?;
 
-    /// The light of this number, after [`Lights::update`].
-    pub fn light(&self, index: usize) -> Result<&DeviceLight> {
-        let lit = self.lights.get(index).and_then(Cached::get);
-        lit.map(|lit| &lit.device)
-            .ok_or_else(|| Error::internal("a light is not on the device"))
-    }
-
-    pub fn rsm(&self, index: usize) -> Option<&Rsm> {
-        self.map_sets[index % self.map_sets.len()].rsm.as_ref()
-    }
-
-    pub fn shadow_map(&self, index: usize) -> Option<&ShadowMap> {
-        self.map_sets[index % self.map_sets.len()]
-            .shadow_map
-            .as_ref()
-    }
-
-    /// Where a light's shadow test looks for occluders, if in a map.
-    pub fn occluders(&self, index: usize, shadow: ShadowPlan) -> Option<Occluders<'_>> {
-        match shadow {
-            ShadowPlan::Rsm { .. } => self.rsm(index).map(|rsm| Occluders::Map(&rsm.position)),
-            ShadowPlan::Map { .. } => {
-                let map = self.shadow_map(index);
-                map.map(|map| Occluders::Map(&map.position))
-            }
+        let (rsm, shadow_map) = (maps.rsm.as_ref(), maps.shadow_map.as_ref());
+        let positions = match plan.shadow {
+            ShadowPlan::Rsm { .. } => rsm.map(|rsm| &rsm.position),
+            ShadowPlan::Map { .. } => shadow_map.map(|map| &map.position),
             ShadowPlan::Rays(_) => None,
-        }
+        };
+        let occluders = match (plan.shadow, positions) {
+            (ShadowPlan::Rays(kernel), _) => Occluders::Rays(kernel, scene.ray_tree()?),
+            (_, Some(positions)) => Occluders::Map(positions),
+            _ => return Err(Error::internal("a light has no shadow map")),
+        };
+        let dirty = Dirty {
+            rsm: rsm.filter(|_| draws_rsm),
+            shadow_map: shadow_map.filter(|_| draws_map),
+            vpls: rsm.zip(self.vpls.as_ref()).filter(|_| is_new),
+            occluders,
+        };
+        Ok((&lit.device, dirty))
+    }
+
+    /// A light on the device and its maps, after [`Lights::update`].
+    #[cfg(feature = "internals")]
+    pub fn light(&self, index: usize) -> Result<(&DeviceLight, Option<&Rsm>, Option<&ShadowMap>)> {
+        let maps = &self.map_sets[index % self.map_sets.len()];
+        let lit = self.lights.get(index).and_then(Cached::get);
+        let lit = lit.ok_or_else(|| Error::internal("a light is not on the device"))?;
+        Ok((&lit.device, maps.rsm.as_ref(), maps.shadow_map.as_ref()))
     }
 
     /// After the submission that listed a light's VPLs.

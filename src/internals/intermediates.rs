@@ -84,9 +84,9 @@ impl Intermediates {
 impl LightIntermediates {
     pub(super) fn read(context: &Context, lights: &Lights, index: usize) -> Result<Self> {
         let Context { device, space, .. } = *context;
-        let light = lights.light(index)?;
+        let (light, rsm_images, shadow_map) = lights.light(index)?;
         let mut rsm = Vec::new();
-        if let Some(images) = lights.rsm(index) {
+        if let Some(images) = rsm_images {
             let read = read_images(device, &images.colors())?;
             let is_parallel = light.domain.projection == Projection::Orthographic;
             let unit = if is_parallel {
@@ -112,8 +112,8 @@ impl LightIntermediates {
                 .collect();
         }
         let shadow_map = match light.plan.shadow {
-            ShadowPlan::Rsm { .. } => lights.rsm(index).map(|rsm| &rsm.position),
-            ShadowPlan::Map { .. } => lights.shadow_map(index).map(|map| &map.position),
+            ShadowPlan::Rsm { .. } => rsm_images.map(|rsm| &rsm.position),
+            ShadowPlan::Map { .. } => shadow_map.map(|map| &map.position),
             ShadowPlan::Rays(_) => None,
         };
         let shadow_size = light.plan.shadow.map_size().unwrap_or_default();

@@ -2,7 +2,7 @@
 
 use super::{
     Context,
-    cost::{Cost, Work},
+    cost::Work,
     gatherer::{Gatherer, Results, Samples},
     gbuffer::GBuffer,
     hits::HitSurfaces,
@@ -149,7 +149,6 @@ impl Gatherer for Bounce<'_> {
             count: samples,
             seed,
         }: Samples,
-        cost: &mut Cost,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()> {
         let ReceiverRange {
@@ -204,9 +203,12 @@ impl Gatherer for Bounce<'_> {
             ("results", Resource::Buffer(results.buffer)),
         ]);
 
+        let cost = self.context.cost;
         let mut done = 0;
         while done < count {
-            let budget = cost.budget(pipeline.module.name, FIRST_SUBMISSION_RAYS);
+            let budget = cost
+                .borrow()
+                .budget(pipeline.module.name, FIRST_SUBMISSION_RAYS);
             let rays_per_receiver = u64::from(samples) * rays_per_sample;
             let fit = (budget / rays_per_receiver as f64) as u32;
             let receiver_count = fit
@@ -250,7 +252,7 @@ impl Gatherer for Bounce<'_> {
                 kernel: pipeline.module.name,
                 amount: u64::from(receiver_count) * rays_per_receiver,
             };
-            cost.submit_work(recorder, work)?;
+            cost.borrow_mut().submit_work(recorder, work)?;
             done += receiver_count;
             proceed(f64::from(done) / f64::from(count))?;
         }

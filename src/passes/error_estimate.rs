@@ -17,9 +17,6 @@ pub(crate) fn compare<'r>(
     (results, second_result): (&'r Buffer, u32),
     (estimates, count): (&'r Buffer, u32),
 ) -> Result<()> {
-    let pipeline = context
-        .pipelines
-        .compute("error_estimate", &[context.plan.brdf_word()])?;
     let mut resources = gbuffer.resources();
     resources.extend([
         ("indirect_radiance", Resource::Image(indirect_radiance)),
@@ -31,8 +28,6 @@ pub(crate) fn compare<'r>(
         receiver_count: count,
         second_result,
     };
-    let groups = count.div_ceil(pipeline.module.workgroup_size[0]);
-    recorder.pass("error_estimate", |recorder| {
-        recorder.dispatch(&pipeline, &resources, &parameters, [groups, 1, 1])
-    })
+    let kernel = ("error_estimate", &[context.plan.brdf_word()][..]);
+    context.dispatch(recorder, kernel, &resources, &parameters, [count, 1])
 }

@@ -5,7 +5,7 @@
 
 use super::{
     Context,
-    cost::{Cost, Work},
+    cost::Work,
     gatherer::{Gatherer, Results, Samples},
     gbuffer::GBuffer,
     receivers::{ReceiverRange, Receivers},
@@ -89,7 +89,6 @@ impl<'g> Gather<'g> {
         (receivers, range): (&Receivers, ReceiverRange),
         results: Results,
         is_first: bool,
-        cost: &mut Cost,
         proceed: &mut dyn FnMut(u64) -> Result<()>,
     ) -> Result<()> {
         let pipeline = self.context.pipelines.compute(
@@ -109,12 +108,13 @@ impl<'g> Gather<'g> {
             ("vpls", Resource::Image(list.image)),
             ("results", Resource::Buffer(results.buffer)),
         ]);
-        let budget = |cost: &Cost| cost.budget(module.name, FIRST_SUBMISSION_PAIRS);
+        let cost = self.context.cost;
+        let budget = || cost.borrow().budget(module.name, FIRST_SUBMISSION_PAIRS);
 
         let mut done = 0;
         while done < range.count {
             // Receivers whose stretch of VPLs fills a submission; at least one workgroup of them. `as` saturates.
-            let groups = budget(cost) / f64::from(DISPATCH_VPLS.min(list.count));
+            let groups = budget() / f64::from(DISPATCH_VPLS.min(list.count));
             let groups = (groups as u32 / group_receivers).clamp(1, MAX_GROUPS);
             let receiver_count = groups
                 .saturating_mul(group_receivers)
@@ -123,7 +123,7 @@ impl<'g> Gather<'g> {
 
             let mut summed = 0;
             while summed < list.count {
-                let budget = budget(cost);
+                let budget = budget();
                 let mut pairs = 0;
                 let mut recorder = Recorder::new(self.context.device, 1)?;
                 recorder.pass("gather", |recorder| {
@@ -152,7 +152,7 @@ impl<'g> Gather<'g> {
                     kernel: module.name,
                     amount: pairs,
                 };
-                cost.submit_work(recorder, work)?;
+                cost.borrow_mut().submit_work(recorder, work)?;
                 proceed(pairs)?;
             }
             done += receiver_count;
@@ -182,7 +182,6 @@ impl Gatherer for Gather<'_> {
         (receivers, range): (&Receivers, ReceiverRange),
         results: Results,
         _: Samples,
-        cost: &mut Cost,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()> {
         let lists = self.lists();
@@ -191,17 +190,10 @@ impl Gatherer for Gather<'_> {
         let mut done = 0;
         for (index, list) in lists.iter().enumerate() {
             let is_first = index == 0;
-            self.add(
-                list,
-                (receivers, range),
-                results,
-                is_first,
-                cost,
-                &mut |pairs| {
-                    done += pairs;
-                    proceed(done as f64 / total as f64)
-                },
-            )?;
+            self.add(list, (receivers, range), results, is_first, &mut |pairs| {
+                done += pairs;
+                proceed(done as f64 / total as f64)
+            })?;
         }
         Ok(())
     }

@@ -1,9 +1,6 @@
 //! What gathers indirect light at a list of receivers: one implementation for each estimator.
 
-use super::{
-    cost::Cost,
-    receivers::{ReceiverRange, Receivers},
-};
+use super::receivers::{ReceiverRange, Receivers};
 use crate::{
     Result,
     vulkan::{Allocate, Buffer, BufferUse},
@@ -39,7 +36,6 @@ pub(crate) trait Gatherer {
         receivers: (&Receivers, ReceiverRange),
         results: Results,
         samples: Samples,
-        cost: &mut Cost,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()>;
 }

@@ -1,9 +1,13 @@
 //! The passes of a frame, one file each, named as its shader and its timestamp. `frame` puts them in order.
 
+use std::cell::RefCell;
+
 use crate::{
-    LocalSpace, Plan, Scene,
-    vulkan::{Device, Pipelines},
+    LocalSpace, Plan, Result, Scene,
+    vulkan::{Device, Pipelines, Recorder, Resource, groups_in_rows, shaders::Plain},
 };
+
+use cost::Cost;
 
 pub(crate) mod bounce;
 pub(crate) mod compact;
@@ -30,6 +34,9 @@ pub(crate) mod view;
 pub(crate) mod vpl;
 pub(crate) mod vpl_sampler;
 
+/// Passes of one submission that have timestamps.
+const MAX_TIMED_PASSES: u32 = 16;
+
 /// What a frame is made of and made with: the same for all of its passes.
 #[derive(Clone, Copy)]
 pub(crate) struct Context<'c> {
@@ -40,9 +47,37 @@ pub(crate) struct Context<'c> {
     pub space: &'c LocalSpace,
     /// The images are for a host that goes on with them.
     pub stays_on_device: bool,
+    pub cost: &'c RefCell<Cost>,
 }
 
 impl Context<'_> {
+    /// Records passes, submits them, waits for them, and counts them in.
+    pub fn submit<'r>(&self, record: impl FnOnce(&mut Recorder<'r>) -> Result<()>) -> Result<()> {
+        let mut recorder = Recorder::new(self.device, MAX_TIMED_PASSES)?;
+        record(&mut recorder)?;
+        self.cost.borrow_mut().submit(recorder)
+    }
+
+    /// Records a pass of one kernel with an invocation for each item, or for each pixel of an image.
+    pub fn dispatch<'r, T: Plain>(
+        &self,
+        recorder: &mut Recorder<'r>,
+        (pass, words): (&'static str, &[&str]),
+        resources: &[(&str, Resource<'r>)],
+        parameters: &T,
+        [columns, rows]: [u32; 2],
+    ) -> Result<()> {
+        let pipeline = self.pipelines.compute(pass, words)?;
+        let [x, y, _] = pipeline.module.workgroup_size;
+        let groups = match rows {
+            1 => groups_in_rows(columns.div_ceil(x)),
+            _ => [columns.div_ceil(x), rows.div_ceil(y), 1],
+        };
+        recorder.pass(pass, |recorder| {
+            recorder.dispatch(&pipeline, resources, parameters, groups)
+        })
+    }
+
     /// C, local.
     pub fn camera_position(&self) -> [f32; 3] {
         self.space.to_local(self.scene.camera.position_m)

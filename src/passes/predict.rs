@@ -9,7 +9,10 @@ use super::{
 use crate::{
     Result,
     plan::GridStep,
-    vulkan::{Recorder, Resource, groups_in_rows, shaders::PredictParameters},
+    vulkan::{
+        Recorder, Resource,
+        shaders::{Module, PredictParameters},
+    },
 };
 
 /// Interpolates pixels of a step; the others become candidates that were not gathered before. The coarsest grid has no
@@ -29,11 +32,11 @@ pub(crate) fn predict<'r>(
         GridStep::Edges { reach } => ("EDGES", reach),
     };
     let plan = context.plan;
-    let pipeline = context.pipelines.compute("predict", &[plan.brdf_word()])?;
+    let words = [plan.brdf_word()];
     let [columns, rows] = step.extent(plan.resolution_px);
     let parameters = PredictParameters {
         reach,
-        pattern: pipeline.module.constant(pattern)?,
+        pattern: Module::find("predict", &words)?.constant(pattern)?,
         columns,
         item_count: columns * rows,
         tolerance: criteria.tolerance.unwrap_or(-1.0) as f32,
@@ -42,8 +45,6 @@ pub(crate) fn predict<'r>(
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
     resources.push(("candidates", Resource::Buffer(&receivers.candidates)));
-    let groups = groups_in_rows((columns * rows).div_ceil(pipeline.module.workgroup_size[0]));
-    recorder.pass("predict", |recorder| {
-        recorder.dispatch(&pipeline, &resources, &parameters, groups)
-    })
+    let size = [columns * rows, 1];
+    context.dispatch(recorder, ("predict", &words), &resources, &parameters, size)
 }

@@ -14,16 +14,10 @@ pub(crate) fn resolve<'r>(
     images: &'r RefinementImages,
     indirect_radiance: &'r Image,
 ) -> Result<()> {
-    let pipeline = context
-        .pipelines
-        .compute("resolve", &[context.plan.brdf_word()])?;
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
     resources.push(("indirect_radiance", Resource::Image(indirect_radiance)));
-    let [width, height] = context.plan.resolution_px;
-    let [x, y, _] = pipeline.module.workgroup_size;
-    let groups = [width.div_ceil(x), height.div_ceil(y), 1];
-    recorder.pass("resolve", |recorder| {
-        recorder.dispatch::<[u32; 0]>(&pipeline, &resources, &[], groups)
-    })
+    let plan = context.plan;
+    let kernel = ("resolve", &[plan.brdf_word()][..]);
+    context.dispatch::<[u32; 0]>(recorder, kernel, &resources, &[], plan.resolution_px)
 }

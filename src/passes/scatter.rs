@@ -22,9 +22,6 @@ pub(crate) fn scatter<'r>(
     results: &'r Buffer,
     criteria: RefinementCriteria,
 ) -> Result<()> {
-    let pipeline = context
-        .pipelines
-        .compute("scatter", &[context.plan.brdf_word(), images.noise_word()])?;
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
     resources.extend([
@@ -38,8 +35,7 @@ pub(crate) fn scatter<'r>(
         is_grid: criteria.tolerance.is_none().into(),
         variance_scale: criteria.variance_scale as f32,
     };
-    let groups = range.count.div_ceil(pipeline.module.workgroup_size[0]);
-    recorder.pass("scatter", |recorder| {
-        recorder.dispatch(&pipeline, &resources, &parameters, [groups, 1, 1])
-    })
+    let words = [context.plan.brdf_word(), images.noise_word()];
+    let size = [range.count, 1];
+    context.dispatch(recorder, ("scatter", &words), &resources, &parameters, size)
 }

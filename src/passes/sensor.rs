@@ -16,7 +16,6 @@ pub(crate) fn expose<'r>(
     energy: &'r Image,
 ) -> Result<()> {
     let word = if indirect.is_some() { "indirect" } else { "" };
-    let pipeline = context.pipelines.compute("sensor", &[word])?;
     let mut resources = vec![
         ("direct_radiance", Resource::Image(direct)),
         ("energy", Resource::Image(energy)),
@@ -25,11 +24,7 @@ pub(crate) fn expose<'r>(
     let parameters = SensorParameters {
         joule_per_irradiance: joule_per_irradiance as f32,
     };
-    let [width, height] = context.plan.resolution_px;
-    let [x, y, _] = pipeline.module.workgroup_size;
-    let groups = [width.div_ceil(x), height.div_ceil(y), 1];
     recorder.prepare_images(&[energy]);
-    recorder.pass("sensor", |recorder| {
-        recorder.dispatch(&pipeline, &resources, &parameters, groups)
-    })
+    let size = context.plan.resolution_px;
+    context.dispatch(recorder, ("sensor", &[word]), &resources, &parameters, size)
 }

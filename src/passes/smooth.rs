@@ -7,9 +7,7 @@ use super::{
 };
 use crate::{
     Result,
-    vulkan::{
-        Allocate, BufferUse, Device, Recorder, Resource, groups_in_rows, shaders::SmoothParameters,
-    },
+    vulkan::{Allocate, BufferUse, Device, Recorder, Resource, shaders::SmoothParameters},
 };
 
 /// A grid over the image, and room for its new values.
@@ -54,16 +52,11 @@ impl Smoothing {
         let mut resources = gbuffer.resources();
         resources.extend(images.resources());
         resources.push(("smoothed", Resource::Buffer(&self.smoothed)));
-        recorder.pass("smooth", |recorder| {
-            for kernel in ["fit", "put"] {
-                let pipeline = context
-                    .pipelines
-                    .compute("smooth", &[kernel, context.plan.brdf_word()])?;
-                let groups = self.item_count.div_ceil(pipeline.module.workgroup_size[0]);
-                recorder.barrier();
-                recorder.dispatch(&pipeline, &resources, &parameters, groups_in_rows(groups))?;
-            }
-            Ok(())
-        })
+        for kernel in ["fit", "put"] {
+            let words = [kernel, context.plan.brdf_word()];
+            let size = [self.item_count, 1];
+            context.dispatch(recorder, ("smooth", &words), &resources, &parameters, size)?;
+        }
+        Ok(())
     }
 }

@@ -3,7 +3,7 @@
 use super::{Context, compact::Compactor, light::DeviceLight, rsm::Rsm};
 use crate::{
     Result,
-    plan::{GatherPlan, IndirectPlan, Plan},
+    plan::Plan,
     scene::VplSum,
     vulkan::{
         Allocate, Device, ImageShape, Recorder, Resource,
@@ -112,7 +112,6 @@ pub(crate) fn sum_word(sum: VplSum) -> &'static str {
 pub(crate) fn extract<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
-    indirect: &IndirectPlan,
     light: &'r DeviceLight,
     rsm: &'r Rsm,
     vpls: &'r VplLists,
@@ -127,9 +126,9 @@ pub(crate) fn extract<'r>(
         resources.push(("glossy_vpls", Resource::Image(glossy)));
     }
     let brdf = context.plan.brdf_word();
-    let (list, record) = match indirect.gather {
-        GatherPlan::FinalGather { .. } => ("bounce", "bounce"),
-        GatherPlan::VplSum { sum, .. } => ("apart", sum_word(sum)),
+    let (list, record) = match context.plan.indirect.and_then(|plan| plan.sum()) {
+        None => ("bounce", "bounce"),
+        Some(sum) => ("apart", sum_word(sum)),
     };
     vpls.compactor.record(
         recorder,

@@ -4,12 +4,11 @@ use super::refine::Refiner;
 use crate::{
     Result,
     passes::{
-        cost::Cost,
         error_estimate,
-        gatherer::{Gatherer, Results, Samples},
+        gatherer::{Results, Samples},
         receivers::{self, ReceiverRange, Receivers},
     },
-    vulkan::{Buffer, BufferUse, Recorder},
+    vulkan::{Buffer, BufferUse},
 };
 
 /// Pixels of the sample.
@@ -78,33 +77,24 @@ pub(super) struct PixelSample {
 }
 
 impl PixelSample {
-    pub fn new(refiner: &Refiner, cost: &mut Cost) -> Result<PixelSample> {
-        let device = refiner.context.device;
-        let resolution_px @ [width, height] = refiner.context.plan.resolution_px;
+    pub fn new(refiner: &Refiner) -> Result<PixelSample> {
+        let (context, gbuffer) = (refiner.context, refiner.gbuffer);
+        let resolution_px = context.plan.resolution_px;
+        let pixel_count: u64 = resolution_px.map(u64::from).iter().product();
         let mut requested = SAMPLE_PIXELS;
         loop {
             let pixels = scattered(resolution_px, requested);
-            let receivers = Receivers::with_candidates(device, &pixels)?;
-            let mut recorder = Recorder::new(device, 4)?;
-            receivers::list(
-                &mut recorder,
-                refiner.context,
-                refiner.gbuffer,
-                &receivers,
-                None,
-            )?;
-            cost.submit(recorder)?;
+            let receivers = Receivers::with_candidates(context.device, &pixels)?;
+            context.submit(|r| receivers::list(r, context, gbuffer, &receivers, None))?;
             let ranges = receivers.ranges()?;
             let count = ranges.iter().map(|range| range.count).sum();
             // Where little of the image shows a surface, more places are looked at.
-            if count >= SAMPLE_PIXELS / 4
-                || u64::from(requested) >= u64::from(width) * u64::from(height)
-            {
+            if count >= SAMPLE_PIXELS / 4 || u64::from(requested) >= pixel_count {
                 return Ok(PixelSample {
                     receivers,
                     ranges,
                     count,
-                    results: Results::room(device, 2 * count)?,
+                    results: Results::room(context.device, 2 * count)?,
                     is_exact: false,
                 });
             }
@@ -112,21 +102,22 @@ impl PixelSample {
         }
     }
 
-    /// Compares the image with gathers of the sample: two with samples of their own, or the one that is exact.
+    /// Compares the image with gathers of the sample: two with samples of their own, or the one that is exact. `fraction` of the
+    /// attempt is done meanwhile.
     pub fn estimate(
         &mut self,
-        refiner: &Refiner,
-        (gatherer, samples): (&mut dyn Gatherer, u32),
-        proceed: &mut dyn FnMut(f64) -> Result<()>,
-        cost: &mut Cost,
+        refiner: &mut Refiner,
+        samples: u32,
+        fraction: f64,
     ) -> Result<ErrorEstimate> {
-        let device = refiner.context.device;
-        let count = self.count;
-        let gathers = match (gatherer.is_exact(), self.is_exact) {
+        let (context, count) = (refiner.context, self.count);
+        let gathers = match (refiner.gatherer.is_exact(), self.is_exact) {
             (false, _) => 2,
             (true, false) => 1,
             (true, true) => 0,
         };
+        let progress = &mut *refiner.progress;
+        let mut proceed = |_| progress.report_attempt("error_estimate", fraction);
         for gather in 0..gathers {
             let samples = Samples {
                 count: samples,
@@ -138,24 +129,32 @@ impl PixelSample {
                     buffer: &self.results,
                     first: gather * count + range.first,
                 };
-                gatherer.gather((&self.receivers, range), results, samples, cost, proceed)?;
+                let receivers = (&self.receivers, range);
+                refiner
+                    .gatherer
+                    .gather(receivers, results, samples, &mut proceed)?;
             }
         }
-        self.is_exact = gatherer.is_exact();
+        self.is_exact = refiner.gatherer.is_exact();
         let bytes = u64::from(count) * size_of::<[f32; 4]>() as u64;
-        let estimates = Buffer::new(device, "error estimates", bytes, BufferUse::Readback)?;
-        let second_result = if self.is_exact { 0 } else { count };
-        let mut recorder = Recorder::new(device, 1)?;
-        error_estimate::compare(
-            &mut recorder,
-            refiner.context,
-            refiner.gbuffer,
-            refiner.indirect_radiance,
-            &self.receivers,
-            (&self.results, second_result),
-            (&estimates, count),
+        let estimates = Buffer::new(
+            context.device,
+            "error estimates",
+            bytes,
+            BufferUse::Readback,
         )?;
-        cost.submit(recorder)?;
+        let second_result = if self.is_exact { 0 } else { count };
+        context.submit(|recorder| {
+            error_estimate::compare(
+                recorder,
+                context,
+                refiner.gbuffer,
+                refiner.indirect_radiance,
+                &self.receivers,
+                (&self.results, second_result),
+                (&estimates, count),
+            )
+        })?;
         let mut sum = ErrorEstimate {
             samples: samples.max(1),
             pixel_count: count,

@@ -5,14 +5,13 @@ mod error_estimate;
 mod refine;
 mod sample_budget;
 
-use adaptive::AdaptiveGather;
 pub(crate) use refine::RefinementResources;
 use refine::Refiner;
 
 use super::{FrameImages, ProgressReport, lights::Lights, scene_resources::SceneResources};
 use crate::{
     Error, Result,
-    passes::{Context, bounce::Bounce, cost::Cost, gather::Gather, gatherer::Gatherer},
+    passes::{Context, bounce::Bounce, gather::Gather, gatherer::Gatherer},
     plan::{GatherPlan, IndirectPlan},
 };
 
@@ -29,10 +28,10 @@ pub(crate) struct ErrorEstimates {
 pub(super) fn gather(
     context: &Context,
     plan: IndirectPlan,
-    (scene, lights): (&SceneResources, &Lights),
+    scene: &SceneResources,
+    lights: &Lights,
     images: &FrameImages,
     progress: &mut ProgressReport,
-    cost: &mut Cost,
 ) -> Result<ErrorEstimates> {
     let indirect_radiance = images.indirect.as_ref();
     let (Some(vpls), Some(indirect_radiance)) = (lights.vpls.as_ref(), indirect_radiance) else {
@@ -40,18 +39,14 @@ pub(super) fn gather(
     };
     let gbuffer = &images.gbuffer;
     let mut run = |gatherer: &mut dyn Gatherer| {
-        AdaptiveGather {
-            refiner: Refiner {
-                context,
-                gbuffer,
-                indirect_radiance,
-            },
-            coarsest_stride: plan.refinement.coarsest_stride,
+        let refiner = Refiner {
+            context,
+            gbuffer,
+            indirect_radiance,
             gatherer,
-            progress: &mut *progress,
-            cost: &mut *cost,
-        }
-        .gather(plan.refinement.target_error)
+            progress,
+        };
+        adaptive::gather(refiner, plan.refinement)
     };
     match plan.gather {
         GatherPlan::VplSum { sum, kernel } => {

@@ -8,7 +8,6 @@ use crate::{
     frame::ProgressReport,
     passes::{
         Context,
-        cost::Cost,
         gatherer::{Gatherer, Results, Samples},
         gbuffer::GBuffer,
         predict,
@@ -18,7 +17,7 @@ use crate::{
         smooth::Smoothing,
     },
     plan::{GridStep, Plan},
-    vulkan::{Allocate, Device, Image, Recorder},
+    vulkan::{Allocate, Device, Image},
 };
 
 /// Steps whose pixels are gathered whatever the light: the coarsest grid and the first step between its pixels show what is to be
@@ -27,10 +26,13 @@ const GRID_STEPS: usize = 3;
 /// Receivers whose results there is room for.
 const MAX_RESULTS: u32 = 1 << 20;
 
-pub(super) struct Refiner<'a> {
+/// Fills the indirect radiance from what a gatherer gathers.
+pub(super) struct Refiner<'a, 'p> {
     pub context: &'a Context<'a>,
     pub gbuffer: &'a GBuffer,
     pub indirect_radiance: &'a Image,
+    pub gatherer: &'a mut dyn Gatherer,
+    pub progress: &'a mut ProgressReport<'p>,
 }
 
 /// What the refinement works with.
@@ -70,17 +72,27 @@ impl<A: Allocate> RefinementResources<A> {
     }
 }
 
-impl Refiner<'_> {
+impl Refiner<'_, '_> {
+    pub fn resources(&self, coarsest_stride: u32) -> Result<RefinementResources> {
+        let Context { device, plan, .. } = *self.context;
+        RefinementResources::new(device, plan, coarsest_stride, self.gatherer.is_exact())
+    }
+
     /// Gathers and interpolates all pixels. Where it does not start anew, the coarsest grid was gathered before.
     pub fn refine(
-        &self,
-        (gatherer, samples): (&mut dyn Gatherer, u32),
+        &mut self,
         resources: &mut RefinementResources,
-        (criteria, starts_anew): (RefinementCriteria, bool),
-        progress: &mut ProgressReport,
-        cost: &mut Cost,
+        samples: u32,
+        criteria: RefinementCriteria,
+        starts_anew: bool,
     ) -> Result<()> {
-        let device = self.context.device;
+        let (context, gbuffer) = (self.context, self.gbuffer);
+        if starts_anew {
+            context.submit(|recorder| {
+                resources.images.clear(recorder);
+                Ok(())
+            })?;
+        }
         // Every pixel of this grid is gathered.
         let grid_steps = resources.steps.len().min(GRID_STEPS);
         for index in usize::from(!starts_anew)..resources.steps.len() {
@@ -88,27 +100,18 @@ impl Refiner<'_> {
                 tolerance: criteria.tolerance.filter(|_| index >= grid_steps),
                 ..criteria
             };
-            self.list(resources, index, criteria, cost)?;
-            let progress = &mut *progress;
-            self.gather(
-                (gatherer, samples),
-                resources,
-                (index, criteria),
-                progress,
-                cost,
-            )?;
+            self.list(resources, index, criteria)?;
+            self.gather(resources, index, samples, criteria)?;
             let smoothing = resources.smoothing.as_ref();
             if let Some(smoothing) = smoothing.filter(|_| index + 1 == grid_steps) {
-                let mut recorder = Recorder::new(device, 1)?;
                 let images = &resources.images;
-                smoothing.smooth(&mut recorder, self.context, self.gbuffer, images, criteria)?;
-                cost.submit(recorder)?;
+                context.submit(|recorder| {
+                    smoothing.smooth(recorder, context, gbuffer, images, criteria)
+                })?;
             }
         }
-        let mut recorder = Recorder::new(device, 1)?;
         let (images, radiance) = (&resources.images, self.indirect_radiance);
-        resolve::resolve(&mut recorder, self.context, self.gbuffer, images, radiance)?;
-        cost.submit(recorder)
+        context.submit(|recorder| resolve::resolve(recorder, context, gbuffer, images, radiance))
     }
 
     /// Interpolates the pixels of a step that may be, and lists the others.
@@ -117,50 +120,39 @@ impl Refiner<'_> {
         resources: &mut RefinementResources,
         step: usize,
         criteria: RefinementCriteria,
-        cost: &mut Cost,
     ) -> Result<()> {
-        let Refiner {
-            context, gbuffer, ..
-        } = *self;
+        let (context, gbuffer) = (self.context, self.gbuffer);
         let step = resources.steps[step];
         let count = step.pixel_count(context.plan.resolution_px);
         resources.receivers.set_candidate_count(count)?;
-        let RefinementResources {
-            images, receivers, ..
-        } = &*resources;
-        let mut recorder = Recorder::new(context.device, 8)?;
-        let r = &mut recorder;
-        predict::predict(r, context, gbuffer, images, receivers, step, criteria)?;
         let grid_stride = match step {
             GridStep::Base { stride } => Some(stride),
             GridStep::Centres { .. } | GridStep::Edges { .. } => None,
         };
-        receivers::list(r, context, gbuffer, receivers, grid_stride)?;
-        cost.submit(recorder)
+        let (images, receivers) = (&resources.images, &resources.receivers);
+        context.submit(|recorder| {
+            predict::predict(
+                recorder, context, gbuffer, images, receivers, step, criteria,
+            )?;
+            receivers::list(recorder, context, gbuffer, receivers, grid_stride)
+        })
     }
 
     /// Gathers at the receivers and scatters the results to their pixels.
     fn gather(
-        &self,
-        (gatherer, samples): (&mut dyn Gatherer, u32),
+        &mut self,
         resources: &RefinementResources,
-        (step, criteria): (usize, RefinementCriteria),
-        progress: &mut ProgressReport,
-        cost: &mut Cost,
+        step: usize,
+        samples: u32,
+        criteria: RefinementCriteria,
     ) -> Result<()> {
-        let Refiner {
-            context, gbuffer, ..
-        } = *self;
+        let (context, gbuffer) = (self.context, self.gbuffer);
         let RefinementResources {
-            steps,
-            images,
-            receivers,
-            results,
-            ..
+            images, receivers, ..
         } = resources;
         let ranges = receivers.ranges()?;
         let total: u32 = ranges.iter().map(|range| range.count).sum();
-        let pass = gatherer.pass();
+        let pass = self.gatherer.pass();
         let samples = Samples {
             count: samples,
             seed: step as u32,
@@ -169,33 +161,26 @@ impl Refiner<'_> {
             .into_iter()
             .flat_map(|range| range.split(MAX_RESULTS));
         for range in parts {
-            let first_results = Results {
-                buffer: results,
+            let results = Results {
+                buffer: &resources.results,
                 first: 0,
             };
+            let progress = &mut *self.progress;
             let mut proceed = |share: f64| {
-                let of_step = (f64::from(range.first) + share * f64::from(range.count))
-                    / f64::from(total.max(1));
-                progress.report_attempt(pass, (step as f64 + of_step) / steps.len() as f64)
+                let done = f64::from(range.first) + share * f64::from(range.count);
+                let of_step = done / f64::from(total.max(1));
+                let steps = resources.steps.len() as f64;
+                progress.report_attempt(pass, (step as f64 + of_step) / steps)
             };
-            gatherer.gather(
-                (receivers, range),
-                first_results,
-                samples,
-                cost,
-                &mut proceed,
-            )?;
-            let mut recorder = Recorder::new(context.device, 1)?;
-            scatter::scatter(
-                &mut recorder,
-                context,
-                gbuffer,
-                images,
-                (receivers, range),
-                results,
-                criteria,
-            )?;
-            cost.submit(recorder)?;
+            self.gatherer
+                .gather((receivers, range), results, samples, &mut proceed)?;
+            context.submit(|recorder| {
+                let receivers = (receivers, range);
+                let results = &resources.results;
+                scatter::scatter(
+                    recorder, context, gbuffer, images, receivers, results, criteria,
+                )
+            })?;
         }
         Ok(())
     }
