@@ -21,7 +21,7 @@ struct TexelPlace {
     index: u32,
 }
 
-#if BOUNCE
+#if FINAL_GATHER
 // Morton order: what lies near in the list lies near in the scene. The edge is a power of two.
 fn texel_place(item: u32) -> TexelPlace {
     let texels_per_face = light.rsm_size * light.rsm_size;
@@ -70,7 +70,7 @@ fn place(item: u32, list: u32, index: u32) {
 #if AVERAGE
     let part = emission[texel.index].x / light.emission_measure;
 #endif
-#if BOUNCE
+#if FINAL_GATHER
     let geometric_normal = unpack_direction(normal_geometric.w);
     let facing_area = facing_texel_area(light, from_light, dot(from_light, light.faces[texel.face].forward));
     // Both sides of a surface must face the light; grazing ones are left to the rays from P.
@@ -92,7 +92,7 @@ fn place(item: u32, list: u32, index: u32) {
     let ks_shininess = textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0);
     let specular = vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, ks_shininess.w);
     let mirror = vec4<f32>(lobe_of(to_light, normal_geometric.xyz, ks_shininess.w).mirror, 0.0);
-#if BOUNCE
+#if FINAL_GATHER
     textureStore(matte_vpls, slot, 3, specular);
     textureStore(matte_vpls, slot, 4, mirror);
 #else

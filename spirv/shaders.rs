@@ -2,39 +2,6 @@
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct BounceParameters {
-    pub camera_position: [f32; 3],
-    pub first_receiver: u32,
-    pub receiver_count: u32,
-    pub first_result: u32,
-    pub first_sample: u32,
-    pub sample_count: u32,
-    pub samples: u32,
-    pub light_count: u32,
-    pub range_count: u32,
-    pub is_pilot: u32,
-    pub seed: u32,
-    pub _pad0: [u32; 3],
-}
-// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
-unsafe impl Plain for BounceParameters {}
-const _: () = {
-    assert!(size_of::<BounceParameters>() == 64);
-    assert!(std::mem::offset_of!(BounceParameters, camera_position) == 0);
-    assert!(std::mem::offset_of!(BounceParameters, first_receiver) == 12);
-    assert!(std::mem::offset_of!(BounceParameters, receiver_count) == 16);
-    assert!(std::mem::offset_of!(BounceParameters, first_result) == 20);
-    assert!(std::mem::offset_of!(BounceParameters, first_sample) == 24);
-    assert!(std::mem::offset_of!(BounceParameters, sample_count) == 28);
-    assert!(std::mem::offset_of!(BounceParameters, samples) == 32);
-    assert!(std::mem::offset_of!(BounceParameters, light_count) == 36);
-    assert!(std::mem::offset_of!(BounceParameters, range_count) == 40);
-    assert!(std::mem::offset_of!(BounceParameters, is_pilot) == 44);
-    assert!(std::mem::offset_of!(BounceParameters, seed) == 48);
-};
-
-#[repr(C)]
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Compaction {
     pub item_count: u32,
     pub run_count: u32,
@@ -95,6 +62,39 @@ const _: () = {
     assert!(size_of::<ErrorEstimateParameters>() == 8);
     assert!(std::mem::offset_of!(ErrorEstimateParameters, receiver_count) == 0);
     assert!(std::mem::offset_of!(ErrorEstimateParameters, second_result) == 4);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct FinalGatherParameters {
+    pub camera_position: [f32; 3],
+    pub first_receiver: u32,
+    pub receiver_count: u32,
+    pub first_result: u32,
+    pub first_sample: u32,
+    pub sample_count: u32,
+    pub samples: u32,
+    pub light_count: u32,
+    pub range_count: u32,
+    pub is_pilot: u32,
+    pub seed: u32,
+    pub _pad0: [u32; 3],
+}
+// SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.
+unsafe impl Plain for FinalGatherParameters {}
+const _: () = {
+    assert!(size_of::<FinalGatherParameters>() == 64);
+    assert!(std::mem::offset_of!(FinalGatherParameters, camera_position) == 0);
+    assert!(std::mem::offset_of!(FinalGatherParameters, first_receiver) == 12);
+    assert!(std::mem::offset_of!(FinalGatherParameters, receiver_count) == 16);
+    assert!(std::mem::offset_of!(FinalGatherParameters, first_result) == 20);
+    assert!(std::mem::offset_of!(FinalGatherParameters, first_sample) == 24);
+    assert!(std::mem::offset_of!(FinalGatherParameters, sample_count) == 28);
+    assert!(std::mem::offset_of!(FinalGatherParameters, samples) == 32);
+    assert!(std::mem::offset_of!(FinalGatherParameters, light_count) == 36);
+    assert!(std::mem::offset_of!(FinalGatherParameters, range_count) == 40);
+    assert!(std::mem::offset_of!(FinalGatherParameters, is_pilot) == 44);
+    assert!(std::mem::offset_of!(FinalGatherParameters, seed) == 48);
 };
 
 #[repr(C)]
@@ -651,7 +651,7 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("vpl_count_lambert_apart.spv"),
     },
     Module {
-        name: "vpl_count_lambert_bounce",
+        name: "vpl_count_lambert_final_gather",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 12,
@@ -663,7 +663,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: BindingKind::Uniform },
         ],
         constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
-        spirv: include_bytes!("vpl_count_lambert_bounce.spv"),
+        spirv: include_bytes!("vpl_count_lambert_final_gather.spv"),
     },
     Module {
         name: "vpl_count_phong_apart",
@@ -682,7 +682,7 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("vpl_count_phong_apart.spv"),
     },
     Module {
-        name: "vpl_count_phong_bounce",
+        name: "vpl_count_phong_final_gather",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 12,
@@ -695,7 +695,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: BindingKind::Uniform },
         ],
         constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
-        spirv: include_bytes!("vpl_count_phong_bounce.spv"),
+        spirv: include_bytes!("vpl_count_phong_final_gather.spv"),
     },
     Module {
         name: "vpl_write_lambert_average",
@@ -732,7 +732,7 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("vpl_write_lambert_radiosity.spv"),
     },
     Module {
-        name: "vpl_write_lambert_bounce",
+        name: "vpl_write_lambert_final_gather",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 12,
@@ -746,7 +746,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "matte_vpls", kind: BindingKind::StorageImage },
         ],
         constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
-        spirv: include_bytes!("vpl_write_lambert_bounce.spv"),
+        spirv: include_bytes!("vpl_write_lambert_final_gather.spv"),
     },
     Module {
         name: "vpl_write_phong_average",
@@ -787,7 +787,7 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("vpl_write_phong_radiosity.spv"),
     },
     Module {
-        name: "vpl_write_phong_bounce",
+        name: "vpl_write_phong_final_gather",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 12,
@@ -802,7 +802,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "matte_vpls", kind: BindingKind::StorageImage },
         ],
         constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
-        spirv: include_bytes!("vpl_write_phong_bounce.spv"),
+        spirv: include_bytes!("vpl_write_phong_final_gather.spv"),
     },
     Module {
         name: "compact_scan",
@@ -1745,7 +1745,7 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("sensor_indirect.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_flat_packet",
+        name: "final_gather_lambert_matte_flat_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1767,10 +1767,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_flat_packet.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_flat_packet.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_flat_packet_tree",
+        name: "final_gather_lambert_matte_flat_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1792,10 +1792,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_flat_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_flat_packet_tree.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_flat_single",
+        name: "final_gather_lambert_matte_flat_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1817,10 +1817,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_flat_single.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_flat_single.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_flat_single_tree",
+        name: "final_gather_lambert_matte_flat_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1842,10 +1842,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_flat_single_tree.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_flat_single_tree.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_flat_textured_packet",
+        name: "final_gather_lambert_matte_flat_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1868,10 +1868,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_flat_textured_packet.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_flat_textured_packet_tree",
+        name: "final_gather_lambert_matte_flat_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1894,10 +1894,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_flat_textured_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet_tree.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_flat_textured_single",
+        name: "final_gather_lambert_matte_flat_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1920,10 +1920,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_flat_textured_single.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_flat_textured_single_tree",
+        name: "final_gather_lambert_matte_flat_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1946,10 +1946,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_flat_textured_single_tree.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single_tree.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_smooth_packet",
+        name: "final_gather_lambert_matte_smooth_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1971,10 +1971,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_smooth_packet.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_smooth_packet.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_smooth_packet_tree",
+        name: "final_gather_lambert_matte_smooth_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -1996,10 +1996,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_smooth_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_smooth_packet_tree.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_smooth_single",
+        name: "final_gather_lambert_matte_smooth_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2021,10 +2021,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_smooth_single.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_smooth_single.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_smooth_single_tree",
+        name: "final_gather_lambert_matte_smooth_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2046,10 +2046,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_smooth_single_tree.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_smooth_single_tree.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_smooth_textured_packet",
+        name: "final_gather_lambert_matte_smooth_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2072,10 +2072,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_smooth_textured_packet.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_smooth_textured_packet_tree",
+        name: "final_gather_lambert_matte_smooth_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2098,10 +2098,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_smooth_textured_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_smooth_textured_single",
+        name: "final_gather_lambert_matte_smooth_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2124,10 +2124,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_smooth_textured_single.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single.spv"),
     },
     Module {
-        name: "bounce_lambert_matte_smooth_textured_single_tree",
+        name: "final_gather_lambert_matte_smooth_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2150,10 +2150,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_lambert_matte_smooth_textured_single_tree.spv"),
+        spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single_tree.spv"),
     },
     Module {
-        name: "bounce_phong_matte_flat_packet",
+        name: "final_gather_phong_matte_flat_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2175,10 +2175,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_flat_packet.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_flat_packet.spv"),
     },
     Module {
-        name: "bounce_phong_matte_flat_packet_tree",
+        name: "final_gather_phong_matte_flat_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2200,10 +2200,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_flat_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_flat_packet_tree.spv"),
     },
     Module {
-        name: "bounce_phong_matte_flat_single",
+        name: "final_gather_phong_matte_flat_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2225,10 +2225,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_flat_single.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_flat_single.spv"),
     },
     Module {
-        name: "bounce_phong_matte_flat_single_tree",
+        name: "final_gather_phong_matte_flat_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2250,10 +2250,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_flat_single_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_flat_single_tree.spv"),
     },
     Module {
-        name: "bounce_phong_matte_flat_textured_packet",
+        name: "final_gather_phong_matte_flat_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2276,10 +2276,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_flat_textured_packet.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet.spv"),
     },
     Module {
-        name: "bounce_phong_matte_flat_textured_packet_tree",
+        name: "final_gather_phong_matte_flat_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2302,10 +2302,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_flat_textured_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet_tree.spv"),
     },
     Module {
-        name: "bounce_phong_matte_flat_textured_single",
+        name: "final_gather_phong_matte_flat_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2328,10 +2328,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_flat_textured_single.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_flat_textured_single.spv"),
     },
     Module {
-        name: "bounce_phong_matte_flat_textured_single_tree",
+        name: "final_gather_phong_matte_flat_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2354,10 +2354,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_flat_textured_single_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_flat_textured_single_tree.spv"),
     },
     Module {
-        name: "bounce_phong_matte_smooth_packet",
+        name: "final_gather_phong_matte_smooth_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2379,10 +2379,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_smooth_packet.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_smooth_packet.spv"),
     },
     Module {
-        name: "bounce_phong_matte_smooth_packet_tree",
+        name: "final_gather_phong_matte_smooth_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2404,10 +2404,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_smooth_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_smooth_packet_tree.spv"),
     },
     Module {
-        name: "bounce_phong_matte_smooth_single",
+        name: "final_gather_phong_matte_smooth_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2429,10 +2429,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_smooth_single.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_smooth_single.spv"),
     },
     Module {
-        name: "bounce_phong_matte_smooth_single_tree",
+        name: "final_gather_phong_matte_smooth_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2454,10 +2454,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_smooth_single_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_smooth_single_tree.spv"),
     },
     Module {
-        name: "bounce_phong_matte_smooth_textured_packet",
+        name: "final_gather_phong_matte_smooth_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2480,10 +2480,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_smooth_textured_packet.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet.spv"),
     },
     Module {
-        name: "bounce_phong_matte_smooth_textured_packet_tree",
+        name: "final_gather_phong_matte_smooth_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2506,10 +2506,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_smooth_textured_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
-        name: "bounce_phong_matte_smooth_textured_single",
+        name: "final_gather_phong_matte_smooth_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2532,10 +2532,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_smooth_textured_single.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single.spv"),
     },
     Module {
-        name: "bounce_phong_matte_smooth_textured_single_tree",
+        name: "final_gather_phong_matte_smooth_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2558,10 +2558,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_matte_smooth_textured_single_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single_tree.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_flat_packet",
+        name: "final_gather_phong_glossy_flat_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2584,10 +2584,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_flat_packet.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_flat_packet.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_flat_packet_tree",
+        name: "final_gather_phong_glossy_flat_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2610,10 +2610,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_flat_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_flat_packet_tree.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_flat_single",
+        name: "final_gather_phong_glossy_flat_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2636,10 +2636,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_flat_single.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_flat_single.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_flat_single_tree",
+        name: "final_gather_phong_glossy_flat_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2662,10 +2662,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_flat_single_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_flat_single_tree.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_flat_textured_packet",
+        name: "final_gather_phong_glossy_flat_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2689,10 +2689,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_flat_textured_packet.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_flat_textured_packet_tree",
+        name: "final_gather_phong_glossy_flat_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2716,10 +2716,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_flat_textured_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet_tree.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_flat_textured_single",
+        name: "final_gather_phong_glossy_flat_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2743,10 +2743,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_flat_textured_single.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_flat_textured_single_tree",
+        name: "final_gather_phong_glossy_flat_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2770,10 +2770,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_flat_textured_single_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single_tree.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_smooth_packet",
+        name: "final_gather_phong_glossy_smooth_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2796,10 +2796,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_smooth_packet.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_smooth_packet.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_smooth_packet_tree",
+        name: "final_gather_phong_glossy_smooth_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2822,10 +2822,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_smooth_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_smooth_packet_tree.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_smooth_single",
+        name: "final_gather_phong_glossy_smooth_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2848,10 +2848,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_smooth_single.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_smooth_single.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_smooth_single_tree",
+        name: "final_gather_phong_glossy_smooth_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2874,10 +2874,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_smooth_single_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_smooth_single_tree.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_smooth_textured_packet",
+        name: "final_gather_phong_glossy_smooth_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2901,10 +2901,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_smooth_textured_packet.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_smooth_textured_packet_tree",
+        name: "final_gather_phong_glossy_smooth_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2928,10 +2928,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_smooth_textured_packet_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet_tree.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_smooth_textured_single",
+        name: "final_gather_phong_glossy_smooth_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2955,10 +2955,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_smooth_textured_single.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single.spv"),
     },
     Module {
-        name: "bounce_phong_glossy_smooth_textured_single_tree",
+        name: "final_gather_phong_glossy_smooth_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 64,
@@ -2982,7 +2982,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 16, name: "results", kind: BindingKind::StorageWrite },
         ],
         constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
-        spirv: include_bytes!("bounce_phong_glossy_smooth_textured_single_tree.spv"),
+        spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single_tree.spv"),
     },
     Module {
         name: "predict_lambert",
@@ -3111,7 +3111,7 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("smooth_fit_phong.spv"),
     },
     Module {
-        name: "smooth_put_lambert",
+        name: "smooth_store_lambert",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 16,
@@ -3120,10 +3120,10 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "smoothed", kind: BindingKind::StorageWrite },
         ],
         constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
-        spirv: include_bytes!("smooth_put_lambert.spv"),
+        spirv: include_bytes!("smooth_store_lambert.spv"),
     },
     Module {
-        name: "smooth_put_phong",
+        name: "smooth_store_phong",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
         immediate_bytes: 16,
@@ -3133,7 +3133,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "smoothed", kind: BindingKind::StorageWrite },
         ],
         constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
-        spirv: include_bytes!("smooth_put_phong.spv"),
+        spirv: include_bytes!("smooth_store_phong.spv"),
     },
     Module {
         name: "resolve_lambert",

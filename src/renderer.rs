@@ -194,7 +194,7 @@ impl Renderer {
                 passes: passes_of(&cost.times),
                 vpl_count,
                 pixel_vpl_pairs: cost.work_of("gather"),
-                ray_count: cost.work_of("bounce"),
+                ray_count: cost.work_of("final_gather"),
                 estimated_error: estimates.error,
                 estimated_interpolation_error: estimates.interpolation_error,
                 submissions: cost.submissions,

@@ -6,7 +6,9 @@ use super::{
 };
 use crate::{
     Result,
-    passes::{bounce, hits, light, rays, rsm::Rsm, shadow::ShadowMap, surface, vpl::VplLists},
+    passes::{
+        final_gather, hits, light, rays, rsm::Rsm, shadow::ShadowMap, surface, vpl::VplLists,
+    },
     plan::Plan,
     scene::{Scene, Shadow},
     vulkan::{
@@ -116,7 +118,7 @@ fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
     images.buffer("sample of pixels", SAMPLE_BYTES, BufferUse::Device)?;
     if indirect.is_final_gather() {
         let sampling = requirements.of(GrowsWith::Rsm);
-        bounce::declare(&sampling, plan, indirect.rsm_size)?;
+        final_gather::declare(&sampling, plan, indirect.rsm_size)?;
     }
     Ok(())
 }
@@ -151,8 +153,8 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
             )
         };
         of_scene().with_hint(hint("")).check(
-            "lists that a kernel of the bounce reads (storage images)",
-            storage_images_of_bounce(),
+            "lists that a kernel of final gathering reads (storage images)",
+            storage_images_of_final_gather(),
             |device| device.limits.max_storage_images.into(),
         )?;
         let fewer = hint("simplify the meshes, use fewer materials, ");
@@ -164,8 +166,10 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
 }
 
 /// The most that any of its kernels has.
-fn storage_images_of_bounce() -> u64 {
-    let kernels = MODULES.iter().filter(|m| m.name.starts_with("bounce_"));
+fn storage_images_of_final_gather() -> u64 {
+    let kernels = MODULES
+        .iter()
+        .filter(|m| m.name.starts_with("final_gather_"));
     let images = |module: &Module| {
         let kinds = module.bindings.iter().map(|binding| binding.kind);
         kinds

@@ -60,9 +60,9 @@ pub fn vpls(light: &Light, kept: &LightIntermediates) -> Vec<Vpl> {
 }
 
 /// Indirect radiance from all lights in W/sr/m², for every pixel row by row from the top; 0 for the background.
-pub fn indirect(scene: &Scene, estimator: VplSum, kept: &Intermediates) -> Vec<Bands> {
+pub fn indirect(scene: &Scene, sum: VplSum, kept: &Intermediates) -> Vec<Bands> {
     let every_pixel: Vec<usize> = (0..kept.gbuffer.len()).collect();
-    indirect_at(scene, estimator, kept, &every_pixel)
+    indirect_at(scene, sum, kept, &every_pixel)
 }
 
 /// Indirect radiance from all lights in W/sr/m² for some pixels, named by their index row by row from the top, in the
@@ -70,7 +70,7 @@ pub fn indirect(scene: &Scene, estimator: VplSum, kept: &Intermediates) -> Vec<B
 /// core, so that an image against a fine RSM would take minutes. All cores work.
 pub fn indirect_at(
     scene: &Scene,
-    estimator: VplSum,
+    sum: VplSum,
     kept: &Intermediates,
     pixels: &[usize],
 ) -> Vec<Bands> {
@@ -86,7 +86,7 @@ pub fn indirect_at(
             to_camera: (scene.camera.position_m - point.position_m).normalize_or_zero(),
             brdf: brdf(&point),
         };
-        model::indirect_radiance(estimator, &vpls, &receiver, |_| true)
+        model::indirect_radiance(sum, &vpls, &receiver, |_| true)
     };
     let mut radiance = vec![[0.0; 3]; pixels.len()];
     let threads = thread::available_parallelism().map_or(1, usize::from);

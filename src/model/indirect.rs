@@ -1,4 +1,4 @@
-//! Light that reaches the camera by way of two surfaces: the single bounce, by either estimator.
+//! Light that reaches the camera by way of two surfaces: the single bounce, by either sum.
 
 use glam::DVec3;
 
@@ -43,7 +43,7 @@ pub struct Receiver {
 /// - `instant-radiosity` (Keller 1997): f_P·f_Q·I·ΔΩ·cosθ_{P→Q}·cosθ_{Q→P}/d_{PQ}²
 ///
 /// f_Q is 0 for a P below Q's horizon. A VPL at P itself, where no direction PQ exists, adds 0.
-pub fn vpl_contribution(estimator: VplSum, vpl: &Vpl, receiver: &Receiver) -> Bands {
+pub fn vpl_contribution(sum: VplSum, vpl: &Vpl, receiver: &Receiver) -> Bands {
     let p_to_q_m = vpl.position_m - receiver.position_m;
     let distance_squared_m2 = p_to_q_m.length_squared();
     let to_vpl = p_to_q_m.normalize_or_zero();
@@ -57,7 +57,7 @@ pub fn vpl_contribution(estimator: VplSum, vpl: &Vpl, receiver: &Receiver) -> Ba
         .brdf
         .eval(to_vpl, receiver.normal, receiver.to_camera);
     let f_q = vpl.brdf.eval(vpl.to_light, vpl.normal, -to_vpl);
-    match estimator {
+    match sum {
         VplSum::RsmAverage => {
             let cos_light = vpl.normal.dot(vpl.to_light).max(0.0);
             std::array::from_fn(|band| {
@@ -78,17 +78,17 @@ pub fn vpl_contribution(estimator: VplSum, vpl: &Vpl, receiver: &Receiver) -> Ba
 ///
 /// `visible` is V(P,Q). Only `instant-radiosity` asks for it: `rsm-average` has no such factor.
 pub fn indirect_radiance(
-    estimator: VplSum,
+    sum: VplSum,
     vpls: &[Vpl],
     receiver: &Receiver,
     visible: impl Fn(&Vpl) -> bool,
 ) -> Bands {
     let mut sums = [CompensatedSum::default(); 3];
     for vpl in vpls {
-        if estimator == VplSum::InstantRadiosity && !visible(vpl) {
+        if sum == VplSum::InstantRadiosity && !visible(vpl) {
             continue;
         }
-        let contribution = vpl_contribution(estimator, vpl, receiver);
+        let contribution = vpl_contribution(sum, vpl, receiver);
         for (sum, value) in sums.iter_mut().zip(contribution) {
             sum.add(value);
         }

@@ -9,11 +9,11 @@ use crate::{
 
 use cost::Cost;
 
-pub(crate) mod bounce;
 pub(crate) mod compact;
 pub(crate) mod cost;
 pub(crate) mod direct;
 pub(crate) mod error_estimate;
+pub(crate) mod final_gather;
 pub(crate) mod gather;
 pub(crate) mod gatherer;
 pub(crate) mod gbuffer;
@@ -95,10 +95,10 @@ mod tests {
         vulkan::shaders::{MODULES, Module},
     };
 
-    /// Every combination of the words that the passes ask `Module::find` for.
-    fn asked() -> Vec<(&'static str, Vec<&'static str>)> {
+    /// Every combination of the words that the passes request of `Module::find`.
+    fn requested() -> Vec<(&'static str, Vec<&'static str>)> {
         let brdfs = ["lambert", "phong"];
-        let mut asked = vec![
+        let mut requested = vec![
             ("vertex", vec![]),
             ("shadow", vec![]),
             ("compact", vec!["scan"]),
@@ -117,47 +117,49 @@ mod tests {
             ] {
                 for shading in ["flat", "smooth"] {
                     let words = |texture| vec![brdf, receiver, shading, texture, kernel, tree];
-                    asked.extend(["", "textured"].map(|texture| ("bounce", words(texture))));
+                    requested
+                        .extend(["", "textured"].map(|texture| ("final_gather", words(texture))));
                 }
             }
-            asked.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel, tree])));
+            requested.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel, tree])));
         }
         for brdf in brdfs {
             for pass in ["gbuffer", "rsm"] {
                 for shading in ["flat", "smooth"] {
                     let words = |texture| (pass, vec![brdf, shading, texture]);
-                    asked.extend(["", "textured"].map(words));
+                    requested.extend(["", "textured"].map(words));
                 }
             }
             for kind in ["point", "spot", "directional"] {
                 for kernel in RayKernel::ALL.map(RayKernel::name) {
                     let words = |tree| ("direct", vec![kind, brdf, kernel, tree]);
-                    asked.extend(trees.map(words));
+                    requested.extend(trees.map(words));
                 }
-                asked.push(("direct", vec![kind, brdf]));
+                requested.push(("direct", vec![kind, brdf]));
             }
-            asked.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
-            for list in ["apart", "bounce"] {
-                asked.push(("vpl", vec!["count", brdf, list]));
+            requested.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
+            for list in ["apart", "final_gather"] {
+                requested.push(("vpl", vec!["count", brdf, list]));
             }
-            asked.push(("vpl", vec!["write", brdf, "bounce"]));
-            asked.extend(["predict", "resolve", "error_estimate"].map(|pass| (pass, vec![brdf])));
-            asked.extend(["exact", "noisy"].map(|noise| ("scatter", vec![brdf, noise])));
-            asked.extend(["fit", "put"].map(|kernel| ("smooth", vec![kernel, brdf])));
+            requested.push(("vpl", vec!["write", brdf, "final_gather"]));
+            requested
+                .extend(["predict", "resolve", "error_estimate"].map(|pass| (pass, vec![brdf])));
+            requested.extend(["exact", "noisy"].map(|noise| ("scatter", vec![brdf, noise])));
+            requested.extend(["fit", "store"].map(|kernel| ("smooth", vec![kernel, brdf])));
             for estimator in VplSum::ALL.map(sum_word) {
-                asked.push(("vpl", vec!["write", brdf, estimator]));
+                requested.push(("vpl", vec!["write", brdf, estimator]));
                 for kernel in GatherKernel::ALL {
                     let words = |vpl| ("gather", vec![kernel.name(), estimator, brdf, vpl]);
-                    asked.extend(["matte", "glossy"].map(words));
+                    requested.extend(["matte", "glossy"].map(words));
                 }
             }
         }
-        asked
+        requested
     }
 
     #[test]
-    fn the_modules_are_those_that_the_passes_ask_for() {
-        let found: BTreeSet<&str> = asked()
+    fn the_modules_are_those_that_the_passes_request() {
+        let found: BTreeSet<&str> = requested()
             .into_iter()
             .map(|(pass, words)| {
                 let module = Module::find(pass, &words).expect("the module is compiled");

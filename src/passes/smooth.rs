@@ -52,7 +52,7 @@ impl Smoothing {
         let mut resources = gbuffer.resources();
         resources.extend(images.resources());
         resources.push(("smoothed", Resource::Buffer(&self.smoothed)));
-        for kernel in ["fit", "put"] {
+        for kernel in ["fit", "store"] {
             let words = [kernel, context.plan.brdf_word()];
             let size = [self.item_count, 1];
             context.dispatch(recorder, ("smooth", &words), &resources, &parameters, size)?;

@@ -30,7 +30,7 @@ impl<A: Allocate> VplLists<A> {
         };
         let texel_count = plan.max_faces() * indirect.rsm_size * indirect.rsm_size;
         let light_count = plan.lights.len() as u32;
-        let module = Module::find("vpl", &["write", plan.brdf_word(), "bounce"])?;
+        let module = Module::find("vpl", &["write", plan.brdf_word(), "final_gather"])?;
         let columns = module.constant("VPLS_PER_ROW")?;
         let rows_per_light = texel_count.div_ceil(columns);
         let list = |what, layers| {
@@ -127,7 +127,7 @@ pub(crate) fn extract<'r>(
     }
     let brdf = context.plan.brdf_word();
     let (list, record) = match context.plan.indirect.and_then(|plan| plan.sum()) {
-        None => ("bounce", "bounce"),
+        None => ("final_gather", "final_gather"),
         Some(sum) => ("apart", sum_word(sum)),
     };
     vpls.compactor.record(

@@ -1,4 +1,4 @@
-//! Which VPLs the bounce samples: those more often that contribute more to the image, as a pilot has seen.
+//! Which VPLs final gathering samples: those more often that contribute more to the image, as a pilot has seen.
 
 use super::{light::DeviceLight, vpl::VplLists};
 use crate::{
@@ -188,7 +188,7 @@ fn range_at(cdf: &[f32], x: f32) -> usize {
     cdf.partition_point(|&first| first <= x).saturating_sub(1)
 }
 
-/// Where in 0 to 1 the pilot samples, as `shaders/bounce.wgsl` has it.
+/// Where in 0 to 1 the pilot samples, as `shaders/final_gather.wgsl` has it.
 fn pilot_sample(receiver: usize, sample: usize, samples: u32) -> f32 {
     let shift = (receiver as f32 * 0.618_034).fract();
     (sample as f32 + shift) / samples as f32

@@ -62,7 +62,7 @@ impl fmt::Display for Plan {
                 ),
             };
             let pass = if indirect.is_final_gather() {
-                "bounce"
+                "final_gather"
             } else {
                 "gather"
             };

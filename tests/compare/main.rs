@@ -6,8 +6,8 @@
 mod common;
 
 mod adaptive_sum;
-mod bounce;
 mod direct;
+mod final_gather;
 mod geometry;
 mod instant_radiosity;
 mod kernels;

@@ -235,7 +235,7 @@ fn a_device_can_be_lost_in_every_pass_of_the_bounce() {
         "vpl",
         "predict",
         "receivers",
-        "bounce",
+        "final_gather",
         "scatter",
         "smooth",
         "resolve",

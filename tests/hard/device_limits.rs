@@ -172,7 +172,7 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     device.limits.max_storage_images = 10;
     assert!(Plan::new(&scene, &device).is_ok());
     device.limits.max_storage_images = 9;
-    let says = "a kernel of the bounce reads (storage images) is 10, over the limit of 9";
+    let says = "a kernel of final gathering reads (storage images) is 10, over the limit of 9";
     assert_refused(
         &scene,
         &device,

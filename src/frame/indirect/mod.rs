@@ -11,7 +11,7 @@ use refine::Refiner;
 use super::{FrameImages, ProgressReport, lights::Lights, scene_resources::SceneResources};
 use crate::{
     Error, Result,
-    passes::{Context, bounce::Bounce, gather::Gather, gatherer::Gatherer},
+    passes::{Context, final_gather::FinalGather, gather::Gather, gatherer::Gatherer},
     plan::{GatherPlan, IndirectPlan},
 };
 
@@ -73,9 +73,9 @@ pub(super) fn gather(
         GatherPlan::FinalGather { kernel } => {
             let rays = (scene.ray_tree()?, scene.hit_surfaces()?);
             let lights = lights.listed_lights();
-            let mut bounce = Bounce::new(context, gbuffer, rays, vpls, &lights, kernel)?;
+            let mut gatherer = FinalGather::new(context, gbuffer, rays, vpls, &lights, kernel)?;
             Ok(ErrorEstimates {
-                error: run(&mut bounce)?,
+                error: run(&mut gatherer)?,
                 interpolation_error: None,
             })
         }

@@ -1,7 +1,7 @@
 //! From the error that is aimed at to the samples of a gather and the tolerance of interpolation.
 
 use super::error_estimate::ErrorEstimate;
-use crate::passes::{bounce, refinement::RefinementCriteria};
+use crate::passes::{final_gather, refinement::RefinementCriteria};
 
 /// Samples of the pilot.
 pub(super) const PILOT_SAMPLES: u32 = 64;
@@ -10,7 +10,7 @@ pub(super) const SECOND_PILOT_SAMPLES: u32 = 1024;
 /// Attempts to meet the target. The last one of a sum leaves nothing to interpolation.
 pub(super) const MAX_ATTEMPTS: u32 = 4;
 /// Samples of a gather at most.
-const MAX_SAMPLES: u32 = bounce::MAX_SAMPLES as u32;
+const MAX_SAMPLES: u32 = final_gather::MAX_SAMPLES as u32;
 /// Samples come in packets of rays.
 const SAMPLES_STEP: u32 = 64;
 /// Noise of a gathered pixel over the error of the image: smoothing and interpolation take some of it away (measured: 1 to 2.6).

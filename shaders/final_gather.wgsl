@@ -19,7 +19,7 @@ const GUIDE_CELLS: u32 = 4096u;
 // Texels along the edge of a tile; compact.wgsl takes as many together.
 const TILE_TEXELS: u32 = 8u;
 
-struct BounceParameters {
+struct FinalGatherParameters {
     // C
     camera_position: vec3<f32>,
     // Into the list of receivers.
@@ -62,7 +62,7 @@ var lattice: texture_storage_2d<rgba32float, read>;
 // Two a receiver: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1; and for each the sum of squared
 // differences.
 var<storage, read_write> results: array<vec4<f32>>;
-var<immediate> parameters: BounceParameters;
+var<immediate> parameters: FinalGatherParameters;
 
 // P
 var<private> receiver_position: vec3<f32>;

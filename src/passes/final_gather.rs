@@ -1,4 +1,4 @@
-//! Bounce pass: the single bounce at a list of receivers, by rays from both ends.
+//! Final gather pass: the single bounce at a list of receivers, by rays from both ends.
 
 use super::{
     Context,
@@ -16,7 +16,7 @@ use crate::{
     plan::Plan,
     vulkan::{
         Allocate, Buffer, BufferUse, Device, MAX_GROUPS, Recorder, Resource, TexelList,
-        shaders::{self, BounceParameters, Module, bytes_of, values_in},
+        shaders::{self, FinalGatherParameters, Module, bytes_of, values_in},
     },
 };
 
@@ -29,7 +29,7 @@ pub(crate) const MAX_SAMPLES: u64 = 1 << 14;
 const TILE_TEXELS: u64 = 64;
 
 /// What the pass works with.
-pub(crate) struct Bounce<'b> {
+pub(crate) struct FinalGather<'b> {
     pub context: &'b Context<'b>,
     pub gbuffer: &'b GBuffer,
     pub tree: &'b RayTreeImages,
@@ -43,8 +43,8 @@ pub(crate) struct Bounce<'b> {
     light_count: u32,
     kernel: RayKernel,
     lattice: Lattice,
-    /// Whether the lists have been copied to their images.
-    is_copied: Copied,
+    /// Lists that have not been copied to their images.
+    dirty: DirtyLists,
 }
 
 struct Lattice {
@@ -52,9 +52,7 @@ struct Lattice {
     points: TexelList,
 }
 
-/// Whether lists have been copied to their images.
-#[derive(Default)]
-struct Copied {
+struct DirtyLists {
     lights: bool,
     vpl_sampler: bool,
     lattice: bool,
@@ -78,7 +76,7 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, rsm_size: u32) -> R
     TexelList::declare(allocate, "lights", 32 * lights)
 }
 
-impl<'b> Bounce<'b> {
+impl<'b> FinalGather<'b> {
     pub fn new(
         context: &'b Context<'b>,
         gbuffer: &'b GBuffer,
@@ -86,13 +84,13 @@ impl<'b> Bounce<'b> {
         vpls: &'b VplLists,
         lights: &[&ListedLight],
         kernel: RayKernel,
-    ) -> Result<Bounce<'b>> {
+    ) -> Result<FinalGather<'b>> {
         let device = context.device;
         let parameters: Vec<shaders::Light> = lights.iter().map(|light| light.parameters).collect();
         // As they would lie in a buffer.
         let words = values_in::<[f32; 4]>(bytes_of(&parameters));
         let words = words.ok_or_else(|| Error::internal("lights are not whole texels"))?;
-        Ok(Bounce {
+        Ok(FinalGather {
             context,
             gbuffer,
             tree,
@@ -105,14 +103,18 @@ impl<'b> Bounce<'b> {
             light_count: lights.len() as u32,
             kernel,
             lattice: Lattice::new(device, 64)?,
-            is_copied: Copied::default(),
+            dirty: DirtyLists {
+                lights: true,
+                vpl_sampler: true,
+                lattice: true,
+            },
         })
     }
 }
 
-impl Gatherer for Bounce<'_> {
+impl Gatherer for FinalGather<'_> {
     fn pass(&self) -> &'static str {
-        "bounce"
+        "final_gather"
     }
 
     fn is_exact(&self) -> bool {
@@ -135,7 +137,7 @@ impl Gatherer for Bounce<'_> {
             self.vpl_sampler =
                 self.vpl_sampler
                     .learned(device, contributions, samples, guide_cells()?)?;
-            self.is_copied.vpl_sampler = false;
+            self.dirty.vpl_sampler = true;
         }
         Ok(true)
     }
@@ -161,11 +163,11 @@ impl Gatherer for Bounce<'_> {
         }
         if self.lattice.samples != samples {
             self.lattice = Lattice::new(self.context.device, samples)?;
-            self.is_copied.lattice = false;
+            self.dirty.lattice = true;
         }
         let plan = self.context.plan;
         let pipeline = self.context.pipelines.compute(
-            "bounce",
+            "final_gather",
             &[
                 plan.brdf_word(),
                 if is_glossy { "glossy" } else { "matte" },
@@ -215,18 +217,18 @@ impl Gatherer for Bounce<'_> {
                 .clamp(receivers_per_group, MAX_GROUPS * receivers_per_group)
                 .min(count - done);
             let mut recorder = Recorder::new(self.context.device, 1)?;
-            if !std::mem::replace(&mut self.is_copied.lights, true) {
+            if std::mem::take(&mut self.dirty.lights) {
                 self.lights.record_copy(&mut recorder);
             }
-            if !std::mem::replace(&mut self.is_copied.vpl_sampler, true) {
+            if std::mem::take(&mut self.dirty.vpl_sampler) {
                 self.vpl_sampler.record_copy(&mut recorder);
             }
-            if !std::mem::replace(&mut self.is_copied.lattice, true) {
+            if std::mem::take(&mut self.dirty.lattice) {
                 self.lattice.points.record_copy(&mut recorder);
             }
-            recorder.pass("bounce", |recorder| {
+            recorder.pass("final_gather", |recorder| {
                 for first_sample in (0..samples).step_by(samples_per_dispatch as usize) {
-                    let parameters = BounceParameters {
+                    let parameters = FinalGatherParameters {
                         camera_position: self.context.camera_position(),
                         first_receiver: first + done,
                         receiver_count,
@@ -238,7 +240,7 @@ impl Gatherer for Bounce<'_> {
                         range_count: self.vpl_sampler.range_count(),
                         is_pilot: self.contributions.is_some().into(),
                         seed,
-                        ..BounceParameters::default()
+                        ..FinalGatherParameters::default()
                     };
                     let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
                     // Dispatches add to the same results.
@@ -248,7 +250,7 @@ impl Gatherer for Bounce<'_> {
                 Ok(())
             })?;
             let work = Work {
-                pass: "bounce",
+                pass: "final_gather",
                 kernel: pipeline.module.name,
                 amount: u64::from(receiver_count) * rays_per_receiver,
             };
@@ -262,7 +264,7 @@ impl Gatherer for Bounce<'_> {
 
 fn guide_cells() -> Result<u32> {
     let any = ["lambert", "matte", "flat", "single"];
-    Module::find("bounce", &any)?.constant("GUIDE_CELLS")
+    Module::find("final_gather", &any)?.constant("GUIDE_CELLS")
 }
 
 impl Lattice {
