@@ -131,27 +131,18 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
     of_scene().check("the number of triangles", triangles, |_| MAX_TRIANGLES)?;
     if plan.has_rays() {
         let without_rays = [
-            (
-                scene.direct.shadow == Some(Shadow::Rays),
-                "shadow = \"map\" in [direct]",
-            ),
-            (
-                plan.has_final_gather(),
-                "estimator = \"instant-radiosity\" in [indirect]",
-            ),
+            (scene.direct.shadow == Some(Shadow::Rays), "shadow maps"),
+            (plan.has_final_gather(), "the instant-radiosity estimator"),
         ];
         let without_rays = without_rays.iter().filter(|(has_rays, _)| *has_rays);
         let without_rays: Vec<&str> = without_rays.map(|&(_, without)| without).collect();
         let without_rays = without_rays.join(" and ");
-        let hint = format!("set {without_rays}, simplify the meshes, or choose another device");
+        let hint = format!("use {without_rays}, simplify the meshes, or choose another device");
         rays::declare(&of_scene().with_hint(hint), scene)?;
     }
     if plan.has_final_gather() {
-        let hint = |other| {
-            format!(
-                "set estimator = \"instant-radiosity\" in [indirect], {other}or choose another device"
-            )
-        };
+        let hint =
+            |other| format!("use the instant-radiosity estimator, {other}or choose another device");
         of_scene().with_hint(hint("")).check(
             "lists that a kernel of final gathering reads (storage images)",
             storage_images_of_final_gather(),
