@@ -1,6 +1,6 @@
 //! `camlux render`: from a scene file to image files.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_png};
 use camlux::{Device, Plan, RenderOptions, Renderer, Scene};
@@ -9,7 +9,7 @@ use crate::indirect::IndirectArgs;
 use crate::options::{DeviceArgs, SizeArgs, check_layers};
 use crate::output::{TextOutput, file_behind, require_extension};
 use crate::progress::{ProgressDisplay, stop_on_signals};
-use crate::summary::{self, RunSummary, WallTimes, Written};
+use crate::summary::{self, RunSummary, WallTimes};
 use crate::{Failure, json, print, tell, warn};
 
 #[derive(clap::Args)]
@@ -64,30 +64,26 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     wall.end_step("load");
 
     let device = Device::open(&args.device.options())?;
-    let plan = args
-        .plan
-        .then(|| Plan::new(&scene, device.info()))
-        .transpose()?;
-    let Some(outputs) = outputs else {
-        return plan.map_or(Ok(()), |plan| {
-            print(&format!("{}\n", plan.to_string().trim_end()))
-        });
-    };
-    if let Some(plan) = plan {
-        tell(plan.to_string().trim_end());
+    if args.plan {
+        let plan = Plan::new(&scene, device.info())?.to_string();
+        match outputs {
+            Some(_) => tell(plan.trim_end()),
+            None => print(&format!("{}\n", plan.trim_end()))?,
+        }
     }
+    let Some(outputs) = outputs else {
+        return Ok(());
+    };
     let mut renderer = Renderer::new(&device)?;
     wall.end_step("device");
 
     let mut display = ProgressDisplay::new();
     let mut show = |progress| display.show(progress);
-    let rendered = renderer.render(
-        &scene,
-        &mut RenderOptions {
-            progress: Some(&mut show),
-            ..RenderOptions::default()
-        },
-    );
+    let mut options = RenderOptions {
+        progress: Some(&mut show),
+        ..RenderOptions::default()
+    };
+    let rendered = renderer.render(&scene, &mut options);
     // The bar has to be gone before the next line is written.
     drop(display);
     let frame = rendered?;
@@ -102,7 +98,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let of_frame = [frame.warnings(), exr_options.warnings(&frame)].concat();
     of_frame.iter().for_each(warn);
     warnings.extend(of_frame);
-    written.push(Written::new("OpenEXR", outputs.exr.path()));
+    written.push(("OpenEXR".to_owned(), outputs.exr.path().to_owned()));
     write_exr(outputs.exr, &frame, &exr_options)?;
     wall.end_step("write_exr");
 
@@ -110,12 +106,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let path = file.path().to_owned();
         let view = PngView::for_frame(&frame);
         let preview = write_png(file, &frame, view)?;
-        written.push(Written::new(summary::describe_preview(view, preview), path));
+        let white = format!("white = {:.3e} W/sr/m^2", preview.white_radiance);
+        let content = match view {
+            PngView::Radiance => format!("radiance, {white}"),
+            PngView::SideBySide => format!("direct | indirect | total in one exposure, {white}"),
+        };
+        written.push((content, path));
     }
     wall.end_step("write_png");
 
     if let Some(TextOutput::File(file)) = &outputs.stats {
-        written.push(Written::new("JSON", file.path()));
+        written.push(("JSON".to_owned(), file.path().to_owned()));
     }
     let run = RunSummary {
         args,
@@ -148,21 +149,20 @@ impl Outputs {
         if let Some(png) = &args.png {
             require_extension("--png", png, "png")?;
         }
-        let paths: Vec<&Path> = [Some(exr), args.png.as_ref(), args.stats.as_ref()]
-            .into_iter()
-            .flatten()
-            .map(PathBuf::as_path)
-            .collect();
+        let paths = [Some(exr), args.png.as_ref(), args.stats.as_ref()];
+        let paths: Vec<&PathBuf> = paths.into_iter().flatten().collect();
         let files: Vec<PathBuf> = paths.iter().map(|path| file_behind(path)).collect();
-        if let Some(twice) = (1..files.len()).find(|&index| files[..index].contains(&files[index]))
-        {
-            let path = paths[twice].display();
-            return Err(format!("{path} is named for two outputs; give each its own name").into());
-        }
         let scene = file_behind(&args.scene);
-        if let Some(same) = files.iter().position(|file| *file == scene) {
-            let path = paths[same].display();
-            return Err(format!("{path} is the scene file; give the output another name").into());
+        for (index, file) in files.iter().enumerate() {
+            let path = paths[index].display();
+            if files[..index].contains(file) {
+                let problem = "is named for two outputs; give each its own name";
+                return Err(format!("{path} {problem}").into());
+            }
+            if *file == scene {
+                let problem = "is the scene file; give the output another name";
+                return Err(format!("{path} {problem}").into());
+            }
         }
         let create = |path: &PathBuf| OutputFile::create(path);
         Ok(Some(Outputs {

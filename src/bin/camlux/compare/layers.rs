@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use camlux::metrics::Pixels;
 use camlux::output::{Layer, LayeredImage};
 
 use super::Args;
@@ -17,11 +18,25 @@ pub struct LayerPair<'images> {
     pub name: String,
     /// `""` where camlux does not know the layer.
     pub unit: &'static str,
-    pub channels: usize,
-    pub image: Cow<'images, [f32]>,
-    pub reference: Cow<'images, [f32]>,
-    pub image_standard_error: Option<&'images [f32]>,
-    pub reference_standard_error: Option<&'images [f32]>,
+    channels: usize,
+    image: Cow<'images, [f32]>,
+    reference: Cow<'images, [f32]>,
+    image_standard_error: Option<&'images [f32]>,
+    reference_standard_error: Option<&'images [f32]>,
+}
+
+impl LayerPair<'_> {
+    pub fn pixels<'a>(&'a self, valid: &'a [bool], edges: Option<&'a [bool]>) -> Pixels<'a> {
+        Pixels {
+            image: &self.image,
+            reference: &self.reference,
+            image_standard_error: self.image_standard_error,
+            reference_standard_error: self.reference_standard_error,
+            valid,
+            edges,
+            channels: self.channels,
+        }
+    }
 }
 
 /// Finds the layers in both images.
@@ -30,23 +45,14 @@ pub fn select<'images>(
     image: &'images LayeredImage,
     reference: &'images LayeredImage,
 ) -> Result<Vec<LayerPair<'images>>, Failure> {
-    if !args.layers.is_empty() {
-        let mut pairs: Vec<LayerPair> = Vec::new();
-        for name in &args.layers {
-            if pairs.iter().all(|pair| pair.name != *name) {
-                pairs.push(pair(name, args, image, reference)?);
-            }
-        }
-        return Ok(pairs);
+    let mut names: Vec<&str> = args.layers.iter().map(String::as_str).collect();
+    let mut seen = BTreeSet::new();
+    names.retain(|name| seen.insert(*name));
+    if names.is_empty() {
+        names.extend(USUAL.map(Layer::name));
+        names.retain(|name| [image, reference].iter().all(|i| find(i, name).is_some()));
     }
-    let both = USUAL.into_iter().map(Layer::name).filter(|name| {
-        let is_in = |image| find(image, name).is_some();
-        is_in(image) && is_in(reference)
-    });
-    let pairs: Vec<LayerPair> = both
-        .map(|name| pair(name, args, image, reference))
-        .collect::<Result<_, _>>()?;
-    if pairs.is_empty() {
+    if names.is_empty() {
         return Err(format!(
             "the images have none of the layers {} in common: {}; {}; name one with --layer",
             USUAL.map(Layer::name).join(", "),
@@ -55,7 +61,10 @@ pub fn select<'images>(
         )
         .into());
     }
-    Ok(pairs)
+    let pairs = names.into_iter();
+    pairs
+        .map(|name| pair(name, args, image, reference))
+        .collect()
 }
 
 fn pair<'images>(
@@ -115,22 +124,23 @@ fn find<'image>(image: &'image LayeredImage, name: &str) -> Option<Found<'image>
             values: Cow::Borrowed(&layer.values),
         });
     }
-    let is_total = name == Layer::Radiance.name();
-    let values = is_total.then(|| image.total_radiance()).flatten()?;
+    if name != Layer::Radiance.name() {
+        return None;
+    }
     Some(Found {
         channels: Layer::Radiance.channel_names().to_vec(),
-        values: Cow::Owned(values),
+        values: Cow::Owned(image.total_radiance()?),
     })
 }
 
 fn list(path: &Path, image: &LayeredImage) -> String {
-    let layers = image.layers().iter().map(|layer| {
-        if layer.name.is_empty() {
-            format!("\"\" ({})", layer.channel_names.join(", "))
-        } else {
-            layer.name.clone()
-        }
-    });
+    let layers = image
+        .layers()
+        .iter()
+        .map(|layer| match layer.name.as_str() {
+            "" => format!("\"\" ({})", layer.channel_names.join(", ")),
+            name => name.to_owned(),
+        });
     let layers: Vec<String> = layers.collect();
     format!("{} has {}", path.display(), layers.join(", "))
 }
@@ -138,23 +148,17 @@ fn list(path: &Path, image: &LayeredImage) -> String {
 /// The names of the attributes that tell camera and lights, where both images have them and they differ. The scene's hash
 /// is no help: it takes in the estimator.
 pub fn differing_scenes(image: &LayeredImage, reference: &LayeredImage) -> Option<String> {
-    let of_scene = |image: &LayeredImage| -> BTreeSet<(String, String)> {
-        image
-            .attributes()
-            .filter(|(name, _)| {
-                name.starts_with("camlux.camera.") || name.starts_with("camlux.light.")
-            })
-            .map(|(name, value)| (name.to_owned(), value.to_owned()))
-            .collect()
+    let is_of_scene = |name: &str| {
+        let prefixes = ["camlux.camera.", "camlux.light."];
+        prefixes.iter().any(|prefix| name.starts_with(prefix))
     };
-    let (a, b) = (of_scene(image), of_scene(reference));
+    let [a, b] = [image, reference].map(|image| {
+        let attributes = image.attributes().filter(|(name, _)| is_of_scene(name));
+        attributes.collect::<BTreeSet<_>>()
+    });
     if a.is_empty() || b.is_empty() || a == b {
         return None;
     }
-    let names: BTreeSet<&str> = a
-        .symmetric_difference(&b)
-        .map(|(name, _)| name.as_str())
-        .collect();
-    let names: Vec<&str> = names.into_iter().collect();
-    Some(names.join(", "))
+    let names: BTreeSet<&str> = a.symmetric_difference(&b).map(|(name, _)| *name).collect();
+    Some(Vec::from_iter(names).join(", "))
 }
