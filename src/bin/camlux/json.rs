@@ -18,7 +18,7 @@ pub fn text(run: &RunSummary) -> String {
         .written
         .iter()
         .map(|(content, path)| json!({ "path": path.to_string_lossy(), "content": content }));
-    let wall = run.wall.steps.iter();
+    let wall = run.wall.iter();
     let wall = wall.map(|&(name, milliseconds)| (name.to_owned(), json!(milliseconds)));
     let object = json!({
         "camlux_version": env!("CARGO_PKG_VERSION"),

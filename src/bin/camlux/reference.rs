@@ -65,15 +65,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let rounds_before = resumed.as_ref().map_or(0, Reference::rounds);
     let start = Instant::now();
-    let reference = refine(&scene, goal, resumed, |reference| save(reference, path))?;
+    let reference = refine(&scene, goal, resumed, path)?;
     let added_rounds = reference.rounds() - rounds_before;
     tell(&describe(&reference, added_rounds, start.elapsed()));
     tell(&format!("wrote {shown}"));
     Ok(())
 }
 
-/// Brings a reference to its goal with a progress bar. It is saved now and then, and in the end, also where it was
-/// interrupted.
+/// Brings a reference to its goal with a progress bar. It is written to the path now and then, and in the end, also where it
+/// was interrupted.
 ///
 /// # Errors
 /// Those of the library, and [`Error::Cancelled`] after an interruption.
@@ -81,7 +81,7 @@ pub fn refine(
     scene: &Scene,
     goal: Goal,
     resumed: Option<Reference>,
-    save: impl Fn(&Reference) -> Result<(), Error>,
+    path: &Path,
 ) -> Result<Reference, Error> {
     let mut bar = Estimate::new("reference");
     let mut reference = match resumed {
@@ -99,7 +99,7 @@ pub fn refine(
         if let Err(error) = added {
             drop(bar);
             if reference.rounds() > saved.0 {
-                save(&reference)?;
+                save(&reference, path)?;
             }
             if reference.rounds() > 0 {
                 let samples = reference.samples_per_pixel();
@@ -110,16 +110,16 @@ pub fn refine(
             return Err(error);
         }
         if saved.1.elapsed() > TIME_BETWEEN_SAVES && !reference.meets(goal) {
-            save(&reference)?;
+            save(&reference, path)?;
             saved = (reference.rounds(), Instant::now());
         }
     }
-    save(&reference)?;
+    save(&reference, path)?;
     Ok(reference)
 }
 
 /// Writes the image as it is; the file is replaced as a whole.
-pub fn save(reference: &Reference, path: &Path) -> Result<(), Error> {
+fn save(reference: &Reference, path: &Path) -> Result<(), Error> {
     let file = OutputFile::create(path)?;
     write_exr(file, &reference.frame(), &ExrOptions::default())
 }

@@ -1,15 +1,16 @@
 //! `camlux render`: from a scene file to image files.
 
 use std::path::PathBuf;
+use std::time::Instant;
 
 use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_png};
 use camlux::{Device, Plan, RenderOptions, Renderer, Scene};
 
 use crate::indirect::IndirectArgs;
 use crate::options::{DeviceArgs, SizeArgs, check_layers};
-use crate::output::{TextOutput, file_behind, require_extension};
+use crate::output::{file_behind, require_extension};
 use crate::progress::{ProgressDisplay, stop_on_signals};
-use crate::summary::{self, RunSummary, WallTimes};
+use crate::summary::{self, RunSummary};
 use crate::{Failure, json, print, tell, warn};
 
 #[derive(clap::Args)]
@@ -57,11 +58,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // Before anything that takes time: a place that cannot be written is said at once.
     let outputs = Outputs::create(args)?;
 
-    let mut wall = WallTimes::new();
+    let (mut wall, mut start) = (Vec::new(), Instant::now());
+    let mut end_step = |name| {
+        wall.push((name, start.elapsed().as_secs_f64() * 1e3));
+        start = Instant::now();
+    };
     let scene = load(args)?;
     let mut warnings = scene.warnings();
     warnings.iter().for_each(warn);
-    wall.end_step("load");
+    end_step("load");
 
     let device = Device::open(&args.device.options())?;
     if args.plan {
@@ -75,7 +80,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     };
     let mut renderer = Renderer::new(&device)?;
-    wall.end_step("device");
+    end_step("device");
 
     let mut display = ProgressDisplay::new();
     let mut show = |progress| display.show(progress);
@@ -87,7 +92,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // The bar has to be gone before the next line is written.
     drop(display);
     let frame = rendered?;
-    wall.end_step("render");
+    end_step("render");
 
     let mut written = Vec::new();
     let exr_options = ExrOptions {
@@ -100,7 +105,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     warnings.extend(of_frame);
     written.push(("OpenEXR".to_owned(), outputs.exr.path().to_owned()));
     write_exr(outputs.exr, &frame, &exr_options)?;
-    wall.end_step("write_exr");
+    end_step("write_exr");
 
     if let Some(file) = outputs.png {
         let path = file.path().to_owned();
@@ -113,9 +118,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         };
         written.push((content, path));
     }
-    wall.end_step("write_png");
+    end_step("write_png");
 
-    if let Some(TextOutput::File(file)) = &outputs.stats {
+    if let Some(file) = &outputs.stats {
         written.push(("JSON".to_owned(), file.path().to_owned()));
     }
     let run = RunSummary {
@@ -125,8 +130,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         written,
         warnings,
     };
-    if let Some(output) = outputs.stats {
-        output.write(&json::text(&run))?;
+    match outputs.stats {
+        Some(file) => file.commit_with(json::text(&run).as_bytes())?,
+        None if args.stats.is_some() => print(&json::text(&run))?,
+        None => {}
     }
     tell(summary::text(&run).trim_end());
     Ok(())
@@ -136,7 +143,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 struct Outputs {
     exr: OutputFile,
     png: Option<OutputFile>,
-    stats: Option<TextOutput>,
+    /// `None` also where they go to stdout.
+    stats: Option<OutputFile>,
 }
 
 impl Outputs {
@@ -164,11 +172,13 @@ impl Outputs {
                 return Err(format!("{path} {problem}").into());
             }
         }
+        let stats = args.stats.as_ref();
+        let stats = stats.filter(|path| path.as_os_str() != "-");
         let create = |path: &PathBuf| OutputFile::create(path);
         Ok(Some(Outputs {
             exr: create(exr)?,
             png: args.png.as_ref().map(create).transpose()?,
-            stats: args.stats.as_deref().map(TextOutput::create).transpose()?,
+            stats: stats.map(create).transpose()?,
         }))
     }
 }

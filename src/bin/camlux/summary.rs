@@ -2,7 +2,6 @@
 
 use std::fmt::Write;
 use std::path::PathBuf;
-use std::time::Instant;
 
 use camlux::output::Frame;
 
@@ -13,34 +12,12 @@ use crate::render::Args;
 pub struct RunSummary<'run> {
     pub args: &'run Args,
     pub frame: &'run Frame,
-    pub wall: WallTimes,
+    /// Name and milliseconds of the program's own steps, in the order of execution.
+    pub wall: Vec<(&'static str, f64)>,
     /// What each file holds, and where it is.
     pub written: Vec<(String, PathBuf)>,
     /// Of the scene, of the frame, and of what its file does not hold.
     pub warnings: Vec<String>,
-}
-
-/// Wall times of the program's own steps.
-pub struct WallTimes {
-    /// Name and milliseconds, in the order of execution.
-    pub steps: Vec<(&'static str, f64)>,
-    step_start: Instant,
-}
-
-impl WallTimes {
-    pub fn new() -> Self {
-        WallTimes {
-            steps: Vec::new(),
-            step_start: Instant::now(),
-        }
-    }
-
-    /// Ends a step; the next one begins.
-    pub fn end_step(&mut self, name: &'static str) {
-        let milliseconds = self.step_start.elapsed().as_secs_f64() * 1e3;
-        self.steps.push((name, milliseconds));
-        self.step_start = Instant::now();
-    }
 }
 
 /// A few lines: device, times, counts, files.
@@ -78,7 +55,7 @@ pub fn text(run: &RunSummary) -> String {
             line("error", error);
         }
     }
-    line("wall", list_times(run.wall.steps.iter().copied()));
+    line("wall", list_times(run.wall.iter().copied()));
     for (content, path) in &run.written {
         line("wrote", format!("{} ({content})", path.display()));
     }

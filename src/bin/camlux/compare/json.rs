@@ -12,7 +12,7 @@ pub fn text(report: &Report) -> String {
         .iter()
         .map(|layer| {
             let mut object = comparison(&layer.comparison);
-            object["name"] = json!(layer.pair.name);
+            object["name"] = json!(layer.pair.name());
             object["unit"] = json!(layer.pair.unit);
             object["with_edges"] = json!(layer.with_edges.as_ref().map(comparison));
             object

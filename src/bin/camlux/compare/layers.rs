@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use camlux::metrics::Pixels;
-use camlux::output::{Layer, LayeredImage};
+use camlux::output::{ImageLayer, Layer, LayeredImage};
 
 use super::Args;
 use crate::Failure;
@@ -15,26 +15,28 @@ const USUAL: [Layer; 3] = [Layer::Indirect, Layer::Direct, Layer::Radiance];
 
 /// One layer of both images, with the same channels.
 pub struct LayerPair<'images> {
-    pub name: String,
     /// `""` where camlux does not know the layer.
     pub unit: &'static str,
-    channels: usize,
-    image: Cow<'images, [f32]>,
-    reference: Cow<'images, [f32]>,
+    image: Cow<'images, ImageLayer>,
+    reference: Cow<'images, ImageLayer>,
     image_standard_error: Option<&'images [f32]>,
     reference_standard_error: Option<&'images [f32]>,
 }
 
 impl LayerPair<'_> {
+    pub fn name(&self) -> &str {
+        &self.image.name
+    }
+
     pub fn pixels<'a>(&'a self, valid: &'a [bool], edges: Option<&'a [bool]>) -> Pixels<'a> {
         Pixels {
-            image: &self.image,
-            reference: &self.reference,
+            image: &self.image.values,
+            reference: &self.reference.values,
             image_standard_error: self.image_standard_error,
             reference_standard_error: self.reference_standard_error,
             valid,
             edges,
-            channels: self.channels,
+            channels: self.image.channel_names.len(),
         }
     }
 }
@@ -75,22 +77,21 @@ fn pair<'images>(
 ) -> Result<LayerPair<'images>, Failure> {
     let found = |path: &Path, image: &'images LayeredImage| {
         find(image, name).ok_or_else(|| {
-            let which = if name.is_empty() {
-                "layer without a name"
-            } else {
-                name
+            let which = match name {
+                "" => "layer without a name",
+                name => name,
             };
             format!("there is no layer {which}: {}", list(path, image))
         })
     };
     let of_image = found(&args.image, image)?;
     let of_reference = found(&args.reference, reference)?;
-    if of_image.channels != of_reference.channels {
+    if of_image.channel_names != of_reference.channel_names {
         return Err(format!(
             "layer {name} has the channels {} in {} and {} in {}; compare layers of the same channels",
-            of_image.channels.join(", "),
+            of_image.channel_names.join(", "),
             args.image.display(),
-            of_reference.channels.join(", "),
+            of_reference.channel_names.join(", "),
             args.reference.display()
         )
         .into());
@@ -101,36 +102,28 @@ fn pair<'images>(
         has_it.then(|| image.values(Layer::StandardError)).flatten()
     };
     Ok(LayerPair {
-        name: name.to_owned(),
         unit: layer.map_or("", Layer::unit),
-        channels: of_image.channels.len(),
-        image: of_image.values,
-        reference: of_reference.values,
+        image: of_image,
+        reference: of_reference,
         image_standard_error: standard_error(image),
         reference_standard_error: standard_error(reference),
     })
 }
 
-struct Found<'image> {
-    channels: Vec<&'image str>,
-    values: Cow<'image, [f32]>,
-}
-
 /// The layer of that name; total radiance also as the sum of its parts.
-fn find<'image>(image: &'image LayeredImage, name: &str) -> Option<Found<'image>> {
+fn find<'image>(image: &'image LayeredImage, name: &str) -> Option<Cow<'image, ImageLayer>> {
     if let Some(layer) = image.layer(name) {
-        return Some(Found {
-            channels: layer.channel_names.iter().map(String::as_str).collect(),
-            values: Cow::Borrowed(&layer.values),
-        });
+        return Some(Cow::Borrowed(layer));
     }
     if name != Layer::Radiance.name() {
         return None;
     }
-    Some(Found {
-        channels: Layer::Radiance.channel_names().to_vec(),
-        values: Cow::Owned(image.total_radiance()?),
-    })
+    let channel_names = Layer::Radiance.channel_names().iter();
+    Some(Cow::Owned(ImageLayer {
+        name: name.to_owned(),
+        channel_names: channel_names.map(|name| name.to_string()).collect(),
+        values: image.total_radiance()?,
+    }))
 }
 
 fn list(path: &Path, image: &LayeredImage) -> String {

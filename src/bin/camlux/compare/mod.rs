@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if non_finite > 0 {
             warn(format_args!(
                 "{non_finite} values of layer {} of {} are not finite numbers; they are left out",
-                pair.name,
+                pair.name(),
                 args.image.display()
             ));
         }
@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let resolution_px = image.resolution_px();
     if let (Some(file), Some(layer)) = (map_file, layers.first()) {
-        let LayerPair { name, unit, .. } = &layer.pair;
+        let (name, unit) = (layer.pair.name(), layer.pair.unit);
         let pixels = layer.pair.pixels(&valid, edges.as_deref());
         let map = ErrorMap::new(resolution_px, &pixels, &layer.comparison).ok_or_else(|| {
             let path = file.path().display();

@@ -75,8 +75,8 @@ pub fn text(report: &Report) -> String {
 /// The lines of the table, columns aligned.
 fn rows(report: &Report) -> Vec<String> {
     let head = |layer: &LayerReport| match layer.pair.unit {
-        "" => layer.pair.name.clone(),
-        unit => format!("{} [{unit}]", layer.pair.name),
+        "" => layer.pair.name().to_owned(),
+        unit => format!("{} [{unit}]", layer.pair.name()),
     };
     let heads: Vec<String> = report.layers.iter().map(head).collect();
     let mut table = vec![("", heads)];
@@ -104,7 +104,7 @@ fn rows(report: &Report) -> Vec<String> {
 
 /// What the numbers of a layer do not say by themselves.
 fn note(layer: &LayerReport) -> Option<String> {
-    let name = &layer.pair.name;
+    let name = layer.pair.name();
     let comparison = &layer.comparison;
     if comparison.value_count == 0 {
         return Some(format!("{name}: undefined: there is no value to compare"));

@@ -203,10 +203,7 @@ fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
 /// The resolution with the longer edge brought down to that of a quick report.
 fn quick_size(size_px: [u32; 2]) -> [u32; 2] {
     let longer = size_px[0].max(size_px[1]);
-    if longer <= QUICK_SIZE_PX {
-        return size_px;
-    }
-    let scale = f64::from(QUICK_SIZE_PX) / f64::from(longer);
+    let scale = (f64::from(QUICK_SIZE_PX) / f64::from(longer)).min(1.0);
     size_px.map(|px| ((f64::from(px) * scale).round() as u32).max(1))
 }
 

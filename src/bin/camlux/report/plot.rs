@@ -113,6 +113,7 @@ impl Plot<'_> {
         let (plot, _) = area.split_vertically(HEIGHT_PX);
         let mut chart = ChartBuilder::on(&plot)
             .margin(14)
+            .margin_right(24)
             .x_label_area_size(50)
             .y_label_area_size(70)
             .build_cartesian_2d(axis(x_values), axis(y_values))?;
@@ -131,7 +132,7 @@ impl Plot<'_> {
 
         let field = chart.plotting_area();
         let mut labels = Labels::new(field.get_pixel_range());
-        self.draw_floor(area, field)?;
+        self.draw_floor(area, field, &mut labels)?;
         for front in 0..FRONTS.len() {
             self.draw_front(area, field, front, &mut labels)?;
         }
@@ -152,7 +153,7 @@ impl Plot<'_> {
         Ok(())
     }
 
-    fn draw_floor(&self, area: &Area, field: &Field) -> Result<(), Failure> {
+    fn draw_floor(&self, area: &Area, field: &Field, labels: &mut Labels) -> Result<(), Failure> {
         let Some(value) = self.floor.filter(is_drawable) else {
             return Ok(());
         };
@@ -161,6 +162,7 @@ impl Plot<'_> {
         let dashes = DashedPathElement::new([left, right], 7, 5, INK);
         area.draw(&dashes)?;
         let above = (right.0 - 6, right.1 - 1);
+        labels.avoid_line(&[(above.0 - 100, above.1 - 6), (above.0, above.1 - 6)]);
         let style = anchored(12, HPos::Right, VPos::Bottom);
         Ok(area.draw(&Text::new("noise of the truth", above, style))?)
     }

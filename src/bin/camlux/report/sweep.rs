@@ -16,6 +16,9 @@ use super::steps::Steps;
 use super::truth::{TruthImage, values};
 use crate::Failure;
 
+/// A frame is timed no more often.
+const MAX_RUNS: usize = 15;
+
 /// How far the sweep goes.
 #[derive(Clone, Copy)]
 pub struct SweepOptions {
@@ -27,7 +30,6 @@ pub struct SweepOptions {
     /// Pixels on which the kernel error is measured.
     pub kernel_pixels: usize,
     pub min_runs: usize,
-    pub max_runs: usize,
     /// No more runs than the least are begun after this.
     pub enough_s: f64,
 }
@@ -40,7 +42,6 @@ impl SweepOptions {
             longest_reference_s: if is_quick { 0.6 } else { 15.0 },
             kernel_pixels: if is_quick { 128 } else { 512 },
             min_runs: if is_quick { 2 } else { 3 },
-            max_runs: 15,
             enough_s: if is_quick { 0.2 } else { 3.0 },
         }
     }
@@ -186,12 +187,7 @@ impl Sweep<'_> {
 
     /// Renders a frame again and again and writes it to the scratch file. Pipelines must be warm.
     fn time(&mut self, scene: &Scene) -> Result<Timed, Failure> {
-        let SweepOptions {
-            min_runs,
-            max_runs,
-            enough_s,
-            ..
-        } = self.options;
+        let options = self.options;
         let (mut runs, mut render_s, mut write_s) = (Vec::new(), Vec::new(), Vec::new());
         let mut passes: Vec<(&'static str, Vec<f64>)> = Vec::new();
         let begin = Instant::now();
@@ -214,8 +210,9 @@ impl Sweep<'_> {
                     None => passes.push((pass.name, vec![pass.milliseconds])),
                 }
             }
-            let is_enough = runs.len() >= min_runs && begin.elapsed().as_secs_f64() > enough_s;
-            if is_enough || runs.len() >= max_runs {
+            let has_time = begin.elapsed().as_secs_f64() <= options.enough_s;
+            let wanted = if has_time { MAX_RUNS } else { options.min_runs };
+            if runs.len() >= wanted {
                 let parts = [("render", render_s), ("write", write_s)];
                 let parts = parts.map(|(name, times)| (name, median(&times).unwrap_or_default()));
                 let gpu_passes = passes.iter().filter_map(|(name, times)| {

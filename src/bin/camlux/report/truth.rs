@@ -56,9 +56,7 @@ pub fn obtain(
     };
     let was_there = resumed.is_some();
     let goal = Goal::StandardError(standard_error);
-    let reference = reference::refine(scene, goal, resumed, |reference| {
-        reference::save(reference, path)
-    })?;
+    let reference = reference::refine(scene, goal, resumed, path)?;
     let image = TruthImage::new(reference.frame())?;
     let surface_pixels = image.valid.iter().filter(|&&valid| valid).count();
     let pixels = image.valid.iter().zip(&image.edges);
