@@ -180,28 +180,29 @@ fn percentile_99(samples: &[Sample], offset: f64) -> f64 {
 }
 
 fn check<T>(pixels: &Pixels<T>) -> Result<()> {
-    let of_pixels = Some(pixels.valid.len());
-    let of_values = pixels.valid.len().checked_mul(pixels.channels);
+    let refuse = |problem: String| {
+        let hint = "compare images of one size with the same channels";
+        Err(Error::input("comparison", problem, hint))
+    };
+    let (count, channels) = (pixels.valid.len(), pixels.channels);
+    if let Some(edges) = pixels.edges.filter(|edges| edges.len() != count) {
+        let length = edges.len();
+        return refuse(format!(
+            "the edges have {length} pixels where {count} are due"
+        ));
+    }
+    let due = count.checked_mul(channels);
     let of_image = pixels.image_standard_error.map(<[f32]>::len);
     let of_reference = pixels.reference_standard_error.map(<[f32]>::len);
-    let lists = [
-        ("image", Some(pixels.image.len()), of_values),
-        ("reference", Some(pixels.reference.len()), of_values),
-        ("image's standard error", of_image, of_values),
-        ("reference's standard error", of_reference, of_values),
-        ("edge mask", pixels.edges.map(<[bool]>::len), of_pixels),
-    ];
-    for (name, length, due) in lists {
-        if length.is_some() && length != due {
-            return Err(Error::input(
-                "comparison",
-                format!(
-                    "the {name} has {} values for {} pixels of {} channels",
-                    length.unwrap_or(0),
-                    pixels.valid.len(),
-                    pixels.channels
-                ),
-                "compare images of one size with the same channels",
+    for (name, length) in [
+        ("image", Some(pixels.image.len())),
+        ("reference", Some(pixels.reference.len())),
+        ("image's standard error", of_image),
+        ("reference's standard error", of_reference),
+    ] {
+        if let Some(length) = length.filter(|&length| Some(length) != due) {
+            return refuse(format!(
+                "the {name} has {length} values where {count} pixels of {channels} are due"
             ));
         }
     }

@@ -108,14 +108,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         })?;
         error_map::write_png(file, &map, name, unit)?;
     }
+    // The same for every layer.
+    let edge_pixels = layers.first().map(|layer| layer.comparison.edge_pixels);
     let report = Report {
         args,
         resolution_px,
         valid_pixels: valid.iter().filter(|&&is_valid| is_valid).count(),
-        edge_pixels: edges.as_ref().map(|edges| {
-            let pairs = valid.iter().zip(edges);
-            pairs.filter(|&(&valid, &edge)| valid && edge).count()
-        }),
+        edge_pixels: edges.and(edge_pixels),
         layers,
     };
     print(&if args.json {

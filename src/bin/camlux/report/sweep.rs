@@ -72,7 +72,8 @@ impl Sweep<'_> {
         };
         // The warm-up.
         self.render(&scene)?;
-        Ok(self.time(&scene)?.seconds)
+        let (_, seconds, _) = self.time(&scene)?;
+        Ok(seconds)
     }
 
     /// Every setting of every series, but those that would take too long or that the device cannot hold: for these a
@@ -126,11 +127,7 @@ impl Sweep<'_> {
                 (None, 0)
             }
         };
-        let Timed {
-            frame,
-            seconds,
-            gpu_passes,
-        } = self.time(&scene)?;
+        let (frame, seconds, gpu_passes) = self.time(&scene)?;
         let layer = |layer| values(&frame, layer);
         let (indirect_light, total) = (layer(Layer::Indirect)?, layer(Layer::Radiance)?);
         Ok(Entry {
@@ -185,8 +182,9 @@ impl Sweep<'_> {
         Ok((error, pixels.len()))
     }
 
-    /// Renders a frame again and again and writes it to the scratch file. Pipelines must be warm.
-    fn time(&mut self, scene: &Scene) -> Result<Timed, Failure> {
+    /// Renders a frame again and again and writes it to the scratch file: the last frame, and the times of all. Pipelines
+    /// must be warm.
+    fn time(&mut self, scene: &Scene) -> Result<(Frame, Seconds, Vec<PassMedian>), Failure> {
         let options = self.options;
         let (mut runs, mut render_s, mut write_s) = (Vec::new(), Vec::new(), Vec::new());
         let mut passes: Vec<(&'static str, Vec<f64>)> = Vec::new();
@@ -219,21 +217,11 @@ impl Sweep<'_> {
                     let milliseconds = median(times)?;
                     Some(PassMedian { name, milliseconds })
                 });
-                return Ok(Timed {
-                    seconds: Seconds::from_runs(runs, parts).unwrap_or_default(),
-                    gpu_passes: gpu_passes.collect(),
-                    frame,
-                });
+                let seconds = Seconds::from_runs(runs, parts).unwrap_or_default();
+                return Ok((frame, seconds, gpu_passes.collect()));
             }
         }
     }
-}
-
-/// The last of the timed frames, and the times of all.
-struct Timed {
-    frame: Frame,
-    seconds: Seconds,
-    gpu_passes: Vec<PassMedian>,
 }
 
 /// Up to `count` pixels with a surface, spread over the image without a pattern; the same ones every time.
