@@ -77,15 +77,26 @@ impl Comparison {
     /// [`Error::Input`] when the slices do not fit together.
     pub fn new<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Result<Self> {
         check(pixels)?;
-        let selection = Selection::new(pixels);
-        let samples = &selection.samples;
-        let sum =
-            |term: fn(&Sample) -> f64| samples.iter().map(term).collect::<CompensatedSum>().value();
+        let is_edge = |pixel: usize| pixels.edges.is_some_and(|edges| edges[pixel]);
+        let valid = || (0..pixels.valid.len()).filter(|&pixel| pixels.valid[pixel]);
+        let of_pixel = |pixel| {
+            let bands = pixel * pixels.channels..(pixel + 1) * pixels.channels;
+            bands.map(move |index| Sample::new(pixels, pixel, index))
+        };
+        let mut samples: Vec<Sample> = valid()
+            .filter(|&pixel| !is_edge(pixel))
+            .flat_map(of_pixel)
+            .collect();
+        let count = |is: fn(&Sample) -> bool| samples.iter().filter(|sample| is(sample)).count();
+        let non_finite_image = count(|sample| !sample.is_image_number());
+        let non_finite_reference = count(|sample| !sample.is_reference_number());
+        samples.retain(|sample| sample.is_image_number() && sample.is_reference_number());
+        let samples = samples.as_slice();
         let sums = noise::Sums {
-            x: sum(|sample| sample.x),
-            t: sum(|sample| sample.t),
-            tt: sum(|sample| sample.t * sample.t),
-            dd: sum(|sample| sample.d() * sample.d()),
+            x: sum(samples, |sample| sample.x),
+            t: sum(samples, |sample| sample.t),
+            tt: sum(samples, |sample| sample.t * sample.t),
+            dd: sum(samples, |sample| sample.d() * sample.d()),
         };
         let mean = |sum: f64| sum / samples.len().max(1) as f64;
         let has_errors = sums.t > 0.0;
@@ -93,15 +104,15 @@ impl Comparison {
             pixels.image_standard_error.is_some() || pixels.reference_standard_error.is_some();
         Ok(Comparison {
             value_count: samples.len(),
-            edge_pixels: selection.edge_pixels,
-            non_finite_image: selection.non_finite_image,
-            non_finite_reference: selection.non_finite_reference,
+            edge_pixels: valid().filter(|&pixel| is_edge(pixel)).count(),
+            non_finite_image,
+            non_finite_reference,
             image_mean: mean(sums.x),
             reference_mean: mean(sums.t),
             errors: has_errors.then(|| RelativeErrors {
                 rmse: (sums.dd / sums.tt).sqrt(),
                 bias: sums.x / sums.t - 1.0,
-                mean_absolute: sum(|sample| sample.d().abs()) / sums.t,
+                mean_absolute: sum(samples, |sample| sample.d().abs()) / sums.t,
                 percentile_99: percentile_99(samples, 0.01 * mean(sums.t)),
             }),
             noise: (has_errors && has_noise).then(|| NoiseCorrection::new(samples, &sums)),
@@ -110,7 +121,12 @@ impl Comparison {
     }
 }
 
-/// One value of both images, in f64, all finite.
+/// A compensated sum in f64.
+fn sum<T>(items: &[T], term: impl FnMut(&T) -> f64) -> f64 {
+    items.iter().map(term).collect::<CompensatedSum>().value()
+}
+
+/// One value of both images, in f64.
 struct Sample {
     pixel: usize,
     x: f64,
@@ -122,6 +138,26 @@ struct Sample {
 }
 
 impl Sample {
+    fn new<T: Copy + Into<f64>>(pixels: &Pixels<T>, pixel: usize, index: usize) -> Sample {
+        let standard_error =
+            |values: Option<&[f32]>| values.map_or(0.0, |values| f64::from(values[index]));
+        Sample {
+            pixel,
+            x: f64::from(pixels.image[index]),
+            t: pixels.reference[index].into(),
+            sigma: standard_error(pixels.reference_standard_error),
+            tau: standard_error(pixels.image_standard_error),
+        }
+    }
+
+    fn is_image_number(&self) -> bool {
+        self.x.is_finite() && self.tau.is_finite() && self.tau >= 0.0
+    }
+
+    fn is_reference_number(&self) -> bool {
+        self.t.is_finite() && self.sigma.is_finite() && self.sigma >= 0.0
+    }
+
     fn d(&self) -> f64 {
         self.x - self.t
     }
@@ -129,54 +165,6 @@ impl Sample {
     /// Variance of d.
     fn variance(&self) -> f64 {
         self.sigma * self.sigma + self.tau * self.tau
-    }
-}
-
-/// The values that count, pixel by pixel.
-struct Selection {
-    samples: Vec<Sample>,
-    edge_pixels: usize,
-    non_finite_image: usize,
-    non_finite_reference: usize,
-}
-
-impl Selection {
-    fn new<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> Self {
-        let mut selection = Selection {
-            samples: Vec::new(),
-            edge_pixels: 0,
-            non_finite_image: 0,
-            non_finite_reference: 0,
-        };
-        let standard_error = |values: Option<&[f32]>, index: usize| {
-            values.map_or(0.0, |values| f64::from(values[index]))
-        };
-        let valid_pixels = pixels.valid.iter().enumerate().filter(|(_, valid)| **valid);
-        for (pixel, _) in valid_pixels {
-            if pixels.edges.is_some_and(|edges| edges[pixel]) {
-                selection.edge_pixels += 1;
-                continue;
-            }
-            for index in pixel * pixels.channels..(pixel + 1) * pixels.channels {
-                let sample = Sample {
-                    pixel,
-                    x: f64::from(pixels.image[index]),
-                    t: pixels.reference[index].into(),
-                    sigma: standard_error(pixels.reference_standard_error, index),
-                    tau: standard_error(pixels.image_standard_error, index),
-                };
-                let is_number =
-                    |value: f64, error: f64| value.is_finite() && error.is_finite() && error >= 0.0;
-                let image_is = is_number(sample.x, sample.tau);
-                let reference_is = is_number(sample.t, sample.sigma);
-                selection.non_finite_image += usize::from(!image_is);
-                selection.non_finite_reference += usize::from(!reference_is);
-                if image_is && reference_is {
-                    selection.samples.push(sample);
-                }
-            }
-        }
-        selection
     }
 }
 
@@ -193,41 +181,28 @@ fn percentile_99(samples: &[Sample], offset: f64) -> f64 {
 
 fn check<T>(pixels: &Pixels<T>) -> Result<()> {
     let refuse = |problem: String| {
-        Err(Error::Input {
-            at: "comparison".into(),
-            problem,
-            hint: "compare images of one size with the same channels".into(),
-        })
+        let hint = "compare images of one size with the same channels";
+        Err(Error::input("comparison", problem, hint))
     };
-    if let Some(edges) = pixels
-        .edges
-        .filter(|edges| edges.len() != pixels.valid.len())
-    {
+    let (count, channels) = (pixels.valid.len(), pixels.channels);
+    if let Some(edges) = pixels.edges.filter(|edges| edges.len() != count) {
+        let length = edges.len();
         return refuse(format!(
-            "the edges have {} pixels where {} are due",
-            edges.len(),
-            pixels.valid.len()
+            "the edges have {length} pixels where {count} are due"
         ));
     }
-    let due = pixels.valid.len().checked_mul(pixels.channels);
-    let lists = [
+    let due = count.checked_mul(channels);
+    let of_image = pixels.image_standard_error.map(<[f32]>::len);
+    let of_reference = pixels.reference_standard_error.map(<[f32]>::len);
+    for (name, length) in [
         ("image", Some(pixels.image.len())),
         ("reference", Some(pixels.reference.len())),
-        (
-            "image's standard error",
-            pixels.image_standard_error.map(<[f32]>::len),
-        ),
-        (
-            "reference's standard error",
-            pixels.reference_standard_error.map(<[f32]>::len),
-        ),
-    ];
-    for (name, length) in lists {
+        ("image's standard error", of_image),
+        ("reference's standard error", of_reference),
+    ] {
         if let Some(length) = length.filter(|&length| Some(length) != due) {
             return refuse(format!(
-                "the {name} has {length} values where {} pixels of {} are due",
-                pixels.valid.len(),
-                pixels.channels
+                "the {name} has {length} values where {count} pixels of {channels} are due"
             ));
         }
     }

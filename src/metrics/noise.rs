@@ -2,8 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::Sample;
-use crate::model::CompensatedSum;
+use super::{Sample, sum};
 
 /// How many standard errors a claim has to be away from nothing: 97.7 % of a normal distribution lie below +2.
 const CONFIDENCE: f64 = 2.0;
@@ -71,52 +70,43 @@ pub(super) struct Sums {
 impl NoiseCorrection {
     /// For Σt > 0.
     pub(super) fn new(samples: &[Sample], sums: &Sums) -> Self {
-        let sum =
-            |term: fn(&Sample) -> f64| samples.iter().map(term).collect::<CompensatedSum>().value();
-        let variance = sum(Sample::variance);
-        let pixels = || {
-            samples
-                .chunk_by(|a, b| a.pixel == b.pixel)
-                .map(PixelSums::new)
-        };
+        let variance = sum(samples, Sample::variance);
+        let deviation = sum(samples, |sample| sample.variance().sqrt());
+        let pixels = samples.chunk_by(|a, b| a.pixel == b.pixel);
+        let pixels: Vec<PixelSums> = pixels.map(PixelSums::new).collect();
         let image_to_reference = sums.x / sums.t;
-        let bias_variance: CompensatedSum = pixels()
-            .map(|p| p.tau.powi(2) + (image_to_reference * p.sigma).powi(2))
-            .collect();
-        let true_squares = sums.tt - sum(|sample| sample.sigma * sample.sigma);
+        let bias_variance = sum(&pixels, |p| {
+            p.tau.powi(2) + (image_to_reference * p.sigma).powi(2)
+        });
+        let true_squares = sums.tt - sum(samples, |sample| sample.sigma * sample.sigma);
         NoiseCorrection {
             floor: (variance / sums.tt).sqrt(),
-            rmse: CorrectedRmse::new(pixels, sums.dd - variance, true_squares),
-            bias_standard_error: bias_variance.value().sqrt() / sums.t,
-            mean_absolute_floor: (2.0 / PI).sqrt() * sum(|sample| sample.variance().sqrt())
-                / sums.t,
+            rmse: CorrectedRmse::new(&pixels, sums.dd - variance, true_squares),
+            bias_standard_error: bias_variance.sqrt() / sums.t,
+            mean_absolute_floor: (2.0 / PI).sqrt() * deviation / sums.t,
         }
     }
 }
 
 impl CorrectedRmse {
     /// From A and B.
-    fn new<I: Iterator<Item = PixelSums>>(
-        pixels: impl Fn() -> I,
-        squared_error: f64,
-        true_squares: f64,
-    ) -> Self {
-        let least = sum_over(pixels(), &|p| 2.0 * p.sigma_sigma.powi(2));
-        let seen = sum_over(pixels(), &|p| 4.0 * p.sigma_t.powi(2)) - least;
+    fn new(pixels: &[PixelSums], squared_error: f64, true_squares: f64) -> Self {
+        let least = sum(pixels, |p| 2.0 * p.sigma_sigma.powi(2));
+        let seen = sum(pixels, |p| 4.0 * p.sigma_t.powi(2)) - least;
         if true_squares <= CONFIDENCE * seen.max(least).sqrt() {
             return CorrectedRmse::ReferenceIsNoise;
         }
         let square = squared_error / true_squares;
         let share = square.max(0.0);
-        let quadratic = |p: &PixelSums| {
+        let least = sum(pixels, |p| {
             2.0 * ((1.0 - share) * p.sigma_sigma).powi(2)
                 + 2.0 * p.tau_tau.powi(2)
                 + 4.0 * p.sigma_tau.powi(2)
-        };
-        let linear =
-            |p: &PixelSums| 4.0 * (p.sigma_d + share * p.sigma_t).powi(2) + 4.0 * p.tau_d.powi(2);
-        let least = sum_over(pixels(), &quadratic);
-        let seen = sum_over(pixels(), &linear) - least;
+        });
+        let linear = sum(pixels, |p| {
+            4.0 * (p.sigma_d + share * p.sigma_t).powi(2) + 4.0 * p.tau_d.powi(2)
+        });
+        let seen = linear - least;
         let standard_error = seen.max(least).sqrt() / true_squares;
         if square < CONFIDENCE * standard_error {
             return CorrectedRmse::Below((share + CONFIDENCE * standard_error).sqrt());
@@ -143,12 +133,7 @@ impl CorrectedRmse {
     }
 }
 
-fn sum_over(pixels: impl Iterator<Item = PixelSums>, term: &dyn Fn(&PixelSums) -> f64) -> f64 {
-    pixels.map(|p| term(&p)).collect::<CompensatedSum>().value()
-}
-
 /// Sums of products over the bands of one pixel.
-#[derive(Default)]
 struct PixelSums {
     sigma: f64,
     tau: f64,
@@ -162,22 +147,17 @@ struct PixelSums {
 
 impl PixelSums {
     fn new(bands: &[Sample]) -> Self {
-        let mut sums = PixelSums::default();
-        for &Sample {
-            x, t, sigma, tau, ..
-        } in bands
-        {
-            let d = x - t;
-            sums.sigma += sigma;
-            sums.tau += tau;
-            sums.sigma_sigma += sigma * sigma;
-            sums.tau_tau += tau * tau;
-            sums.sigma_tau += sigma * tau;
-            sums.sigma_d += sigma * d;
-            sums.sigma_t += sigma * t;
-            sums.tau_d += tau * d;
+        let sum = |term: fn(&Sample) -> f64| bands.iter().map(term).sum();
+        PixelSums {
+            sigma: sum(|s| s.sigma),
+            tau: sum(|s| s.tau),
+            sigma_sigma: sum(|s| s.sigma * s.sigma),
+            tau_tau: sum(|s| s.tau * s.tau),
+            sigma_tau: sum(|s| s.sigma * s.tau),
+            sigma_d: sum(|s| s.sigma * s.d()),
+            sigma_t: sum(|s| s.sigma * s.t),
+            tau_d: sum(|s| s.tau * s.d()),
         }
-        sums
     }
 }
 
@@ -191,9 +171,8 @@ impl ZScores {
         if scores.len() < 2 {
             return None;
         }
-        let sum = |terms: &mut dyn Iterator<Item = f64>| terms.collect::<CompensatedSum>().value();
-        let mean = sum(&mut scores.iter().copied()) / scores.len() as f64;
-        let squares = sum(&mut scores.iter().map(|z| (z - mean).powi(2)));
+        let mean = sum(&scores, |z| *z) / scores.len() as f64;
+        let squares = sum(&scores, |z| (z - mean).powi(2));
         Some(ZScores {
             value_count: scores.len(),
             mean,

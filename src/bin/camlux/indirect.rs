@@ -5,7 +5,7 @@ use camlux::scene::{DEFAULT_TARGET_ERROR, IndirectLight};
 /// Filled in where a sum is requested and neither the scene nor the command line has a size.
 const RSM_SIZE: u32 = 64;
 
-#[derive(clap::Args, Clone, Default)]
+#[derive(clap::Args)]
 pub struct IndirectArgs {
     /// How to compute indirect light
     #[arg(long, value_name = "NAME", value_parser = IndirectLight::NAMES)]
@@ -33,43 +33,47 @@ impl IndirectArgs {
         let Some(estimator) = self.estimator_name(in_scene)? else {
             return Ok((None, None));
         };
-        self.check_errors_belong_to(estimator)?;
-        let same = in_scene.filter(|indirect| indirect.name() == estimator);
-        let mut note = None;
-        let mut size_of_sum = || {
-            // Sums share a size, but one of final gathering means something else.
-            let sum_in_scene = in_scene.filter(|indirect| indirect.target_error().is_none());
-            let size = self
-                .rsm_size
-                .or(sum_in_scene.and_then(|sum| sum.rsm_size()));
-            size.unwrap_or_else(|| {
-                note = Some(format!(
-                    "no rsm_size for {estimator}: it is {RSM_SIZE} (--rsm-size sets it)"
+        let &IndirectArgs {
+            rsm_size,
+            target_error,
+            interpolation_error,
+            ..
+        } = self;
+        for (option, error, owner) in [
+            ("--target-error", target_error, "final-gather"),
+            ("--interpolation-error", interpolation_error, "rsm-average"),
+        ] {
+            if error.is_some() && estimator != owner {
+                return Err(format!(
+                    "{option} belongs to {owner}, but the estimator is {estimator}; leave it out, or add --estimator {owner}"
                 ));
-                RSM_SIZE
-            })
-        };
-        let indirect = match estimator {
+            }
+        }
+        let same = in_scene.filter(|indirect| indirect.name() == estimator);
+        if estimator == "final-gather" {
+            let error = target_error.or(same.and_then(|same| same.target_error()));
+            let gather = IndirectLight::FinalGather {
+                target_error: error.unwrap_or(DEFAULT_TARGET_ERROR),
+                rsm_size: rsm_size.or(same.and_then(|same| same.rsm_size())),
+            };
+            return Ok((Some(gather), None));
+        }
+        // Sums share a size, but one of final gathering means something else.
+        let sum_in_scene = in_scene.filter(|indirect| indirect.target_error().is_none());
+        let size = rsm_size.or(sum_in_scene.and_then(|sum| sum.rsm_size()));
+        let note = size
+            .is_none()
+            .then(|| format!("no rsm_size for {estimator}: it is {RSM_SIZE} (--rsm-size sets it)"));
+        let rsm_size = size.unwrap_or(RSM_SIZE);
+        let sum = match estimator {
             "rsm-average" => IndirectLight::RsmAverage {
-                rsm_size: size_of_sum(),
-                interpolation_error: self
-                    .interpolation_error
-                    .or(same.and_then(|indirect| indirect.interpolation_error())),
+                rsm_size,
+                interpolation_error: interpolation_error
+                    .or(same.and_then(|same| same.interpolation_error())),
             },
-            "instant-radiosity" => IndirectLight::InstantRadiosity {
-                rsm_size: size_of_sum(),
-            },
-            _ => IndirectLight::FinalGather {
-                target_error: self
-                    .target_error
-                    .or(same.and_then(|indirect| indirect.target_error()))
-                    .unwrap_or(DEFAULT_TARGET_ERROR),
-                rsm_size: self
-                    .rsm_size
-                    .or(same.and_then(|indirect| indirect.rsm_size())),
-            },
+            _ => IndirectLight::InstantRadiosity { rsm_size },
         };
-        Ok((Some(indirect), note))
+        Ok((Some(sum), note))
     }
 
     /// That of the command line, that of the scene, or the only one that has the error given. `None`: no indirect light.
@@ -88,88 +92,65 @@ impl IndirectArgs {
             )),
         }
     }
-
-    fn check_errors_belong_to(&self, estimator: &str) -> Result<(), String> {
-        for (option, is_given, owner) in [
-            (
-                "--target-error",
-                self.target_error.is_some(),
-                "final-gather",
-            ),
-            (
-                "--interpolation-error",
-                self.interpolation_error.is_some(),
-                "rsm-average",
-            ),
-        ] {
-            if is_given && estimator != owner {
-                return Err(format!(
-                    "{option} belongs to {owner}, but the estimator is {estimator}; leave it out, or add --estimator {owner}"
-                ));
-            }
-        }
-        Ok(())
-    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use camlux::scene::VplSum::{InstantRadiosity, RsmAverage};
+    use clap::Parser;
 
-    fn args(estimator: Option<&str>) -> IndirectArgs {
-        IndirectArgs {
-            estimator: estimator.map(String::from),
-            ..IndirectArgs::default()
-        }
+    use super::*;
+
+    #[derive(Parser)]
+    struct CommandLine {
+        #[command(flatten)]
+        indirect: IndirectArgs,
     }
 
-    fn with_size(size: u32) -> IndirectArgs {
-        IndirectArgs {
-            rsm_size: Some(size),
-            ..IndirectArgs::default()
-        }
-    }
+    type Applied = Result<(Option<IndirectLight>, Option<String>), String>;
 
-    fn with_target(error: f64) -> IndirectArgs {
-        IndirectArgs {
-            target_error: Some(error),
-            ..IndirectArgs::default()
-        }
+    /// What these options make of the scene's indirect light.
+    fn apply(options: &str, in_scene: Option<IndirectLight>) -> Applied {
+        let words = ["camlux"].into_iter().chain(options.split_whitespace());
+        CommandLine::parse_from(words).indirect.apply(in_scene)
     }
 
     #[track_caller]
-    fn assert_gives(args: &IndirectArgs, in_scene: IndirectLight, expected: IndirectLight) {
-        assert_eq!(args.apply(Some(in_scene)), Ok((Some(expected), None)));
+    fn assert_gives(options: &str, in_scene: IndirectLight, expected: IndirectLight) {
+        assert_eq!(apply(options, Some(in_scene)), Ok((Some(expected), None)));
     }
 
     const GATHER: IndirectLight = IndirectLight::final_gather(0.02);
+    const TENTH: IndirectLight = IndirectLight::final_gather(0.1);
+
+    const fn average(rsm_size: u32) -> IndirectLight {
+        IndirectLight::RsmAverage {
+            rsm_size,
+            interpolation_error: Some(0.1),
+        }
+    }
 
     #[test]
     fn command_line_wins_over_the_scene() {
         let sum = |sum, size| IndirectLight::vpl_sum(sum, size);
-        assert_gives(&args(None), sum(RsmAverage, 32), sum(RsmAverage, 32));
+        assert_gives("", sum(RsmAverage, 32), sum(RsmAverage, 32));
         for formula in [RsmAverage, InstantRadiosity] {
-            assert_gives(&with_size(8), sum(formula, 32), sum(formula, 8));
+            assert_gives("--rsm-size 8", sum(formula, 32), sum(formula, 8));
         }
         let gather_8 = IndirectLight::FinalGather {
             target_error: 0.02,
             rsm_size: Some(8),
         };
-        assert_gives(&with_size(8), GATHER, gather_8);
-        assert_gives(&with_target(0.1), GATHER, IndirectLight::final_gather(0.1));
+        assert_gives("--rsm-size 8", GATHER, gather_8);
+        assert_gives("--target-error 0.1", GATHER, TENTH);
     }
 
     #[test]
     fn another_estimator_takes_over_what_it_has_in_common() {
-        let average = IndirectLight::RsmAverage {
-            rsm_size: 32,
-            interpolation_error: Some(0.1),
-        };
         let radiosity = IndirectLight::vpl_sum(InstantRadiosity, 32);
-        assert_gives(&args(Some("instant-radiosity")), average, radiosity);
-        assert_gives(&args(Some("final-gather")), average, GATHER);
-        let (indirect, note) = args(Some("rsm-average")).apply(Some(GATHER)).unwrap();
+        assert_gives("--estimator instant-radiosity", average(32), radiosity);
+        assert_gives("--estimator final-gather", average(32), GATHER);
+        let (indirect, note) = apply("--estimator rsm-average", Some(GATHER)).unwrap();
         assert_eq!(indirect, Some(IndirectLight::vpl_sum(RsmAverage, 64)));
         let note = note.unwrap();
         assert!(
@@ -180,33 +161,26 @@ mod tests {
 
     #[test]
     fn an_error_names_its_estimator_where_the_scene_has_none() {
-        assert_eq!(args(None).apply(None), Ok((None, None)));
-        let gather = IndirectLight::final_gather(0.1);
-        assert_eq!(with_target(0.1).apply(None), Ok((Some(gather), None)));
-        let interpolated = IndirectArgs {
-            interpolation_error: Some(0.1),
-            rsm_size: Some(16),
-            ..IndirectArgs::default()
-        };
-        let average = IndirectLight::RsmAverage {
-            rsm_size: 16,
-            interpolation_error: Some(0.1),
-        };
-        assert_eq!(interpolated.apply(None), Ok((Some(average), None)));
-        let message = with_size(16).apply(None).unwrap_err();
+        assert_eq!(apply("", None), Ok((None, None)));
+        let gather = apply("--target-error 0.1", None);
+        assert_eq!(gather, Ok((Some(TENTH), None)));
+        let interpolated = apply("--interpolation-error 0.1 --rsm-size 16", None);
+        assert_eq!(interpolated, Ok((Some(average(16)), None)));
+        let message = apply("--rsm-size 16", None).unwrap_err();
         assert!(message.contains("--estimator"), "{message}");
     }
 
     #[test]
     fn an_error_of_another_estimator_is_refused() {
-        let average = IndirectLight::vpl_sum(RsmAverage, 32);
-        let message = with_target(0.1).apply(Some(average)).unwrap_err();
-        assert!(message.contains("belongs to final-gather"), "{message}");
-        let interpolated = IndirectArgs {
-            interpolation_error: Some(0.1),
-            ..args(Some("instant-radiosity"))
-        };
-        let message = interpolated.apply(None).unwrap_err();
-        assert!(message.contains("belongs to rsm-average"), "{message}");
+        for (options, says) in [
+            ("--target-error 0.1", "belongs to final-gather"),
+            (
+                "--interpolation-error 0.1 --estimator instant-radiosity",
+                "belongs to rsm-average",
+            ),
+        ] {
+            let message = apply(options, Some(average(32))).unwrap_err();
+            assert!(message.contains(says), "{message}");
+        }
     }
 }

@@ -1,9 +1,9 @@
 //! `camlux info`: the devices, what camlux thinks of them, and which one it would take.
 
-use std::fmt::Write;
 use std::process::ExitCode;
 
-use camlux::{Device, DeviceInfo, DeviceKind, DeviceOptions, Error};
+use camlux::{Device, DeviceInfo, DeviceOptions, Error};
+use indicatif::HumanBytes;
 
 use crate::{Failure, print};
 
@@ -23,20 +23,15 @@ pub fn run() -> Result<ExitCode, Failure> {
         print(&format!("no Vulkan device; {INSTALL}\n"))?;
         return Ok(ExitCode::FAILURE);
     }
-    let chosen = Device::open(&DeviceOptions::default());
-    let mut text: String = devices.iter().map(describe).collect();
-    let exit_code = match &chosen {
+    let (default, exit_code) = match Device::open(&DeviceOptions::default()) {
         Ok(device) => {
             let DeviceInfo { index, name, .. } = device.info();
-            text += &format!("default: {index} {name}\n");
-            ExitCode::SUCCESS
+            (format!("{index} {name}"), ExitCode::SUCCESS)
         }
-        Err(error) => {
-            text += &format!("default: none ({error})\n");
-            ExitCode::FAILURE
-        }
+        Err(error) => (format!("none ({error})"), ExitCode::FAILURE),
     };
-    print(&text)?;
+    let devices: String = devices.iter().map(describe).collect();
+    print(&format!("{devices}default: {default}\n"))?;
     Ok(exit_code)
 }
 
@@ -46,18 +41,17 @@ fn describe(device: &DeviceInfo) -> String {
         None => "yes".to_owned(),
         Some(reason) => format!("no: {reason}"),
     };
+    let image = format!(
+        "{} px, {} layers",
+        limits.max_image_px, limits.max_image_layers
+    );
+    let bytes = |count: u64| HumanBytes(count).to_string();
     let rows = [
         ("usable", usable),
-        ("type", kind(device.kind).to_owned()),
+        ("type", device.kind.to_string()),
         ("driver", device.driver.clone()),
         ("Vulkan", device.api_version.clone()),
-        (
-            "largest image",
-            format!(
-                "{} px, {} layers",
-                limits.max_image_px, limits.max_image_layers
-            ),
-        ),
+        ("largest image", image),
         ("storage buffer", bytes(limits.max_storage_buffer_bytes)),
         ("allocation", bytes(limits.max_allocation_bytes)),
         ("buffer", bytes(limits.max_buffer_bytes)),
@@ -69,31 +63,6 @@ fn describe(device: &DeviceInfo) -> String {
             format!("{} ns", limits.timestamp_period_ns),
         ),
     ];
-    let mut text = format!("{} {}\n", device.index, device.name);
-    for (label, value) in rows {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {label:<17} {value}");
-    }
-    text
-}
-
-fn kind(kind: DeviceKind) -> &'static str {
-    match kind {
-        DeviceKind::Discrete => "discrete GPU",
-        DeviceKind::Integrated => "integrated GPU",
-        DeviceKind::Virtual => "virtual GPU",
-        DeviceKind::Cpu => "CPU",
-        DeviceKind::Other => "other",
-    }
-}
-
-fn bytes(count: u64) -> String {
-    const UNITS: [&str; 4] = ["B", "KiB", "MiB", "GiB"];
-    let power = (count.max(1).ilog2() / 10).min(3);
-    let value = count as f64 / f64::from(1_u32 << (10 * power));
-    format!(
-        "{} {}",
-        (value * 10.0).round() / 10.0,
-        UNITS[power as usize]
-    )
+    let rows = rows.map(|(label, value)| format!("  {label:<17} {value}\n"));
+    format!("{} {}\n{}", device.index, device.name, rows.concat())
 }

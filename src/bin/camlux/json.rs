@@ -1,40 +1,26 @@
 //! What a run did, for programs.
 
 use camlux::output::Layer;
-use serde_json::{Map, Value, json};
+use serde_json::{Map, json};
 
 use crate::summary::RunSummary;
 
 /// The statistics of a run as one JSON object.
 pub fn text(run: &RunSummary) -> String {
-    format!("{:#}\n", object(run))
-}
-
-fn object(run: &RunSummary) -> Value {
     let stats = &run.frame.stats;
     let description = &run.frame.description;
-    let passes: Vec<Value> = stats
-        .passes
-        .iter()
-        .map(|pass| json!({ "name": pass.name, "milliseconds": pass.milliseconds }))
-        .collect();
-    let layers: Vec<&str> = match &run.args.layers {
-        Some(layers) => layers.iter().copied().map(Layer::name).collect(),
-        None => run
-            .frame
-            .layers
-            .iter()
-            .map(|(layer, _)| layer.name())
-            .collect(),
-    };
-    let files: Vec<Value> = run
+    let indirect = description.indirect;
+    let passes = stats.passes.iter();
+    let passes = passes.map(|pass| json!({ "name": pass.name, "milliseconds": pass.milliseconds }));
+    let of_frame = || run.frame.layers.iter().map(|(layer, _)| *layer).collect();
+    let layers = run.args.layers.clone().unwrap_or_else(of_frame);
+    let files = run
         .written
         .iter()
-        .map(|file| json!({ "path": file.path.to_string_lossy(), "content": file.what }))
-        .collect();
-    let wall = run.wall.steps.iter();
+        .map(|(content, path)| json!({ "path": path.to_string_lossy(), "content": content }));
+    let wall = run.wall.iter();
     let wall = wall.map(|&(name, milliseconds)| (name.to_owned(), json!(milliseconds)));
-    json!({
+    let object = json!({
         "camlux_version": env!("CARGO_PKG_VERSION"),
         "scene": {
             "path": run.args.scene.to_string_lossy(),
@@ -42,16 +28,15 @@ fn object(run: &RunSummary) -> Value {
         },
         "settings": {
             "resolution_px": run.frame.resolution_px,
-            "estimator": description.indirect.map(|indirect| indirect.name()),
-            "rsm_size": description.indirect.and_then(|indirect| indirect.rsm_size()),
-            "target_error": description.indirect.and_then(|indirect| indirect.target_error()),
-            "interpolation_error":
-                description.indirect.and_then(|indirect| indirect.interpolation_error()),
+            "estimator": indirect.map(|i| i.name()),
+            "rsm_size": indirect.and_then(|i| i.rsm_size()),
+            "target_error": indirect.and_then(|i| i.target_error()),
+            "interpolation_error": indirect.and_then(|i| i.interpolation_error()),
             "half": run.args.half,
-            "layers": layers,
+            "layers": Vec::from_iter(layers.into_iter().map(Layer::name)),
         },
         "device": { "name": stats.device, "driver": stats.driver },
-        "gpu_passes": passes,
+        "gpu_passes": Vec::from_iter(passes),
         "vpl_count": stats.vpl_count,
         "pixel_vpl_pairs": stats.pixel_vpl_pairs,
         "pairs_per_second": stats.pairs_per_second(),
@@ -61,7 +46,8 @@ fn object(run: &RunSummary) -> Value {
         "submissions": stats.submissions,
         "frame_wall_milliseconds": stats.wall_milliseconds,
         "wall_milliseconds": Map::from_iter(wall),
-        "files": files,
+        "files": Vec::from_iter(files),
         "warnings": run.warnings,
-    })
+    });
+    format!("{object:#}\n")
 }

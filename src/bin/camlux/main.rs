@@ -9,6 +9,7 @@ mod error_map;
 mod indirect;
 mod info;
 mod json;
+mod numbers;
 mod options;
 mod output;
 mod progress;

@@ -2,34 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use camlux::output::OutputFile;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
-use crate::{Failure, print};
-
-/// A text file under construction, or stdout.
-pub enum TextOutput {
-    Stdout,
-    File(OutputFile),
-}
-
-impl TextOutput {
-    /// `-` is stdout.
-    pub fn create(path: &Path) -> Result<Self, Failure> {
-        match path.as_os_str() == "-" {
-            true => Ok(TextOutput::Stdout),
-            false => Ok(TextOutput::File(OutputFile::create(path)?)),
-        }
-    }
-
-    pub fn write(self, text: &str) -> Result<(), Failure> {
-        match self {
-            TextOutput::Stdout => print(text),
-            TextOutput::File(file) => Ok(file.commit_with(text.as_bytes())?),
-        }
-    }
-}
+use crate::Failure;
 
 /// Refuses the name of an image that promises another format than the one that is written, and `-`: images go to files.
 pub fn require_extension(option: &str, path: &Path, extension: &str) -> Result<(), Failure> {

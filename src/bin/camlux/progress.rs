@@ -1,7 +1,5 @@
 //! Progress on stderr: a bar on a terminal, a line per pass elsewhere. And the end of it by Ctrl-C.
 
-use std::cell::Cell;
-use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -38,38 +36,18 @@ pub fn go_on() -> ControlFlow<()> {
     }
 }
 
-/// A bar on a terminal, nothing elsewhere. Gone when dropped.
-pub struct Bar(Option<ProgressBar>);
-
-impl Bar {
-    /// `template`: in the language of `indicatif`.
-    pub fn new(steps: u64, template: &str) -> Self {
-        Bar(std::io::stderr().is_terminal().then(|| {
-            let style = ProgressStyle::with_template(template);
-            let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
-            ProgressBar::new(steps).with_style(style)
-        }))
-    }
-
-    /// `None` where stderr is no terminal.
-    pub fn get(&self) -> Option<&ProgressBar> {
-        self.0.as_ref()
-    }
-}
-
-impl Drop for Bar {
-    fn drop(&mut self) {
-        if let Some(bar) = self.get() {
-            bar.finish_and_clear();
-        }
-    }
+/// A bar on a terminal, hidden elsewhere. Gone when dropped. `template`: in the language of `indicatif`.
+pub fn bar(steps: u64, template: &str) -> ProgressBar {
+    let style = ProgressStyle::with_template(template);
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    ProgressBar::new(steps).with_style(style)
 }
 
 /// A long computation with an estimate of its end: a bar on a terminal, a line every ten percent elsewhere.
 pub struct Estimate {
     what: &'static str,
-    bar: Bar,
-    reported_tenths: Cell<u64>,
+    bar: ProgressBar,
+    reported_tenths: u64,
 }
 
 impl Estimate {
@@ -78,21 +56,17 @@ impl Estimate {
             format!("{what:10} {{wide_bar}} {{percent:>3}} % {{elapsed}}, {{eta}} to go");
         Estimate {
             what,
-            bar: Bar::new(STEPS, &template),
-            reported_tenths: Cell::new(0),
+            bar: bar(STEPS, &template),
+            reported_tenths: 0,
         }
     }
 
     /// `share`: 0 to 1.
-    pub fn show(&self, share: f64) {
+    pub fn show(&mut self, share: f64) {
+        self.bar.set_position((share * STEPS as f64) as u64);
         let tenths = (share * 10.0) as u64;
-        if let Some(bar) = self.bar.get() {
-            bar.set_position((share * STEPS as f64) as u64);
-        } else if tenths
-            > self
-                .reported_tenths
-                .replace(tenths.max(self.reported_tenths.get()))
-        {
+        if self.bar.is_hidden() && tenths > self.reported_tenths {
+            self.reported_tenths = tenths;
             tell(&format!("{:3.0} % {}", 100.0 * share, self.what));
         }
     }
@@ -100,34 +74,27 @@ impl Estimate {
 
 /// Shows the progress of a render until dropped: a bar on a terminal, a line per pass elsewhere.
 pub struct ProgressDisplay {
-    bar: Bar,
+    bar: ProgressBar,
     pass: &'static str,
 }
 
 impl ProgressDisplay {
     pub fn new() -> Self {
         ProgressDisplay {
-            bar: Bar::new(STEPS, "{msg:10} {wide_bar} {percent:>3} % {elapsed}"),
+            bar: bar(STEPS, "{msg:10} {wide_bar} {percent:>3} % {elapsed}"),
             pass: "",
         }
     }
 
-    pub fn show(&mut self, progress: Progress) -> ControlFlow<()> {
-        let is_new_pass = self.pass != progress.pass;
-        self.pass = progress.pass;
-        match self.bar.get() {
-            Some(bar) => {
-                if is_new_pass {
-                    bar.set_message(progress.pass);
-                }
-                bar.set_position((progress.fraction * STEPS as f32) as u64);
+    pub fn show(&mut self, Progress { pass, fraction }: Progress) -> ControlFlow<()> {
+        if self.pass != pass {
+            self.pass = pass;
+            self.bar.set_message(pass);
+            if self.bar.is_hidden() {
+                tell(&format!("{:3.0} % {pass}", fraction * 100.0));
             }
-            None if is_new_pass => {
-                let percent = progress.fraction * 100.0;
-                tell(&format!("{percent:3.0} % {}", progress.pass));
-            }
-            None => {}
         }
+        self.bar.set_position((fraction * STEPS as f32) as u64);
         go_on()
     }
 }

@@ -1,5 +1,35 @@
 //! Images made small, for pages and sheets.
 
+use glam::{DVec3, Vec3};
+
+/// The smallest squares of pixels that make an image narrow enough; at the right and the bottom a square may be cut.
+pub struct Squares {
+    /// How many there are beside and below each other.
+    pub size_px: [usize; 2],
+    edge: usize,
+    resolution_px: [usize; 2],
+}
+
+impl Squares {
+    pub fn new(resolution_px: [u32; 2], widest_px: usize) -> Squares {
+        let resolution_px = resolution_px.map(|px| px as usize);
+        let edge = resolution_px[0].div_ceil(widest_px).max(1);
+        Squares {
+            size_px: resolution_px.map(|px| px.div_ceil(edge)),
+            edge,
+            resolution_px,
+        }
+    }
+
+    /// Indices of the pixels in a square.
+    pub fn pixels(&self, [x, y]: [usize; 2]) -> impl Iterator<Item = usize> {
+        let [width, height] = self.resolution_px;
+        let columns = x * self.edge..((x + 1) * self.edge).min(width);
+        let rows = y * self.edge..((y + 1) * self.edge).min(height);
+        rows.flat_map(move |row| columns.clone().map(move |column| row * width + column))
+    }
+}
+
 /// An RGB image, row by row from the top.
 pub struct Reduced {
     pub size_px: [usize; 2],
@@ -7,30 +37,23 @@ pub struct Reduced {
 }
 
 impl Reduced {
-    /// The means over the smallest squares that make the image narrow enough; at the right and the bottom a square may be cut.
+    /// The means over squares of pixels.
     pub fn new(resolution_px: [u32; 2], values: &[f32], widest_px: usize) -> Reduced {
-        let [width, height] = resolution_px.map(|px| px as usize);
+        let squares = Squares::new(resolution_px, widest_px);
+        let [columns, rows] = squares.size_px;
         let (pixels, _) = values.as_chunks::<3>();
-        let edge = width.div_ceil(widest_px).max(1);
-        let size_px = [width.div_ceil(edge), height.div_ceil(edge)];
-        let mean = |left: usize, top: usize| {
-            let columns = left..(left + edge).min(width);
-            let rows = top..(top + edge).min(height);
-            let count = (rows.len() * columns.len()) as f64;
-            let mut sum = [0.0_f64; 3];
-            for row in rows {
-                for pixel in &pixels[row * width + columns.start..row * width + columns.end] {
-                    for (sum, &value) in sum.iter_mut().zip(pixel) {
-                        *sum += f64::from(value);
-                    }
-                }
+        let mean = |at| {
+            let (mut sum, mut count) = (DVec3::ZERO, 0);
+            for index in squares.pixels(at) {
+                sum += Vec3::from(pixels[index]).as_dvec3();
+                count += 1;
             }
-            sum.map(|sum| (sum / count) as f32)
+            (sum / f64::from(count)).as_vec3().into()
         };
-        let corners = (0..size_px[1]).flat_map(|y| (0..size_px[0]).map(move |x| (x, y)));
+        let places = (0..rows).flat_map(|y| (0..columns).map(move |x| [x, y]));
         Reduced {
-            rgb: corners.map(|(x, y)| mean(x * edge, y * edge)).collect(),
-            size_px,
+            rgb: places.map(mean).collect(),
+            size_px: squares.size_px,
         }
     }
 }

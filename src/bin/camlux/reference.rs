@@ -56,28 +56,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = args.size.load(&args.scene)?;
     warn_of(&scene, &args.scene.display());
     let path = &args.output;
-    let resumed = path
-        .exists()
-        .then(|| Reference::resume(&scene, path))
-        .transpose()?;
+    let shown = path.display();
+    let resumed = path.exists().then(|| Reference::resume(&scene, path));
+    let resumed = resumed.transpose()?;
     if let Some(reference) = &resumed {
         let samples = reference.samples_per_pixel();
-        tell(&format!(
-            "{}: adding to {samples} samples per pixel",
-            path.display()
-        ));
+        tell(&format!("{shown}: adding to {samples} samples per pixel"));
     }
     let rounds_before = resumed.as_ref().map_or(0, Reference::rounds);
     let start = Instant::now();
-    let reference = refine(&scene, goal, resumed, |reference| save(reference, path))?;
+    let reference = refine(&scene, goal, resumed, path)?;
     let added_rounds = reference.rounds() - rounds_before;
     tell(&describe(&reference, added_rounds, start.elapsed()));
-    tell(&format!("wrote {}", path.display()));
+    tell(&format!("wrote {shown}"));
     Ok(())
 }
 
-/// Brings a reference to its goal with a progress bar. It is saved now and then, and in the end, also where it was
-/// interrupted.
+/// Brings a reference to its goal with a progress bar. It is written to the path now and then, and in the end, also where it
+/// was interrupted.
 ///
 /// # Errors
 /// Those of the library, and [`Error::Cancelled`] after an interruption.
@@ -85,19 +81,17 @@ pub fn refine(
     scene: &Scene,
     goal: Goal,
     resumed: Option<Reference>,
-    save: impl Fn(&Reference) -> Result<(), Error>,
+    path: &Path,
 ) -> Result<Reference, Error> {
-    let bar = Estimate::new("reference");
+    let mut bar = Estimate::new("reference");
     let mut reference = match resumed {
         Some(reference) => reference,
         None => Reference::start(scene, goal, &mut |_| go_on())?,
     };
     let mut saved = (reference.rounds(), Instant::now());
     while !reference.meets(goal) {
-        let (now, then) = (
-            reference.progress_to(goal),
-            reference.progress_after_round(goal),
-        );
+        let now = reference.progress_to(goal);
+        let then = reference.progress_after_round(goal);
         let added = reference.add_round(&mut |round| {
             bar.show(now + (then - now) * f64::from(round.fraction));
             go_on()
@@ -105,7 +99,7 @@ pub fn refine(
         if let Err(error) = added {
             drop(bar);
             if reference.rounds() > saved.0 {
-                save(&reference)?;
+                save(&reference, path)?;
             }
             if reference.rounds() > 0 {
                 let samples = reference.samples_per_pixel();
@@ -116,42 +110,35 @@ pub fn refine(
             return Err(error);
         }
         if saved.1.elapsed() > TIME_BETWEEN_SAVES && !reference.meets(goal) {
-            save(&reference)?;
+            save(&reference, path)?;
             saved = (reference.rounds(), Instant::now());
         }
     }
-    save(&reference)?;
+    save(&reference, path)?;
     Ok(reference)
 }
 
 /// Writes the image as it is; the file is replaced as a whole.
-pub fn save(reference: &Reference, path: &Path) -> Result<(), Error> {
-    write_exr(
-        OutputFile::create(path)?,
-        &reference.frame(),
-        &ExrOptions::default(),
-    )
+fn save(reference: &Reference, path: &Path) -> Result<(), Error> {
+    let file = OutputFile::create(path)?;
+    write_exr(file, &reference.frame(), &ExrOptions::default())
 }
 
 /// Samples and what they amount to.
 fn describe(reference: &Reference, added_rounds: u32, time: Duration) -> String {
     let samples = reference.samples_per_pixel();
     let rounds = reference.rounds();
-    let paths = reference.paths_per_round() * u64::from(added_rounds);
-    let rate = format!(
-        "{:.1} s, {:.2} M paths/s",
-        time.as_secs_f64(),
-        1e-6 * paths as f64 / time.as_secs_f64()
-    );
-    match reference.relative_standard_error() {
+    let found = match reference.relative_standard_error() {
         Some(error) => format!(
-            "{samples} samples per pixel in {rounds} rounds; standard error of the indirect light {:.3} %; {rate}",
+            "standard error of the indirect light {:.3} %",
             100.0 * error
         ),
-        None => {
-            format!(
-                "{samples} samples per pixel in {rounds} rounds; no indirect light was found; {rate}"
-            )
-        }
-    }
+        None => "no indirect light was found".into(),
+    };
+    let seconds = time.as_secs_f64();
+    let paths = reference.paths_per_round() * u64::from(added_rounds);
+    let rate = 1e-6 * paths as f64 / seconds;
+    format!(
+        "{samples} samples per pixel in {rounds} rounds; {found}; {seconds:.1} s, {rate:.2} M paths/s"
+    )
 }

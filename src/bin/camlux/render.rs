@@ -1,15 +1,16 @@
 //! `camlux render`: from a scene file to image files.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
+use std::time::Instant;
 
 use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_png};
 use camlux::{Device, Plan, RenderOptions, Renderer, Scene};
 
 use crate::indirect::IndirectArgs;
 use crate::options::{DeviceArgs, SizeArgs, check_layers};
-use crate::output::{TextOutput, file_behind, require_extension};
+use crate::output::{file_behind, require_extension};
 use crate::progress::{ProgressDisplay, stop_on_signals};
-use crate::summary::{self, RunSummary, WallTimes, Written};
+use crate::summary::{self, RunSummary};
 use crate::{Failure, json, print, tell, warn};
 
 #[derive(clap::Args)]
@@ -57,41 +58,41 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // Before anything that takes time: a place that cannot be written is said at once.
     let outputs = Outputs::create(args)?;
 
-    let mut wall = WallTimes::new();
+    let (mut wall, mut start) = (Vec::new(), Instant::now());
+    let mut end_step = |name| {
+        wall.push((name, start.elapsed().as_secs_f64() * 1e3));
+        start = Instant::now();
+    };
     let scene = load(args)?;
     let mut warnings = scene.warnings();
     warnings.iter().for_each(warn);
-    wall.end_step("load");
+    end_step("load");
 
     let device = Device::open(&args.device.options())?;
-    let plan = args
-        .plan
-        .then(|| Plan::new(&scene, device.info()))
-        .transpose()?;
-    let Some(outputs) = outputs else {
-        return plan.map_or(Ok(()), |plan| {
-            print(&format!("{}\n", plan.to_string().trim_end()))
-        });
-    };
-    if let Some(plan) = plan {
-        tell(plan.to_string().trim_end());
+    if args.plan {
+        let plan = Plan::new(&scene, device.info())?.to_string();
+        match outputs {
+            Some(_) => tell(plan.trim_end()),
+            None => print(&format!("{}\n", plan.trim_end()))?,
+        }
     }
+    let Some(outputs) = outputs else {
+        return Ok(());
+    };
     let mut renderer = Renderer::new(&device)?;
-    wall.end_step("device");
+    end_step("device");
 
     let mut display = ProgressDisplay::new();
     let mut show = |progress| display.show(progress);
-    let rendered = renderer.render(
-        &scene,
-        &mut RenderOptions {
-            progress: Some(&mut show),
-            ..RenderOptions::default()
-        },
-    );
+    let mut options = RenderOptions {
+        progress: Some(&mut show),
+        ..RenderOptions::default()
+    };
+    let rendered = renderer.render(&scene, &mut options);
     // The bar has to be gone before the next line is written.
     drop(display);
     let frame = rendered?;
-    wall.end_step("render");
+    end_step("render");
 
     let mut written = Vec::new();
     let exr_options = ExrOptions {
@@ -102,20 +103,25 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let of_frame = [frame.warnings(), exr_options.warnings(&frame)].concat();
     of_frame.iter().for_each(warn);
     warnings.extend(of_frame);
-    written.push(Written::new("OpenEXR", outputs.exr.path()));
+    written.push(("OpenEXR".to_owned(), outputs.exr.path().to_owned()));
     write_exr(outputs.exr, &frame, &exr_options)?;
-    wall.end_step("write_exr");
+    end_step("write_exr");
 
     if let Some(file) = outputs.png {
         let path = file.path().to_owned();
         let view = PngView::for_frame(&frame);
         let preview = write_png(file, &frame, view)?;
-        written.push(Written::new(summary::describe_preview(view, preview), path));
+        let white = format!("white = {:.3e} W/sr/m^2", preview.white_radiance);
+        let content = match view {
+            PngView::Radiance => format!("radiance, {white}"),
+            PngView::SideBySide => format!("direct | indirect | total in one exposure, {white}"),
+        };
+        written.push((content, path));
     }
-    wall.end_step("write_png");
+    end_step("write_png");
 
-    if let Some(TextOutput::File(file)) = &outputs.stats {
-        written.push(Written::new("JSON", file.path()));
+    if let Some(file) = &outputs.stats {
+        written.push(("JSON".to_owned(), file.path().to_owned()));
     }
     let run = RunSummary {
         args,
@@ -124,8 +130,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         written,
         warnings,
     };
-    if let Some(output) = outputs.stats {
-        output.write(&json::text(&run))?;
+    match outputs.stats {
+        Some(file) => file.commit_with(json::text(&run).as_bytes())?,
+        None if args.stats.is_some() => print(&json::text(&run))?,
+        None => {}
     }
     tell(summary::text(&run).trim_end());
     Ok(())
@@ -135,7 +143,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 struct Outputs {
     exr: OutputFile,
     png: Option<OutputFile>,
-    stats: Option<TextOutput>,
+    /// `None` also where they go to stdout.
+    stats: Option<OutputFile>,
 }
 
 impl Outputs {
@@ -148,27 +157,28 @@ impl Outputs {
         if let Some(png) = &args.png {
             require_extension("--png", png, "png")?;
         }
-        let paths: Vec<&Path> = [Some(exr), args.png.as_ref(), args.stats.as_ref()]
-            .into_iter()
-            .flatten()
-            .map(PathBuf::as_path)
-            .collect();
+        let paths = [Some(exr), args.png.as_ref(), args.stats.as_ref()];
+        let paths: Vec<&PathBuf> = paths.into_iter().flatten().collect();
         let files: Vec<PathBuf> = paths.iter().map(|path| file_behind(path)).collect();
-        if let Some(twice) = (1..files.len()).find(|&index| files[..index].contains(&files[index]))
-        {
-            let path = paths[twice].display();
-            return Err(format!("{path} is named for two outputs; give each its own name").into());
-        }
         let scene = file_behind(&args.scene);
-        if let Some(same) = files.iter().position(|file| *file == scene) {
-            let path = paths[same].display();
-            return Err(format!("{path} is the scene file; give the output another name").into());
+        for (index, file) in files.iter().enumerate() {
+            let path = paths[index].display();
+            if files[..index].contains(file) {
+                let problem = "is named for two outputs; give each its own name";
+                return Err(format!("{path} {problem}").into());
+            }
+            if *file == scene {
+                let problem = "is the scene file; give the output another name";
+                return Err(format!("{path} {problem}").into());
+            }
         }
+        let stats = args.stats.as_ref();
+        let stats = stats.filter(|path| path.as_os_str() != "-");
         let create = |path: &PathBuf| OutputFile::create(path);
         Ok(Some(Outputs {
             exr: create(exr)?,
             png: args.png.as_ref().map(create).transpose()?,
-            stats: args.stats.as_deref().map(TextOutput::create).transpose()?,
+            stats: stats.map(create).transpose()?,
         }))
     }
 }

@@ -2,14 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use crate::progress::Bar;
-use crate::tell;
+use indicatif::ProgressBar;
+
+use crate::{progress, tell};
 
 /// Lines come at each tenth, and this often where that takes longer.
 const TIME_BETWEEN_LINES: Duration = Duration::from_secs(30);
 
 pub struct FrameProgress {
-    bar: Bar,
+    bar: ProgressBar,
     count: u64,
     done: u64,
     start: Instant,
@@ -21,7 +22,7 @@ impl FrameProgress {
         let template = "{pos}/{len} frames {wide_bar} {per_sec}, {elapsed}, {eta} to go";
         let start = Instant::now();
         FrameProgress {
-            bar: Bar::new(count, template),
+            bar: progress::bar(count, template),
             count,
             done: 0,
             start,
@@ -31,8 +32,9 @@ impl FrameProgress {
 
     pub fn step(&mut self) {
         self.done += 1;
-        if let Some(bar) = self.bar.get() {
-            return bar.inc(1);
+        self.bar.inc(1);
+        if !self.bar.is_hidden() {
+            return;
         }
         let tenth = 10 * self.done / self.count.max(1);
         if tenth == self.last_line.0 && self.last_line.1.elapsed() < TIME_BETWEEN_LINES {
@@ -50,9 +52,6 @@ impl FrameProgress {
 
     /// A line that does not tear the bar.
     pub fn say(&self, line: &str) {
-        match self.bar.get() {
-            Some(bar) => bar.suspend(|| tell(line)),
-            None => tell(line),
-        }
+        self.bar.suspend(|| tell(line));
     }
 }

@@ -1,6 +1,6 @@
 //! A comparison for programs.
 
-use camlux::metrics::{Comparison, CorrectedRmse, NoiseCorrection, RelativeErrors, ZScores};
+use camlux::metrics::{Comparison, CorrectedRmse, NoiseCorrection};
 use serde_json::{Value, json};
 
 use super::Report;
@@ -12,8 +12,8 @@ pub fn text(report: &Report) -> String {
         .iter()
         .map(|layer| {
             let mut object = comparison(&layer.comparison);
-            object["name"] = json!(layer.name);
-            object["unit"] = json!(layer.unit);
+            object["name"] = json!(layer.pair.name());
+            object["unit"] = json!(layer.pair.unit);
             object["with_edges"] = json!(layer.with_edges.as_ref().map(comparison));
             object
         })
@@ -38,18 +38,18 @@ fn comparison(comparison: &Comparison) -> Value {
         "non_finite_reference": comparison.non_finite_reference,
         "image_mean": comparison.image_mean,
         "reference_mean": comparison.reference_mean,
-        "errors": comparison.errors.map(errors),
+        "errors": comparison.errors.map(|errors| json!({
+            "relative_rmse": errors.rmse,
+            "bias": errors.bias,
+            "mean_relative_error": errors.mean_absolute,
+            "percentile_99": errors.percentile_99,
+        })),
         "noise": comparison.noise.map(noise),
-        "z_scores": comparison.z_scores.map(z_scores),
-    })
-}
-
-fn errors(errors: RelativeErrors) -> Value {
-    json!({
-        "relative_rmse": errors.rmse,
-        "bias": errors.bias,
-        "mean_relative_error": errors.mean_absolute,
-        "percentile_99": errors.percentile_99,
+        "z_scores": comparison.z_scores.map(|scores| json!({
+            "value_count": scores.value_count,
+            "mean": scores.mean,
+            "variance": scores.variance,
+        })),
     })
 }
 
@@ -69,13 +69,5 @@ fn noise(noise: NoiseCorrection) -> Value {
         "relative_rmse_of_noise": noise.floor,
         "bias_standard_error": noise.bias_standard_error,
         "mean_relative_error_of_noise": noise.mean_absolute_floor,
-    })
-}
-
-fn z_scores(scores: ZScores) -> Value {
-    json!({
-        "value_count": scores.value_count,
-        "mean": scores.mean,
-        "variance": scores.variance,
     })
 }

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use camlux::output::{Layer, LayeredImage};
+use camlux::metrics::Pixels;
+use camlux::output::{ImageLayer, Layer, LayeredImage};
 
 use super::Args;
 use crate::Failure;
@@ -14,14 +15,30 @@ const USUAL: [Layer; 3] = [Layer::Indirect, Layer::Direct, Layer::Radiance];
 
 /// One layer of both images, with the same channels.
 pub struct LayerPair<'images> {
-    pub name: String,
     /// `""` where camlux does not know the layer.
     pub unit: &'static str,
-    pub channels: usize,
-    pub image: Cow<'images, [f32]>,
-    pub reference: Cow<'images, [f32]>,
-    pub image_standard_error: Option<&'images [f32]>,
-    pub reference_standard_error: Option<&'images [f32]>,
+    image: Cow<'images, ImageLayer>,
+    reference: Cow<'images, ImageLayer>,
+    image_standard_error: Option<&'images [f32]>,
+    reference_standard_error: Option<&'images [f32]>,
+}
+
+impl LayerPair<'_> {
+    pub fn name(&self) -> &str {
+        &self.image.name
+    }
+
+    pub fn pixels<'a>(&'a self, valid: &'a [bool], edges: Option<&'a [bool]>) -> Pixels<'a> {
+        Pixels {
+            image: &self.image.values,
+            reference: &self.reference.values,
+            image_standard_error: self.image_standard_error,
+            reference_standard_error: self.reference_standard_error,
+            valid,
+            edges,
+            channels: self.image.channel_names.len(),
+        }
+    }
 }
 
 /// Finds the layers in both images.
@@ -30,23 +47,14 @@ pub fn select<'images>(
     image: &'images LayeredImage,
     reference: &'images LayeredImage,
 ) -> Result<Vec<LayerPair<'images>>, Failure> {
-    if !args.layers.is_empty() {
-        let mut pairs: Vec<LayerPair> = Vec::new();
-        for name in &args.layers {
-            if pairs.iter().all(|pair| pair.name != *name) {
-                pairs.push(pair(name, args, image, reference)?);
-            }
-        }
-        return Ok(pairs);
+    let mut names: Vec<&str> = args.layers.iter().map(String::as_str).collect();
+    let mut seen = BTreeSet::new();
+    names.retain(|name| seen.insert(*name));
+    if names.is_empty() {
+        names.extend(USUAL.map(Layer::name));
+        names.retain(|name| [image, reference].iter().all(|i| find(i, name).is_some()));
     }
-    let both = USUAL.into_iter().map(Layer::name).filter(|name| {
-        let is_in = |image| find(image, name).is_some();
-        is_in(image) && is_in(reference)
-    });
-    let pairs: Vec<LayerPair> = both
-        .map(|name| pair(name, args, image, reference))
-        .collect::<Result<_, _>>()?;
-    if pairs.is_empty() {
+    if names.is_empty() {
         return Err(format!(
             "the images have none of the layers {} in common: {}; {}; name one with --layer",
             USUAL.map(Layer::name).join(", "),
@@ -55,7 +63,10 @@ pub fn select<'images>(
         )
         .into());
     }
-    Ok(pairs)
+    let pairs = names.into_iter();
+    pairs
+        .map(|name| pair(name, args, image, reference))
+        .collect()
 }
 
 fn pair<'images>(
@@ -66,22 +77,21 @@ fn pair<'images>(
 ) -> Result<LayerPair<'images>, Failure> {
     let found = |path: &Path, image: &'images LayeredImage| {
         find(image, name).ok_or_else(|| {
-            let which = if name.is_empty() {
-                "layer without a name"
-            } else {
-                name
+            let which = match name {
+                "" => "layer without a name",
+                name => name,
             };
             format!("there is no layer {which}: {}", list(path, image))
         })
     };
     let of_image = found(&args.image, image)?;
     let of_reference = found(&args.reference, reference)?;
-    if of_image.channels != of_reference.channels {
+    if of_image.channel_names != of_reference.channel_names {
         return Err(format!(
             "layer {name} has the channels {} in {} and {} in {}; compare layers of the same channels",
-            of_image.channels.join(", "),
+            of_image.channel_names.join(", "),
             args.image.display(),
-            of_reference.channels.join(", "),
+            of_reference.channel_names.join(", "),
             args.reference.display()
         )
         .into());
@@ -92,45 +102,38 @@ fn pair<'images>(
         has_it.then(|| image.values(Layer::StandardError)).flatten()
     };
     Ok(LayerPair {
-        name: name.to_owned(),
         unit: layer.map_or("", Layer::unit),
-        channels: of_image.channels.len(),
-        image: of_image.values,
-        reference: of_reference.values,
+        image: of_image,
+        reference: of_reference,
         image_standard_error: standard_error(image),
         reference_standard_error: standard_error(reference),
     })
 }
 
-struct Found<'image> {
-    channels: Vec<&'image str>,
-    values: Cow<'image, [f32]>,
-}
-
 /// The layer of that name; total radiance also as the sum of its parts.
-fn find<'image>(image: &'image LayeredImage, name: &str) -> Option<Found<'image>> {
+fn find<'image>(image: &'image LayeredImage, name: &str) -> Option<Cow<'image, ImageLayer>> {
     if let Some(layer) = image.layer(name) {
-        return Some(Found {
-            channels: layer.channel_names.iter().map(String::as_str).collect(),
-            values: Cow::Borrowed(&layer.values),
-        });
+        return Some(Cow::Borrowed(layer));
     }
-    let is_total = name == Layer::Radiance.name();
-    let values = is_total.then(|| image.total_radiance()).flatten()?;
-    Some(Found {
-        channels: Layer::Radiance.channel_names().to_vec(),
-        values: Cow::Owned(values),
-    })
+    if name != Layer::Radiance.name() {
+        return None;
+    }
+    let channel_names = Layer::Radiance.channel_names().iter();
+    Some(Cow::Owned(ImageLayer {
+        name: name.to_owned(),
+        channel_names: channel_names.map(|name| name.to_string()).collect(),
+        values: image.total_radiance()?,
+    }))
 }
 
 fn list(path: &Path, image: &LayeredImage) -> String {
-    let layers = image.layers().iter().map(|layer| {
-        if layer.name.is_empty() {
-            format!("\"\" ({})", layer.channel_names.join(", "))
-        } else {
-            layer.name.clone()
-        }
-    });
+    let layers = image
+        .layers()
+        .iter()
+        .map(|layer| match layer.name.as_str() {
+            "" => format!("\"\" ({})", layer.channel_names.join(", ")),
+            name => name.to_owned(),
+        });
     let layers: Vec<String> = layers.collect();
     format!("{} has {}", path.display(), layers.join(", "))
 }
@@ -138,23 +141,17 @@ fn list(path: &Path, image: &LayeredImage) -> String {
 /// The names of the attributes that tell camera and lights, where both images have them and they differ. The scene's hash
 /// is no help: it takes in the estimator.
 pub fn differing_scenes(image: &LayeredImage, reference: &LayeredImage) -> Option<String> {
-    let of_scene = |image: &LayeredImage| -> BTreeSet<(String, String)> {
-        image
-            .attributes()
-            .filter(|(name, _)| {
-                name.starts_with("camlux.camera.") || name.starts_with("camlux.light.")
-            })
-            .map(|(name, value)| (name.to_owned(), value.to_owned()))
-            .collect()
+    let is_of_scene = |name: &str| {
+        let prefixes = ["camlux.camera.", "camlux.light."];
+        prefixes.iter().any(|prefix| name.starts_with(prefix))
     };
-    let (a, b) = (of_scene(image), of_scene(reference));
+    let [a, b] = [image, reference].map(|image| {
+        let attributes = image.attributes().filter(|(name, _)| is_of_scene(name));
+        attributes.collect::<BTreeSet<_>>()
+    });
     if a.is_empty() || b.is_empty() || a == b {
         return None;
     }
-    let names: BTreeSet<&str> = a
-        .symmetric_difference(&b)
-        .map(|(name, _)| name.as_str())
-        .collect();
-    let names: Vec<&str> = names.into_iter().collect();
-    Some(names.join(", "))
+    let names: BTreeSet<&str> = a.symmetric_difference(&b).map(|(name, _)| *name).collect();
+    Some(Vec::from_iter(names).join(", "))
 }

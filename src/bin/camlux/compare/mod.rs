@@ -4,9 +4,9 @@ mod json;
 mod layers;
 mod table;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use camlux::metrics::{Comparison, Pixels};
+use camlux::metrics::Comparison;
 use camlux::output::{LayeredImage, OutputFile};
 
 use crate::error_map::{self, ErrorMap};
@@ -42,12 +42,11 @@ struct Report<'run> {
     valid_pixels: usize,
     /// Those among them that lie on an edge; `None` where the reference does not say.
     edge_pixels: Option<usize>,
-    layers: Vec<LayerReport>,
+    layers: Vec<LayerReport<'run>>,
 }
 
-struct LayerReport {
-    name: String,
-    unit: &'static str,
+struct LayerReport<'run> {
+    pair: LayerPair<'run>,
     comparison: Comparison,
     /// With the pixels on edges, which `comparison` leaves out; `None` where the reference does not say which they are.
     with_edges: Option<Comparison>,
@@ -61,24 +60,15 @@ impl Report<'_> {
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let map_file = args
-        .error_map
-        .as_deref()
-        .map(|path| create_map(path, args))
-        .transpose()?;
+    let map_file = create_map(args)?;
     let image = LayeredImage::read(&args.image)?;
     let reference = LayeredImage::read(&args.reference)?;
     if image.resolution_px() != reference.resolution_px() {
-        let size = |image: &LayeredImage| {
-            let [width, height] = image.resolution_px();
-            format!("{width} x {height}")
-        };
+        let [a, b] = [&args.image, &args.reference].map(|path| path.display());
+        let [[width, height], [due_width, due_height]] =
+            [image.resolution_px(), reference.resolution_px()];
         return Err(format!(
-            "{} has {} pixels and {} has {}; render the image in the reference's size (--size)",
-            args.image.display(),
-            size(&image),
-            args.reference.display(),
-            size(&reference)
+            "{a} has {width} x {height} pixels and {b} has {due_width} x {due_height}; render the image in the reference's size (--size)"
         )
         .into());
     }
@@ -89,49 +79,44 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let valid = reference.surface_pixels();
     let edges = reference.edge_pixels();
-    let pairs = layers::select(args, &image, &reference)?;
-    let mut reports = Vec::new();
-    for pair in &pairs {
-        let comparison = Comparison::new(&pixels(pair, &valid, edges.as_deref()))?;
-        let with_edges = match edges {
-            Some(_) => Some(Comparison::new(&pixels(pair, &valid, None))?),
-            None => None,
-        };
+    let mut layers = Vec::new();
+    for pair in layers::select(args, &image, &reference)? {
+        let compare = |edges| Comparison::new(&pair.pixels(&valid, edges));
+        let comparison = compare(edges.as_deref())?;
+        let with_edges = edges.as_ref().map(|_| compare(None)).transpose()?;
         let non_finite = with_edges.as_ref().unwrap_or(&comparison).non_finite_image;
         if non_finite > 0 {
             warn(format_args!(
                 "{non_finite} values of layer {} of {} are not finite numbers; they are left out",
-                pair.name,
+                pair.name(),
                 args.image.display()
             ));
         }
-        reports.push(LayerReport {
-            name: pair.name.clone(),
-            unit: pair.unit,
+        layers.push(LayerReport {
+            pair,
             comparison,
             with_edges,
         });
     }
+    let resolution_px = image.resolution_px();
+    if let (Some(file), Some(layer)) = (map_file, layers.first()) {
+        let (name, unit) = (layer.pair.name(), layer.pair.unit);
+        let pixels = layer.pair.pixels(&valid, edges.as_deref());
+        let map = ErrorMap::new(resolution_px, &pixels, &layer.comparison).ok_or_else(|| {
+            let path = file.path().display();
+            format!("{path}: no error map of layer {name}: there is no reference value to relate it to; pick another --layer")
+        })?;
+        error_map::write_png(file, &map, name, unit)?;
+    }
+    // The same for every layer.
+    let edge_pixels = layers.first().map(|layer| layer.comparison.edge_pixels);
     let report = Report {
         args,
-        resolution_px: image.resolution_px(),
+        resolution_px,
         valid_pixels: valid.iter().filter(|&&is_valid| is_valid).count(),
-        edge_pixels: edges.as_ref().map(|edges| {
-            let pairs = valid.iter().zip(edges);
-            pairs.filter(|&(&valid, &edge)| valid && edge).count()
-        }),
-        layers: reports,
+        edge_pixels: edges.and(edge_pixels),
+        layers,
     };
-    if let (Some(file), Some(pair), Some(layer)) = (map_file, pairs.first(), report.layers.first())
-    {
-        write_map(
-            file,
-            pair,
-            layer,
-            &pixels(pair, &valid, edges.as_deref()),
-            report.resolution_px,
-        )?;
-    }
     print(&if args.json {
         json::text(&report)
     } else {
@@ -139,19 +124,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     })
 }
 
-fn pixels<'a>(pair: &'a LayerPair, valid: &'a [bool], edges: Option<&'a [bool]>) -> Pixels<'a> {
-    Pixels {
-        image: &pair.image,
-        reference: &pair.reference,
-        image_standard_error: pair.image_standard_error,
-        reference_standard_error: pair.reference_standard_error,
-        valid,
-        edges,
-        channels: pair.channels,
-    }
-}
-
-fn create_map(path: &Path, args: &Args) -> Result<OutputFile, Failure> {
+fn create_map(args: &Args) -> Result<Option<OutputFile>, Failure> {
+    let Some(path) = &args.error_map else {
+        return Ok(None);
+    };
     require_extension("--error-map", path, "png")?;
     for input in [&args.image, &args.reference] {
         if file_behind(path) == file_behind(input) {
@@ -159,28 +135,5 @@ fn create_map(path: &Path, args: &Args) -> Result<OutputFile, Failure> {
             return Err(format!("--error-map {path} is an input; give it another name").into());
         }
     }
-    Ok(OutputFile::create(path)?)
-}
-
-fn write_map(
-    file: OutputFile,
-    pair: &LayerPair,
-    layer: &LayerReport,
-    pixels: &Pixels,
-    resolution_px: [u32; 2],
-) -> Result<(), Failure> {
-    let Some(map) = ErrorMap::new(resolution_px, pixels) else {
-        let path = file.path().display();
-        return Err(format!(
-            "{path}: no error map of layer {}: there is no reference value to relate it to; pick another --layer",
-            pair.name
-        )
-        .into());
-    };
-    let title = error_map::Title {
-        layer: &layer.name,
-        reference_mean: layer.comparison.reference_mean,
-        unit: layer.unit,
-    };
-    error_map::write_png(file, &map, &title)
+    Ok(Some(OutputFile::create(path)?))
 }

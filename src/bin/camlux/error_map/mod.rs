@@ -2,51 +2,44 @@
 
 mod picture;
 
-use camlux::metrics::Pixels;
+use camlux::metrics::{Comparison, Pixels};
 use image::{Rgb, RgbImage};
 
-pub use picture::{Title, write_png};
+use crate::reduced::Squares;
+
+pub use picture::write_png;
 
 /// Signed errors of an image, pixel by pixel.
 pub struct ErrorMap {
-    size_px: [usize; 2],
-    /// The mean over the bands of x − t, over the mean of t over all valid pixels and bands; not a number where the image or
-    /// the reference is none, `None` where no surface is seen, and on edges.
+    resolution_px: [u32; 2],
+    reference_mean: f64,
+    /// The mean over the bands of x − t, over the mean of t; not a number where the image or the reference is none, `None`
+    /// where no surface is seen, and on edges.
     errors: Vec<Option<f64>>,
 }
 
 impl ErrorMap {
-    /// For slices that fit together. `None` where the mean of the reference is not over 0.
-    pub fn new(resolution_px: [u32; 2], pixels: &Pixels) -> Option<ErrorMap> {
-        let channels = pixels.channels;
-        let is_edge = |pixel: usize| pixels.edges.is_some_and(|edges| edges[pixel]);
-        let valid = || {
-            let pixels = pixels.valid.iter().enumerate();
-            pixels.filter(|&(pixel, valid)| *valid && !is_edge(pixel))
+    /// From what was compared, and how that came out. `None` where there is nothing to be relative to.
+    pub fn new(
+        resolution_px: [u32; 2],
+        pixels: &Pixels,
+        comparison: &Comparison,
+    ) -> Option<ErrorMap> {
+        comparison.errors?;
+        let error = |pixel: usize| {
+            let is_edge = pixels.edges.is_some_and(|edges| edges[pixel]);
+            (pixels.valid[pixel] && !is_edge).then(|| {
+                let bands = pixel * pixels.channels..(pixel + 1) * pixels.channels;
+                let differences = bands
+                    .map(|band| f64::from(pixels.image[band]) - f64::from(pixels.reference[band]));
+                let sum: f64 = differences.sum();
+                sum / pixels.channels as f64 / comparison.reference_mean
+            })
         };
-        let values = valid()
-            .flat_map(|(pixel, _)| &pixels.reference[pixel * channels..(pixel + 1) * channels])
-            .filter(|value| value.is_finite());
-        let (mut sum, mut count) = (0.0, 0_usize);
-        for &value in values {
-            sum += f64::from(value);
-            count += 1;
-        }
-        let mean = sum / count as f64;
-        if count == 0 || mean <= 0.0 {
-            return None;
-        }
-        let mut errors = vec![None; pixels.valid.len()];
-        for (pixel, _) in valid() {
-            let bands = pixel * channels..(pixel + 1) * channels;
-            let difference: f64 = bands
-                .map(|index| f64::from(pixels.image[index]) - f64::from(pixels.reference[index]))
-                .sum();
-            errors[pixel] = Some(difference / channels as f64 / mean);
-        }
         Some(ErrorMap {
-            size_px: resolution_px.map(|px| px as usize),
-            errors,
+            resolution_px,
+            reference_mean: comparison.reference_mean,
+            errors: (0..pixels.valid.len()).map(error).collect(),
         })
     }
 
@@ -72,31 +65,31 @@ impl ErrorMap {
     /// The map alone, colours ending at ±`range`. It is not wider than `widest_px`: larger images are averaged over squares of
     /// pixels, their surfaces only.
     pub fn rgb(&self, range: f64, widest_px: usize) -> RgbImage {
-        let [width, height] = self.size_px;
-        let edge = width.div_ceil(widest_px.max(1)).max(1);
-        let size = [width, height].map(|px| px.div_ceil(edge) as u32);
-        RgbImage::from_fn(size[0], size[1], |x, y| {
-            let [left, top] = [x, y].map(|px| px as usize * edge);
-            let rows = top..(top + edge).min(height);
-            let seen = rows.flat_map(|row| {
-                let row = row * width;
-                self.errors[row + left..row + (left + edge).min(width)]
-                    .iter()
-                    .flatten()
-            });
-            let (sum, count) = seen.fold((0.0, 0), |(sum, count), error| (sum + error, count + 1));
-            if count == 0 {
+        let squares = Squares::new(self.resolution_px, widest_px);
+        let [width, height] = squares.size_px.map(|px| px as u32);
+        RgbImage::from_fn(width, height, |x, y| {
+            let pixels = squares.pixels([x as usize, y as usize]);
+            let errors: Vec<f64> = pixels.filter_map(|pixel| self.errors[pixel]).collect();
+            if errors.is_empty() {
                 return BACKGROUND;
             }
-            Rgb(diverging(sum / f64::from(count) / range))
+            let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+            Rgb(diverging(mean / range))
         })
     }
 }
 
+/// What the colours mean, from too dark at the left to too bright.
+pub fn color_bar(width: u32, height: u32) -> RgbImage {
+    let share = |x: u32| 2.0 * (f64::from(x) + 0.5) / f64::from(width) - 1.0;
+    RgbImage::from_fn(width, height, |x, _| Rgb(diverging(share(x))))
+}
+
 const BACKGROUND: Rgb<u8> = Rgb([128; 3]);
+
 /// Colour of an error from −1 (blue) over 0 (almost white) to 1 (red); black for what is not a number. The palette is
 /// "RdBu" of ColorBrewer (Harrower and Brewer 2003), made for the colour-blind, too.
-pub fn diverging(share: f64) -> [u8; 3] {
+fn diverging(share: f64) -> [u8; 3] {
     const STOPS: [[u8; 3]; 11] = [
         [5, 48, 97],
         [33, 102, 172],
@@ -138,7 +131,8 @@ mod tests {
             edges: None,
             channels: 1,
         };
-        ErrorMap::new([image.len() as u32, 1], &pixels)
+        let comparison = Comparison::new(&pixels).unwrap();
+        ErrorMap::new([image.len() as u32, 1], &pixels, &comparison)
     }
 
     #[test]

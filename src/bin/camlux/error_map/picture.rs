@@ -10,21 +10,15 @@ use embedded_graphics::mono_font::MonoTextStyle;
 use embedded_graphics::mono_font::ascii::{FONT_7X13, FONT_7X13_BOLD};
 use embedded_graphics::pixelcolor::{Rgb888, RgbColor};
 use embedded_graphics::text::{Alignment, Text};
+use image::imageops::{FilterType, replace, resize};
 use image::{Rgb, RgbImage};
 
-use super::{ErrorMap, diverging};
+use super::{ErrorMap, color_bar};
 use crate::Failure;
 use crate::output::png;
 
 const PAPER: Rgb<u8> = Rgb([255; 3]);
 const INK: Rgb888 = Rgb888::new(34, 34, 34);
-
-/// What a map shows.
-pub struct Title<'a> {
-    pub layer: &'a str,
-    pub reference_mean: f64,
-    pub unit: &'a str,
-}
 
 /// A map is drawn no smaller, so that one of few pixels can be seen, and no larger.
 const LEAST_PX: u32 = 480;
@@ -37,13 +31,13 @@ const BAR_HEIGHT_PX: u32 = 14;
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_png(file: OutputFile, map: &ErrorMap, title: &Title) -> Result<(), Failure> {
-    let picture = picture(map, title);
+pub fn write_png(file: OutputFile, map: &ErrorMap, layer: &str, unit: &str) -> Result<(), Failure> {
+    let picture = picture(map, layer, unit);
     let size_px = [picture.width(), picture.height()].map(|px| px as usize);
     Ok(file.commit_with(&png(size_px, &picture)?)?)
 }
 
-fn picture(map: &ErrorMap, title: &Title) -> RgbImage {
+fn picture(map: &ErrorMap, layer: &str, unit: &str) -> RgbImage {
     let range = map.range();
     let colors = map.rgb(range, MOST_PX);
     let scale = (LEAST_PX / colors.width().max(colors.height())).max(1);
@@ -52,49 +46,28 @@ fn picture(map: &ErrorMap, title: &Title) -> RgbImage {
     let legend_top = map_height + 2 * MARGIN_PX;
     let left = (width - map_width) / 2;
     let mut canvas = Canvas(RgbImage::from_pixel(width, legend_top + LEGEND_PX, PAPER));
-    for y in 0..map_height {
-        for x in 0..map_width {
-            let color = *colors.get_pixel(x / scale, y / scale);
-            canvas.0.put_pixel(left + x, MARGIN_PX + y, color);
-        }
-    }
+    let map_picture = resize(&colors, map_width, map_height, FilterType::Nearest);
+    canvas.show(&map_picture, left, MARGIN_PX);
 
     let middle = width as i32 / 2;
     let top = legend_top as i32;
     let bold = MonoTextStyle::new(&FONT_7X13_BOLD, INK);
     let plain = MonoTextStyle::new(&FONT_7X13, INK);
-    let Title {
-        layer,
-        reference_mean,
-        unit,
-    } = title;
-    canvas.write(
-        &format!("{layer}: image - reference"),
-        middle,
-        top + 10,
-        bold,
-    );
-    let mean = format!("relative to the mean of the reference, {reference_mean:.3e} {unit}");
+    let heading = format!("{layer}: image - reference");
+    canvas.write(&heading, middle, top + 10, bold);
+    let mean = map.reference_mean;
+    let mean = format!("relative to the mean of the reference, {mean:.3e} {unit}");
     canvas.write(mean.trim_end(), middle, top + 26, plain);
 
-    let bar_width = LEAST_PX - 64;
-    let bar_left = (width - bar_width) / 2;
-    for x in 0..bar_width {
-        let share = 2.0 * (f64::from(x) + 0.5) / f64::from(bar_width) - 1.0;
-        for y in 0..BAR_HEIGHT_PX {
-            canvas
-                .0
-                .put_pixel(bar_left + x, legend_top + 36 + y, Rgb(diverging(share)));
-        }
-    }
+    let bar = color_bar(LEAST_PX - 64, BAR_HEIGHT_PX);
+    let bar_left = (width - bar.width()) / 2;
+    canvas.show(&bar, bar_left, legend_top + 36);
+    let mark = RgbImage::from_pixel(1, 4, Rgb([34; 3]));
     for share in [-1.0, -0.5, 0.0, 0.5, 1.0] {
-        let x = bar_left as i32 + ((share + 1.0) / 2.0 * f64::from(bar_width - 1)).round() as i32;
-        for y in 0..4 {
-            canvas
-                .0
-                .put_pixel(x as u32, legend_top + 36 + BAR_HEIGHT_PX + y, Rgb([34; 3]));
-        }
-        canvas.write(&tick(share * range), x, top + 66, plain);
+        let along = (share + 1.0) / 2.0 * f64::from(bar.width() - 1);
+        let x = bar_left + along.round() as u32;
+        canvas.show(&mark, x, legend_top + 36 + BAR_HEIGHT_PX);
+        canvas.write(&tick(share * range), x as i32, top + 66, plain);
     }
     let is_number = |error: &f64| !error.is_nan();
     let mut key = "blue: too dark, red: too bright".to_owned();
@@ -122,10 +95,13 @@ fn tick(share: f64) -> String {
 struct Canvas(RgbImage);
 
 impl Canvas {
+    fn show(&mut self, picture: &RgbImage, left: u32, top: u32) {
+        replace(&mut self.0, picture, left.into(), top.into());
+    }
+
     fn write(&mut self, text: &str, middle: i32, baseline: i32, style: MonoTextStyle<Rgb888>) {
-        let text =
-            Text::with_alignment(text, Point::new(middle, baseline), style, Alignment::Center);
-        let Ok(_) = text.draw(self);
+        let at = Point::new(middle, baseline);
+        let Ok(_) = Text::with_alignment(text, at, style, Alignment::Center).draw(self);
     }
 }
 

@@ -3,43 +3,48 @@
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD as BASE64;
 
+use super::picture::Picture;
+
 /// Text as it may stand between tags and in quoted attributes.
 pub fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            _ => escaped.push(letter),
-        }
-    }
-    escaped
+    let entities = [
+        ("&", "&amp;"),
+        ("<", "&lt;"),
+        (">", "&gt;"),
+        ("\"", "&quot;"),
+        ("'", "&#39;"),
+    ];
+    // The first comes first: the others bring in more of it.
+    let replace = |text: String, (from, to): (&str, &str)| text.replace(from, to);
+    entities.into_iter().fold(text.into(), replace)
 }
 
 /// An image within the page. `alternative` is plain text.
-pub fn image(png: &[u8], [width, height]: [usize; 2], alternative: &str) -> String {
+pub fn image(picture: &Picture, alternative: &str) -> String {
+    let [width, height] = picture.size_px;
     format!(
         "<img width=\"{width}\" height=\"{height}\" alt=\"{}\" src=\"data:image/png;base64,{}\">",
         escape(alternative),
-        BASE64.encode(png)
+        BASE64.encode(&picture.png)
     )
 }
 
-/// A table with a head; cells are plain text. The first column is a heading of its row.
-pub fn table(head: &[&str], rows: &[Vec<String>]) -> String {
+/// The head of a column, and what it says of a row in plain text; `None` where that has nothing to say.
+pub type Column<T> = (&'static str, fn(&T) -> Option<String>);
+
+/// A table with a head. The first column is a heading of its row.
+pub fn table<'a, T: 'a>(columns: &[Column<T>], rows: impl IntoIterator<Item = &'a T>) -> String {
     let mut text = String::from("<div class=\"scroll\"><table><thead><tr>");
-    for cell in head {
-        text += &format!("<th>{}</th>", escape(cell));
+    for (head, _) in columns {
+        text += &format!("<th>{}</th>", escape(head));
     }
     text += "</tr></thead><tbody>\n";
     for row in rows {
         text += "<tr>";
-        for (column, cell) in row.iter().enumerate() {
-            let tag = if column == 0 { "th" } else { "td" };
-            text += &format!("<{tag}>{}</{tag}>", escape(cell));
+        for (index, (_, cell)) in columns.iter().enumerate() {
+            let tag = if index == 0 { "th" } else { "td" };
+            let cell = cell(row).unwrap_or_else(|| "–".into());
+            text += &format!("<{tag}>{}</{tag}>", escape(&cell));
         }
         text += "</tr>\n";
     }
@@ -56,7 +61,12 @@ mod tests {
         let hostile = "<script>\"a\" & 'b'</script>";
         let escaped = "&lt;script&gt;&quot;a&quot; &amp; &#39;b&#39;&lt;/script&gt;";
         assert_eq!(escape(hostile), escaped);
-        assert!(table(&["a"], &[vec![hostile.into()]]).contains(escaped));
-        assert!(image(&[], [1, 1], hostile).contains(escaped));
+        let column: Column<&str> = ("a", |cell| Some((*cell).into()));
+        assert!(table(&[column], [&hostile]).contains(escaped));
+        let picture = Picture {
+            png: Vec::new(),
+            size_px: [1, 1],
+        };
+        assert!(image(&picture, hostile).contains(escaped));
     }
 }

@@ -1,96 +1,81 @@
 //! Where the labels of points go, so that they cover neither each other nor the points.
 
+use std::ops::Range;
+
+use embedded_graphics::geometry::{Point, Size};
+use embedded_graphics::primitives::{Line, PointsIter, Rectangle};
+
 /// Estimated size of a letter at the size of labels.
-const LETTER_PX: [i32; 2] = [7, 14];
+const LETTER_PX: Size = Size::new(7, 14);
 /// From a point's centre to its label.
 const GAP_PX: i32 = 9;
-/// Lines are kept free at points that lie so far apart.
-const LINE_STEP_PX: i32 = 4;
-
-/// Edges of a rectangle: left, top, right, bottom.
-#[derive(Clone, Copy)]
-struct Rect([i32; 4]);
-
-impl Rect {
-    fn overlap(&self, other: &Rect) -> i32 {
-        let ([al, at, ar, ab], [bl, bt, br, bb]) = (self.0, other.0);
-        let width = ar.min(br) - al.max(bl);
-        let height = ab.min(bb) - at.max(bt);
-        width.max(0) * height.max(0)
-    }
-}
 
 /// What is taken already.
 pub struct Labels {
-    field: Rect,
-    taken: Vec<Rect>,
+    field: Rectangle,
+    taken: Vec<Rectangle>,
 }
 
 impl Labels {
-    /// For a field between two corners in pixels.
-    pub fn new(top_left: [i32; 2], bottom_right: [i32; 2]) -> Self {
+    /// For a field of these columns and rows.
+    pub fn new((x, y): (Range<i32>, Range<i32>)) -> Self {
+        let corners = (Point::new(x.start, y.start), Point::new(x.end, y.end));
         Labels {
-            field: Rect([top_left[0], top_left[1], bottom_right[0], bottom_right[1]]),
+            field: Rectangle::with_corners(corners.0, corners.1),
             taken: Vec::new(),
         }
     }
 
     /// Keeps a point's marker free.
-    pub fn avoid_point(&mut self, [x, y]: [i32; 2]) {
-        self.taken.push(Rect([x - 6, y - 6, x + 6, y + 6]));
+    pub fn avoid_point(&mut self, at: (i32, i32)) {
+        let marker = Rectangle::with_center(at.into(), Size::new_equal(12));
+        self.taken.push(marker);
     }
 
     /// Keeps the line through some points free, where that can be had.
     pub fn avoid_line(&mut self, points: &[(i32, i32)]) {
         for ends in points.windows(2) {
-            let ((x0, y0), (x1, y1)) = (ends[0], ends[1]);
-            let steps = ((x1 - x0).abs().max((y1 - y0).abs()) / LINE_STEP_PX).max(1);
-            for step in 0..=steps {
-                let x = x0 + (x1 - x0) * step / steps;
-                let y = y0 + (y1 - y0) * step / steps;
-                self.taken.push(Rect([x - 1, y - 1, x + 2, y + 2]));
-            }
+            let line = Line::new(ends[0].into(), ends[1].into());
+            let dots = line.points().step_by(4);
+            self.taken
+                .extend(dots.map(|dot| Rectangle::with_center(dot, Size::new_equal(3))));
         }
     }
 
-    /// The centre of the label of a point: the best of eight places around it, near ones first.
-    pub fn place(&mut self, [x, y]: [i32; 2], text: &str) -> [i32; 2] {
-        let half_width = (text.chars().count() as i32 * LETTER_PX[0]) / 2;
-        let half_height = LETTER_PX[1] / 2;
-        let beside = GAP_PX + half_width;
-        let over = GAP_PX + half_height;
+    /// The centre of the label of a point: the best of ten places around it, near ones first.
+    pub fn place(&mut self, at: (i32, i32), text: &str) -> (i32, i32) {
+        let size = Size::new(text.chars().count() as u32, 1).component_mul(LETTER_PX);
+        let (beside, over) = (
+            GAP_PX + size.width as i32 / 2,
+            GAP_PX + size.height as i32 / 2,
+        );
         let places = [
-            [0, -over],
-            [0, over],
-            [beside, 0],
-            [-beside, 0],
-            [beside, -over],
-            [-beside, -over],
-            [beside, over],
-            [-beside, over],
-            [0, -2 * over],
-            [0, 2 * over],
-        ];
-        let rect = |[dx, dy]: [i32; 2]| {
-            let [cx, cy] = [x + dx, y + dy];
-            Rect([
-                cx - half_width,
-                cy - half_height,
-                cx + half_width,
-                cy + half_height,
-            ])
-        };
-        let area = 4 * half_width * half_height;
-        let covered = |place: &[i32; 2]| {
-            let rect = rect(*place);
-            let outside = area - rect.overlap(&self.field);
-            outside + self.taken.iter().map(|t| rect.overlap(t)).sum::<i32>()
+            (0, -over),
+            (0, over),
+            (beside, 0),
+            (-beside, 0),
+            (beside, -over),
+            (-beside, -over),
+            (beside, over),
+            (-beside, over),
+            (0, -2 * over),
+            (0, 2 * over),
+        ]
+        .map(|offset| Rectangle::with_center(Point::from(at) + Point::from(offset), size));
+        let overlap = |a: &Rectangle, b: &Rectangle| area(&a.intersection(b));
+        let covered = |label: &Rectangle| {
+            let outside = area(label) - overlap(label, &self.field);
+            outside + self.taken.iter().map(|t| overlap(label, t)).sum::<u32>()
         };
         // Of equals the first.
-        let best = places.into_iter().min_by_key(covered).unwrap_or([0, -over]);
-        self.taken.push(rect(best));
-        [x + best[0], y + best[1]]
+        let best = places.into_iter().min_by_key(covered).unwrap_or(places[0]);
+        self.taken.push(best);
+        best.center().into()
     }
+}
+
+fn area(rectangle: &Rectangle) -> u32 {
+    rectangle.size.width * rectangle.size.height
 }
 
 #[cfg(test)]
@@ -99,8 +84,8 @@ mod tests {
 
     #[test]
     fn labels_of_a_row_of_points_stay_apart() {
-        let points: Vec<[i32; 2]> = (0..5).map(|i| [100 + 22 * i, 100]).collect();
-        let mut labels = Labels::new([0, 0], [400, 200]);
+        let points: Vec<(i32, i32)> = (0..5).map(|i| (100 + 22 * i, 100)).collect();
+        let mut labels = Labels::new((0..400, 0..200));
         for &point in &points {
             labels.avoid_point(point);
         }
@@ -109,23 +94,23 @@ mod tests {
         }
         for (i, a) in labels.taken.iter().enumerate() {
             for b in &labels.taken[..i] {
-                assert_eq!(a.overlap(b), 0);
+                assert_eq!(area(&a.intersection(b)), 0);
             }
         }
     }
 
     #[test]
     fn a_label_stays_in_the_field() {
-        let mut labels = Labels::new([0, 0], [100, 100]);
-        let [_, y] = labels.place([50, 2], "64²");
+        let mut labels = Labels::new((0..100, 0..100));
+        let (_, y) = labels.place((50, 2), "64²");
         assert!(y > 2);
     }
 
     #[test]
     fn a_label_keeps_off_a_line() {
-        let mut labels = Labels::new([0, 0], [100, 100]);
+        let mut labels = Labels::new((0..100, 0..100));
         labels.avoid_line(&[(0, 34), (100, 34)]);
-        let [_, y] = labels.place([50, 50], "64²");
+        let (_, y) = labels.place((50, 50), "64²");
         assert!(y > 50);
     }
 }

@@ -1,16 +1,13 @@
 //! `camlux report`: speed against error of everything that trades one for the other.
 
-mod axis;
-mod error;
 mod figures;
 mod html;
 mod labels;
 mod machine;
-mod numbers;
 mod page;
 mod pareto;
 mod peers;
-pub mod picture;
+mod picture;
 mod plot;
 mod results;
 mod settings;
@@ -18,7 +15,6 @@ mod steps;
 mod style;
 mod summary;
 mod sweep;
-mod timing;
 mod truth;
 
 use std::path::{Path, PathBuf};
@@ -27,6 +23,7 @@ use camlux::output::OutputFile;
 use camlux::{Device, Renderer, Scene};
 
 use self::machine::Machine;
+use self::peers::PeerRun;
 use self::results::{Peers, Report, SceneReport};
 use self::steps::Steps;
 use self::sweep::{Sweep, SweepOptions};
@@ -129,14 +126,13 @@ fn examine(
 
     let truth_file = format!("truth/{name}-{width}x{height}.exr");
     let standard_error = args.stderr.unwrap_or(if args.quick { 0.03 } else { 0.01 });
-    let (image, truth) = truth::obtain(scene, &args.output.join(&truth_file), standard_error)?;
+    let (image, truth) = truth::obtain(scene, &args.output, truth_file, standard_error)?;
 
     let steps = Steps::new();
     let scratch = args.output.join("timing.exr");
     let mut sweep = Sweep {
         renderer,
-        name,
-        scene,
+        subject,
         truth: &image,
         options,
         scratch: &scratch,
@@ -144,28 +140,24 @@ fn examine(
     };
     let direct_only = sweep.direct_only()?;
     let (mut entries, skipped) = sweep.settings()?;
-    entries.extend(truth::series(
-        name,
-        scene,
-        &scratch,
-        options.longest_reference_s,
-        &steps,
-    )?);
+    let longest_s = options.longest_reference_s;
+    entries.extend(truth::series(subject, &scratch, longest_s, &steps)?);
     let peers = match &args.peers {
-        None => Peers::new("not run; --peers PROGRAM adds them"),
+        None => Peers {
+            status: "not run; --peers PROGRAM adds them".into(),
+            ..Peers::default()
+        },
         Some(program) => {
-            let run = peers::PeerRun {
+            let run = PeerRun {
                 program,
-                name,
-                scene_file: file,
-                resolution_px: scene.camera.resolution_px,
+                subject,
                 folder: args.output.join("peers").join(name),
                 is_quick: args.quick,
                 truth: &image,
                 steps: &steps,
             };
-            let (peer_entries, peers) = run.run()?;
-            entries.extend(peer_entries);
+            let (of_peers, peers) = run.run()?;
+            entries.extend(of_peers);
             peers
         }
     };
@@ -176,16 +168,12 @@ fn examine(
         resolution_px: scene.camera.resolution_px,
         triangles: scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum(),
         lights: scene.lights.iter().map(|light| light.kind()).collect(),
-        truth: results::Truth {
-            file: truth_file,
-            ..truth
-        },
+        truth,
         direct_only,
         entries,
         skipped,
         peers,
-        truth_pictures: image.gallery.of_truth()?,
-        color_bar: picture::color_bar()?,
+        truth_pictures: image.pictures()?,
     })
 }
 
@@ -200,13 +188,12 @@ fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
         warn_of(&scene, &file.display());
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();
         // Two folders may hold scenes of one name.
-        let names = |name: &String| subjects.iter().any(|subject| subject.name == *name);
-        let numbered = (2..).map(|number| format!("{stem}-{number}"));
-        let name = std::iter::once(stem.to_string()).chain(numbered);
-        let name = name
-            .into_iter()
-            .find(|name| !names(name))
-            .unwrap_or_default();
+        let mut name = stem.to_string();
+        let mut number = 1;
+        while subjects.iter().any(|subject| subject.name == name) {
+            number += 1;
+            name = format!("{stem}-{number}");
+        }
         let file = file.clone();
         subjects.push(Subject { name, file, scene });
     }
@@ -216,10 +203,7 @@ fn load(args: &Args) -> Result<Vec<Subject>, Failure> {
 /// The resolution with the longer edge brought down to that of a quick report.
 fn quick_size(size_px: [u32; 2]) -> [u32; 2] {
     let longer = size_px[0].max(size_px[1]);
-    if longer <= QUICK_SIZE_PX {
-        return size_px;
-    }
-    let scale = f64::from(QUICK_SIZE_PX) / f64::from(longer);
+    let scale = (f64::from(QUICK_SIZE_PX) / f64::from(longer)).min(1.0);
     size_px.map(|px| ((f64::from(px) * scale).round() as u32).max(1))
 }
 

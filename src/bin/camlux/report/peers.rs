@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::mpsc;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
 
@@ -16,9 +16,11 @@ use camlux::Error;
 use camlux::output::{Layer, LayeredImage};
 use serde::Deserialize;
 
-use super::results::{Entry, Kind, Peers, Seconds, TimePart, Unsupported};
+use super::Subject;
+use super::results::{Entry, Kind, Peers, Seconds, Unsupported};
 use super::steps::Steps;
-use super::truth::{Measured, TruthImage};
+use super::truth::TruthImage;
+use crate::output::create_folder;
 use crate::{Failure, warn};
 
 /// A line of the program. What is not named here is for other readers.
@@ -41,9 +43,7 @@ struct Line {
 /// What to run, and on what.
 pub struct PeerRun<'a> {
     pub program: &'a Path,
-    pub name: &'a str,
-    pub scene_file: &'a Path,
-    pub resolution_px: [u32; 2],
+    pub subject: &'a Subject,
     /// For the peers' images.
     pub folder: PathBuf,
     pub is_quick: bool,
@@ -58,8 +58,8 @@ impl PeerRun<'_> {
     /// # Errors
     /// Only cancelled after a signal.
     pub fn run(&self) -> Result<(Vec<Entry>, Peers), Failure> {
-        self.steps.begin(&format!("{}: peers", self.name))?;
-        let mut peers = Peers::new("");
+        self.steps.begin(format!("{}: peers", self.subject.name))?;
+        let mut peers = Peers::default();
         let mut entries = Vec::new();
         let ran = self.follow(&mut |line| self.take(line, &mut entries, &mut peers));
         // A signal ends the report, whatever became of the program.
@@ -70,7 +70,7 @@ impl PeerRun<'_> {
             Ok(()) => format!("ran {}", self.program.display()),
             Err(problem) => {
                 let status = format!("{} failed: {problem}", self.program.display());
-                warn(format_args!("{}: peers: {status}", self.name));
+                warn(format_args!("{}: peers: {status}", self.subject.name));
                 status
             }
         };
@@ -78,12 +78,12 @@ impl PeerRun<'_> {
     }
 
     /// Starts the program and hands on its lines.
-    fn follow(&self, take: &mut dyn FnMut(&str) -> Result<(), String>) -> Result<(), String> {
-        std::fs::create_dir_all(&self.folder)
-            .map_err(|error| format!("cannot create {}: {error}", self.folder.display()))?;
-        let [width, height] = self.resolution_px.map(|px| px.to_string());
+    fn follow(&self, take: &mut Take) -> Result<(), Failure> {
+        create_folder(&self.folder)?;
+        let size_px = self.subject.scene.camera.resolution_px;
+        let [width, height] = size_px.map(|px| px.to_string());
         let mut command = Command::new(absolute(self.program));
-        command.arg("--scene").arg(absolute(self.scene_file));
+        command.arg("--scene").arg(absolute(&self.subject.file));
         command.args(["--size", &width, &height]);
         command.arg("--output").arg(absolute(&self.folder));
         if self.is_quick {
@@ -91,55 +91,48 @@ impl PeerRun<'_> {
         }
         command.stdin(Stdio::null());
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.spawn().map_err(|error| error.to_string())?;
+        let mut child = command.spawn()?;
         let followed = self.follow_child(&mut child, take);
         if followed.is_err() {
             // Gone already, or not to be waited for.
             let _ = child.kill();
         }
-        let status = child.wait().map_err(|error| error.to_string())?;
+        let status = child.wait()?;
         let last_words = followed?;
         if status.success() {
             return Ok(());
         }
         Err(match last_words.as_str() {
-            "" => status.to_string(),
-            words => format!("{words} ({status})"),
+            "" => status.to_string().into(),
+            words => format!("{words} ({status})").into(),
         })
     }
 
     /// Its stdout line by line; the last line of its stderr.
-    fn follow_child(
-        &self,
-        child: &mut Child,
-        take: &mut dyn FnMut(&str) -> Result<(), String>,
-    ) -> Result<String, String> {
+    fn follow_child(&self, child: &mut Child, take: &mut Take) -> Result<String, Failure> {
         let (sender, lines) = mpsc::channel();
         let stdout = child.stdout.take().ok_or("it has no stdout")?;
         let stderr = child.stderr.take().ok_or("it has no stderr")?;
-        let errors = send_lines(stderr, Stream::Stderr, sender.clone());
-        let output = send_lines(stdout, Stream::Stdout, sender);
+        send_lines(stderr, Said::ToStderr, sender.clone());
+        send_lines(stdout, Said::ToStdout, sender);
         let mut last_words = String::new();
         loop {
             match lines.recv_timeout(Duration::from_millis(100)) {
-                Ok((Stream::Stdout, line)) if !line.trim().is_empty() => take(&line)?,
-                Ok((Stream::Stderr, line)) if !line.trim().is_empty() => {
-                    self.steps.detail(|| format!("{}: {line}", self.name));
+                Ok(Said::ToStdout(line)) => take(&line)?,
+                Ok(Said::ToStderr(line)) => {
+                    self.steps.detail(format!("{}: {line}", self.subject.name));
                     last_words = line;
                 }
-                Ok(_) | Err(mpsc::RecvTimeoutError::Timeout) => {}
-                Err(mpsc::RecvTimeoutError::Disconnected) => break,
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(last_words),
             }
             if self.steps.tick().is_break() {
                 return Err("interrupted".into());
             }
         }
-        // Both ended, or the channel would be open.
-        let _ = (errors.join(), output.join());
-        Ok(last_words)
     }
 
-    fn take(&self, text: &str, entries: &mut Vec<Entry>, peers: &mut Peers) -> Result<(), String> {
+    fn take(&self, text: &str, entries: &mut Vec<Entry>, peers: &mut Peers) -> Result<(), Failure> {
         let line: Line = serde_json::from_str(text)
             .map_err(|error| format!("a line of its stdout is not what is due: {error}"))?;
         if line.about.is_some() {
@@ -153,13 +146,9 @@ impl PeerRun<'_> {
             peers.unsupported.push(Unsupported { peer, reason });
             return Ok(());
         }
-        self.steps.detail(|| format!("{}: {peer}", self.name));
+        self.steps.detail(format!("{}: {peer}", self.subject.name));
         let image = line.image.ok_or_else(|| format!("{peer} names no image"))?;
-        let parts = line.seconds_of.into_iter();
-        let parts = parts
-            .map(|(name, seconds)| TimePart { name, seconds })
-            .collect();
-        let seconds = Seconds::from_runs(line.seconds, parts)
+        let seconds = Seconds::from_runs(line.seconds, line.seconds_of)
             .filter(|seconds| seconds.min.is_finite() && seconds.min >= 0.0)
             .ok_or_else(|| format!("{peer} gives no times"))?;
         let measured = self.measure(&image);
@@ -173,19 +162,14 @@ impl PeerRun<'_> {
             series: peer,
             description: line.label,
             seconds,
-            indirect: measured.indirect,
-            total: measured.total,
-            engine: None,
-            is_on_engine_front: false,
-            is_on_front: false,
-            pictures: Some(measured.pictures),
+            ..measured
         });
         Ok(())
     }
 
-    fn measure(&self, file: &Path) -> Result<Measured, Failure> {
+    fn measure(&self, file: &Path) -> Result<Entry, Failure> {
         let image = LayeredImage::read(file)?;
-        if image.resolution_px() != self.resolution_px {
+        if image.resolution_px() != self.subject.scene.camera.resolution_px {
             let ([width, height], file) = (image.resolution_px(), file.display());
             return Err(format!("{file}: it has {width} x {height} pixels").into());
         }
@@ -199,25 +183,23 @@ impl PeerRun<'_> {
     }
 }
 
-/// Where a line came from.
-#[derive(Clone, Copy)]
-enum Stream {
-    Stdout,
-    Stderr,
+/// Takes a line of the program's stdout.
+type Take<'a> = dyn FnMut(&str) -> Result<(), Failure> + 'a;
+
+/// A line that is not empty.
+enum Said {
+    ToStdout(String),
+    ToStderr(String),
 }
 
-fn send_lines(
-    from: impl Read + Send + 'static,
-    source: Stream,
-    to: mpsc::Sender<(Stream, String)>,
-) -> thread::JoinHandle<()> {
+/// Hands on lines until the stream ends or nobody listens.
+fn send_lines(from: impl Read + Send + 'static, said: fn(String) -> Said, to: mpsc::Sender<Said>) {
     thread::spawn(move || {
-        for line in BufReader::new(from).lines().map_while(Result::ok) {
-            if to.send((source, line)).is_err() {
-                return;
-            }
-        }
-    })
+        let lines = BufReader::new(from).lines().map_while(Result::ok);
+        lines
+            .filter(|line| !line.trim().is_empty())
+            .try_for_each(|line| to.send(said(line)))
+    });
 }
 
 /// The program runs wherever it likes, so that paths must not depend on the folder. A bare name is looked up in PATH.

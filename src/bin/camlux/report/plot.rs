@@ -1,30 +1,29 @@
-//! Scatter plots with two logarithmic axes, as SVG.
+//! Scatter plots of time against error, both logarithmic, as SVG.
+
+use std::f64::consts::TAU;
 
 use plotters::coord::Shift;
+use plotters::coord::combinators::WithKeyPoints;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::axis::{LogAxis, Unit, is_drawable};
 use super::labels::Labels;
 use crate::Failure;
 
 const WIDTH_PX: u32 = 920;
-/// The field between the axes.
-const LEFT: i32 = 84;
-const RIGHT: i32 = 900;
-const TOP: i32 = 14;
-const BOTTOM: i32 = 480;
-const MARKER_PX: i32 = 5;
-/// Middle of the legend's first row, and from row to row.
-const LEGEND: i32 = BOTTOM + 68;
+/// With the axes, without the legend.
+const HEIGHT_PX: u32 = 540;
+const MARKER_PX: f64 = 6.0;
+const LEGEND_COLUMNS: i32 = 3;
+const LEGEND_COLUMN_PX: i32 = 280;
 const LEGEND_ROW_PX: i32 = 26;
 
-pub const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
-pub const GRID: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
-pub const PAPER: RGBColor = RGBColor(0xff, 0xff, 0xff);
-/// Colours that stay apart for the colour-blind (Okabe & Ito 2008). Each goes with a shape of its own.
-pub const COLORS: [RGBColor; 8] = [
+const INK: RGBColor = RGBColor(0x22, 0x22, 0x22);
+const GRID: RGBColor = RGBColor(0xdd, 0xdd, 0xdd);
+const PAPER: RGBColor = RGBColor(0xff, 0xff, 0xff);
+/// Colours that stay apart for the colour-blind (Okabe & Ito 2008). Each goes with a marker of its own.
+const COLORS: [RGBColor; 8] = [
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0xd5, 0x5e, 0x00),
     RGBColor(0x00, 0x9e, 0x73),
@@ -34,24 +33,37 @@ pub const COLORS: [RGBColor; 8] = [
     RGBColor(0x88, 0x22, 0x55),
     RGBColor(0x33, 0xa0, 0xc0),
 ];
+/// Markers as polygons: corners, direction of the first in turns from the top, and how far out every other corner is.
+const MARKERS: [(u32, f64, f64); 8] = [
+    (12, 0.0, 1.0),
+    (4, 0.125, 1.0),
+    (4, 0.0, 1.0),
+    (3, 0.0, 1.0),
+    (3, 0.5, 1.0),
+    (8, 0.0, 0.4),
+    (10, 0.0, 0.4),
+    (5, 0.0, 1.0),
+];
+
+/// Pareto fronts, drawn as edges of what they beat, the second one dashed.
+const FRONTS: [&str; 2] = ["Pareto front of the engine", "Pareto front of all"];
 
 /// What is plotted.
 pub struct Plot<'a> {
-    pub x_title: &'a str,
     pub y_title: &'a str,
-    pub y_unit: Unit,
-    pub series: Vec<Series<'a>>,
-    pub fronts: Vec<Front<'a>>,
-    /// A dashed line across, with its text.
-    pub floor: Option<(f64, String)>,
-}
-
-pub struct Series<'a> {
-    pub name: &'a str,
+    /// Writes a round value of the error axis.
+    pub y_text: fn(f64) -> String,
+    /// Each has its colour, also where it has no point.
+    pub series: Vec<&'a str>,
+    /// Points of a series are joined in this order.
     pub points: Vec<Point<'a>>,
+    /// Noise of the truth: a dashed line across.
+    pub floor: Option<f64>,
 }
 
 pub struct Point<'a> {
+    pub series: &'a str,
+    /// Time, s.
     pub x: f64,
     /// Least and greatest.
     pub x_range: [f64; 2],
@@ -60,233 +72,280 @@ pub struct Point<'a> {
     pub is_upper_bound: bool,
     /// What the contender itself says of `y`: drawn as a bar, joined to the point.
     pub own_estimate: Option<f64>,
+    /// By `FRONTS`.
+    pub is_on_front: [bool; 2],
     pub label: &'a str,
 }
 
-/// A Pareto front by rising x, drawn as the edge of what it beats.
-pub struct Front<'a> {
-    pub name: &'a str,
-    pub points: Vec<(f64, f64)>,
-    pub is_dashed: bool,
-}
-
 type Area<'s> = DrawingArea<SVGBackend<'s>, Shift>;
+type Axis = WithKeyPoints<LogCoord<f64>>;
+type Field<'s> = DrawingArea<SVGBackend<'s>, Cartesian2d<Axis, Axis>>;
 
 impl Plot<'_> {
     /// The plot as an SVG document; `None` where no point has a place on the axes.
     ///
     /// # Errors
     /// Where the SVG cannot be put together.
-    pub fn to_svg(&self) -> Result<Option<String>, Failure> {
-        let points = || self.drawable_points();
-        let x_values = points().flat_map(|p| [p.x, p.x_range[0], p.x_range[1]]);
-        let floor = self.floor.iter().map(|(y, _)| *y);
-        let estimates = points().filter_map(|p| p.own_estimate);
-        let y_values = points().map(|p| p.y).chain(estimates).chain(floor);
-        let x = LogAxis::around(x_values, LEFT, RIGHT, Unit::Seconds);
-        let y = LogAxis::around(y_values, BOTTOM, TOP, self.y_unit);
-        let (Some(x), Some(y), true) = (x, y, points().next().is_some()) else {
+    pub fn into_svg(mut self) -> Result<Option<String>, Failure> {
+        self.points
+            .retain(|point| is_drawable(&point.x) && is_drawable(&point.y));
+        if self.points.is_empty() {
             return Ok(None);
-        };
+        }
+        let rows = (self.series.len() + FRONTS.len()).div_ceil(LEGEND_COLUMNS as usize);
+        let size_px = (WIDTH_PX, HEIGHT_PX + rows as u32 * LEGEND_ROW_PX as u32);
         let mut svg = String::new();
         {
-            let (_, legend_end) = self.legend_places().last().copied().unwrap_or((0, LEGEND));
-            let size_px = (WIDTH_PX, (legend_end + LEGEND_ROW_PX) as u32);
             let area = SVGBackend::with_string(&mut svg, size_px).into_drawing_area();
             area.fill(&PAPER)?;
-            self.draw_axes(&area, &x, &y)?;
-            let mut labels = Labels::new([LEFT, TOP], [RIGHT, BOTTOM]);
-            self.draw_fronts(&area, &x, &y, &mut labels)?;
-            self.draw_points(&area, &x, &y, &mut labels)?;
+            self.draw_field(&area)?;
             self.draw_legend(&area)?;
             area.present()?;
         }
         Ok(Some(svg))
     }
 
-    fn drawable_points(&self) -> impl Iterator<Item = &Point<'_>> {
-        let points = self.series.iter().flat_map(|series| &series.points);
-        points.filter(|point| point.is_drawable())
-    }
+    fn draw_field(&self, area: &Area) -> Result<(), Failure> {
+        let x_values = self.points.iter().flat_map(|point| point.x_range);
+        let estimates = self.points.iter().filter_map(|point| point.own_estimate);
+        let y_values = self.points.iter().map(|point| point.y);
+        let y_values = y_values.chain(estimates).chain(self.floor);
+        let (plot, _) = area.split_vertically(HEIGHT_PX);
+        let mut chart = ChartBuilder::on(&plot)
+            .margin(14)
+            .margin_right(24)
+            .x_label_area_size(50)
+            .y_label_area_size(70)
+            .build_cartesian_2d(axis(x_values), axis(y_values))?;
+        chart
+            .configure_mesh()
+            .axis_style(INK)
+            .bold_line_style(GRID)
+            .light_line_style(GRID.mix(0.45))
+            .label_style(text(13))
+            .axis_desc_style(text(14))
+            .x_desc("time of a frame, from the call to the file")
+            .y_desc(self.y_title)
+            .x_label_formatter(&|&value| seconds_text(value))
+            .y_label_formatter(&|&value| (self.y_text)(value))
+            .draw()?;
 
-    fn draw_axes(&self, area: &Area, x: &LogAxis, y: &LogAxis) -> Result<(), Failure> {
-        for tick in x.ticks() {
-            let strength = if tick.text.is_some() { 1.0 } else { 0.45 };
-            area.draw(&line(
-                &[(tick.px, TOP), (tick.px, BOTTOM)],
-                GRID.mix(strength).into(),
-            ))?;
-            if let Some(number) = tick.text {
-                let at = (tick.px, BOTTOM + 6);
-                area.draw(&Text::new(number, at, text(13, HPos::Center, VPos::Top)))?;
-            }
+        let field = chart.plotting_area();
+        let mut labels = Labels::new(field.get_pixel_range());
+        self.draw_floor(area, field, &mut labels)?;
+        for front in 0..FRONTS.len() {
+            self.draw_front(area, field, front, &mut labels)?;
         }
-        for tick in y.ticks() {
-            let strength = if tick.text.is_some() { 1.0 } else { 0.45 };
-            area.draw(&line(
-                &[(LEFT, tick.px), (RIGHT, tick.px)],
-                GRID.mix(strength).into(),
-            ))?;
-            if let Some(number) = tick.text {
-                let at = (LEFT - 7, tick.px);
-                area.draw(&Text::new(number, at, text(13, HPos::Right, VPos::Center)))?;
-            }
+        for series in 0..self.series.len() {
+            self.draw_series(area, field, series, &mut labels)?;
         }
-        area.draw(&Rectangle::new([(LEFT, TOP), (RIGHT, BOTTOM)], INK))?;
-        let below = ((LEFT + RIGHT) / 2, BOTTOM + 28);
-        let centred = text(14, HPos::Center, VPos::Top);
-        area.draw(&Text::new(self.x_title, below, centred.clone()))?;
-        let beside = (14, (TOP + BOTTOM) / 2);
-        let upwards = centred.transform(FontTransform::Rotate270);
-        area.draw(&Text::new(self.y_title, beside, upwards))?;
-        if let Some((value, words)) = self.floor.as_ref().filter(|(v, _)| is_drawable(*v)) {
-            let at = y.px(*value);
-            let ends = [(LEFT, at), (RIGHT, at)];
-            area.draw(&DashedPathElement::new(ends, 7, 5, INK.stroke_width(1)))?;
-            let style = text(12, HPos::Right, VPos::Bottom);
-            area.draw(&Text::new(words.as_str(), (RIGHT - 6, at - 1), style))?;
-        }
-        Ok(())
-    }
-
-    fn draw_fronts(
-        &self,
-        area: &Area,
-        x: &LogAxis,
-        y: &LogAxis,
-        labels: &mut Labels,
-    ) -> Result<(), Failure> {
-        for front in &self.fronts {
-            let points = front.points.iter();
-            let points: Vec<(i32, i32)> = points
-                .filter(|(px, py)| is_drawable(*px) && is_drawable(*py))
-                .map(|&(px, py)| (x.px(px), y.px(py)))
-                .collect();
-            let (Some(&(first, _)), Some(&(_, last))) = (points.first(), points.last()) else {
-                continue;
-            };
-            let mut steps = vec![(first, TOP)];
-            for (i, &point) in points.iter().enumerate() {
-                if i > 0 {
-                    steps.push((point.0, points[i - 1].1));
-                }
-                steps.push(point);
-            }
-            steps.push((RIGHT, last));
-            front.draw_line(area, &steps)?;
-            labels.avoid_line(&steps);
-        }
-        Ok(())
-    }
-
-    fn draw_points(
-        &self,
-        area: &Area,
-        x: &LogAxis,
-        y: &LogAxis,
-        labels: &mut Labels,
-    ) -> Result<(), Failure> {
-        let at = |point: &Point| (x.px(point.x), y.px(point.y));
-        for (index, series) in self.series.iter().enumerate() {
-            let color = COLORS[index % COLORS.len()];
-            let drawable = || series.points.iter().filter(|point| point.is_drawable());
-            let path: Vec<(i32, i32)> = drawable().map(at).collect();
-            area.draw(&line(&path, color.mix(0.6).stroke_width(2)))?;
-            labels.avoid_line(&path);
-            for point in drawable() {
-                let (px, py) = at(point);
-                let whisker = point.x_range.map(|x_end| (x.px(x_end), py));
-                area.draw(&line(&whisker, color.stroke_width(1)))?;
-                if let Some(estimate) = point.own_estimate.filter(|e| is_drawable(*e)) {
-                    let at = y.px(estimate);
-                    let stem = [(px, py), (px, at)];
-                    let bar = [(px - MARKER_PX, at), (px + MARKER_PX, at)];
-                    area.draw(&line(&stem, color.stroke_width(1)))?;
-                    area.draw(&line(&bar, color.stroke_width(3)))?;
-                    labels.avoid_line(&stem);
-                }
-                draw_marker(area, index, (px, py), point.is_upper_bound)?;
-                labels.avoid_point([px, py]);
-            }
-        }
-        for (index, series) in self.series.iter().enumerate() {
-            let color = COLORS[index % COLORS.len()];
-            for point in series.points.iter().filter(|point| point.is_drawable()) {
+        // Where all markers are known.
+        for series in 0..self.series.len() {
+            let color = color(series);
+            let style = anchored(12, HPos::Center, VPos::Center).color(&color);
+            for point in self.of_series(series) {
                 let bound = if point.is_upper_bound { "≤ " } else { "" };
                 let words = format!("{bound}{}", point.label);
-                let [cx, cy] = labels.place(at(point).into(), &words);
-                let style = text(12, HPos::Center, VPos::Center).color(&color);
-                area.draw(&Text::new(words, (cx, cy), style))?;
+                let at = labels.place(field.map_coordinate(&(point.x, point.y)), &words);
+                area.draw(&Text::new(words, at, style.clone()))?;
             }
         }
         Ok(())
     }
 
-    /// Where the items of the legend go, in rows below the plot: the series, then the fronts.
-    fn legend_places(&self) -> Vec<(i32, i32)> {
-        let mut at = (LEFT, LEGEND);
-        let series = self.series.iter().map(|series| series.name);
-        series
-            .chain(self.drawn_fronts().map(|front| front.name))
-            .map(|name| {
-                let width = 44 + 8 * name.chars().count() as i32;
-                if at.0 + width > RIGHT {
-                    at = (LEFT, at.1 + LEGEND_ROW_PX);
-                }
-                let place = at;
-                at.0 += width;
-                place
-            })
-            .collect()
+    fn draw_floor(&self, area: &Area, field: &Field, labels: &mut Labels) -> Result<(), Failure> {
+        let Some(value) = self.floor.filter(is_drawable) else {
+            return Ok(());
+        };
+        let [left, right] = [field.get_x_range().start, field.get_x_range().end]
+            .map(|x| field.map_coordinate(&(x, value)));
+        let dashes = DashedPathElement::new([left, right], 7, 5, INK);
+        area.draw(&dashes)?;
+        let above = (right.0 - 6, right.1 - 1);
+        labels.avoid_line(&[(above.0 - 100, above.1 - 6), (above.0, above.1 - 6)]);
+        let style = anchored(12, HPos::Right, VPos::Bottom);
+        Ok(area.draw(&Text::new("noise of the truth", above, style))?)
     }
 
-    fn draw_legend(&self, area: &Area) -> Result<(), Failure> {
-        let name_style = text(14, HPos::Left, VPos::Center);
-        let mut places = self.legend_places().into_iter();
-        for ((index, series), (px, py)) in self.series.iter().enumerate().zip(&mut places) {
-            draw_marker(area, index, (px + 8, py), false)?;
-            area.draw(&Text::new(series.name, (px + 20, py), name_style.clone()))?;
+    /// Steps from the upper edge of the field to its right one.
+    fn draw_front(
+        &self,
+        area: &Area,
+        field: &Field,
+        front: usize,
+        labels: &mut Labels,
+    ) -> Result<(), Failure> {
+        let mut points = self.on_front(front);
+        points.sort_by(|a, b| a.x.total_cmp(&b.x));
+        let (mut y, right) = (field.get_y_range().end, field.get_x_range().end);
+        let mut steps = Vec::new();
+        for point in points {
+            steps.extend([(point.x, y), (point.x, point.y)]);
+            y = point.y;
         }
-        for (front, (px, py)) in self.drawn_fronts().zip(places) {
-            front.draw_line(area, &[(px, py), (px + 22, py)])?;
-            area.draw(&Text::new(front.name, (px + 28, py), name_style.clone()))?;
+        if !steps.is_empty() {
+            steps.push((right, y));
+        }
+        let steps: Vec<_> = steps.iter().map(|at| field.map_coordinate(at)).collect();
+        labels.avoid_line(&steps);
+        draw_front_line(area, front, steps)
+    }
+
+    fn draw_series(
+        &self,
+        area: &Area,
+        field: &Field,
+        series: usize,
+        labels: &mut Labels,
+    ) -> Result<(), Failure> {
+        let color = color(series);
+        let px = |x: f64, y: f64| field.map_coordinate(&(x, y));
+        let path: Vec<_> = self
+            .of_series(series)
+            .map(|point| px(point.x, point.y))
+            .collect();
+        labels.avoid_line(&path);
+        area.draw(&PathElement::new(path, color.mix(0.6).stroke_width(2)))?;
+        for point in self.of_series(series) {
+            let at = px(point.x, point.y);
+            let whisker = point.x_range.map(|x| px(x, point.y));
+            area.draw(&PathElement::new(whisker, color))?;
+            if let Some(estimate) = point.own_estimate.filter(is_drawable) {
+                let (x, y) = px(point.x, estimate);
+                let bar = [(x - 5, y), (x + 5, y)];
+                area.draw(&PathElement::new([at, (x, y)], color))?;
+                area.draw(&PathElement::new(bar, color.stroke_width(3)))?;
+                labels.avoid_line(&[at, (x, y)]);
+            }
+            draw_marker(area, series, at, point.is_upper_bound)?;
+            labels.avoid_point(at);
         }
         Ok(())
     }
 
-    fn drawn_fronts(&self) -> impl Iterator<Item = &Front<'_>> {
-        self.fronts.iter().filter(|front| !front.points.is_empty())
+    /// The series and fronts that are there, in rows below the plot.
+    fn draw_legend(&self, area: &Area) -> Result<(), Failure> {
+        let mut count = 0;
+        let mut place = || {
+            let (column, row) = (count % LEGEND_COLUMNS, count / LEGEND_COLUMNS);
+            count += 1;
+            let y = HEIGHT_PX as i32 + row * LEGEND_ROW_PX + LEGEND_ROW_PX / 2;
+            (84 + column * LEGEND_COLUMN_PX, y)
+        };
+        let style = anchored(14, HPos::Left, VPos::Center);
+        for (index, name) in self.series.iter().enumerate() {
+            if self.of_series(index).next().is_some() {
+                let (x, y) = place();
+                draw_marker(area, index, (x + 11, y), false)?;
+                area.draw(&Text::new(*name, (x + 28, y), style.clone()))?;
+            }
+        }
+        for (index, name) in FRONTS.iter().enumerate() {
+            if !self.on_front(index).is_empty() {
+                let (x, y) = place();
+                draw_front_line(area, index, vec![(x, y), (x + 22, y)])?;
+                area.draw(&Text::new(*name, (x + 28, y), style.clone()))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn of_series(&self, series: usize) -> impl Iterator<Item = &Point<'_>> {
+        let name = self.series[series];
+        let points = self.points.iter();
+        points.filter(move |point| point.series == name)
+    }
+
+    fn on_front(&self, front: usize) -> Vec<&Point<'_>> {
+        let points = self.points.iter();
+        points.filter(|point| point.is_on_front[front]).collect()
     }
 }
 
-impl Point<'_> {
-    fn is_drawable(&self) -> bool {
-        is_drawable(self.x) && is_drawable(self.y)
-    }
+/// Whether a value has a place on a logarithmic axis.
+fn is_drawable(value: &f64) -> bool {
+    value.is_finite() && *value > 0.0
 }
 
-impl Front<'_> {
-    fn draw_line(&self, area: &Area, points: &[(i32, i32)]) -> Result<(), Failure> {
-        let style = INK.mix(0.65).stroke_width(1);
-        if self.is_dashed {
-            let dashes = DashedPathElement::new(points.iter().copied(), 3, 4, style);
-            Ok(area.draw(&dashes)?)
-        } else {
-            Ok(area.draw(&line(points, style))?)
+/// An axis that holds the values with a margin, over at least a decade, with a line at 1 to 9 of every decade. Those with
+/// a number are few enough to be read.
+fn axis(values: impl Iterator<Item = f64>) -> Axis {
+    let values: Vec<f64> = values.filter(is_drawable).collect();
+    let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = values.iter().copied().fold(0.0, f64::max);
+    let margin = 1.5 * (10.0 * low / high).max(1.0).sqrt();
+    let range = low / margin..high * margin;
+    let [first, last] = [range.start.log10(), range.end.log10()];
+    let numbered: &[i32] = match last - first {
+        decades if decades < 2.2 => &[1, 2, 5],
+        decades if decades < 4.0 => &[1, 3],
+        _ => &[1],
+    };
+    let (mut bold, mut light) = (Vec::new(), Vec::new());
+    for exponent in first.floor() as i32..=last.floor() as i32 {
+        for digit in 1..10 {
+            let value = f64::from(digit) * 10_f64.powi(exponent);
+            if range.contains(&value) {
+                light.push(value);
+                if numbered.contains(&digit) {
+                    bold.push(value);
+                }
+            }
         }
     }
+    range
+        .log_scale()
+        .with_key_points(bold)
+        .with_light_points(light)
 }
 
-fn line(points: &[(i32, i32)], style: ShapeStyle) -> PathElement<(i32, i32)> {
-    PathElement::new(points.to_vec(), style)
+fn seconds_text(seconds: f64) -> String {
+    match seconds {
+        s if s < 0.99e-3 => format!("{} µs", plain(s * 1e6)),
+        s if s < 0.99 => format!("{} ms", plain(s * 1e3)),
+        s => format!("{} s", plain(s)),
+    }
 }
 
-fn text(size_px: u32, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
+/// A share with one digit, as percent.
+pub fn percent_text(share: f64) -> String {
+    match share {
+        s if s < 0.99e-5 => number_text(s),
+        s => format!("{} %", plain(s * 100.0)),
+    }
+}
+
+/// A number with one digit, as a power of ten.
+pub fn number_text(value: f64) -> String {
+    format!("{value:.0e}")
+}
+
+/// A number with few digits, without the rounding of f64.
+fn plain(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
+
+fn color(series: usize) -> RGBColor {
+    COLORS[series % COLORS.len()]
+}
+
+fn text(size_px: u32) -> TextStyle<'static> {
     // plotters writes the size divided by 1.24.
-    ("sans-serif", f64::from(size_px) * 1.24)
-        .into_text_style(&(WIDTH_PX, WIDTH_PX))
-        .color(&INK)
-        .pos(Pos::new(horizontal, vertical))
+    let font = ("sans-serif", f64::from(size_px) * 1.24).into_font();
+    font.color(&INK)
+}
+
+fn anchored(size_px: u32, horizontal: HPos, vertical: VPos) -> TextStyle<'static> {
+    text(size_px).pos(Pos::new(horizontal, vertical))
+}
+
+fn draw_front_line(area: &Area, front: usize, points: Vec<(i32, i32)>) -> Result<(), Failure> {
+    let style = INK.mix(0.65);
+    match front {
+        0 => area.draw(&PathElement::new(points, style))?,
+        _ => area.draw(&DashedPathElement::new(points, 3, 4, style))?,
+    }
+    Ok(())
 }
 
 /// The marker of a series: filled, or hollow.
@@ -296,34 +355,18 @@ fn draw_marker(
     (x, y): (i32, i32),
     is_hollow: bool,
 ) -> Result<(), Failure> {
-    let r = MARKER_PX;
-    let color = COLORS[series % COLORS.len()];
-    let corners: &[(i32, i32)] = match series % COLORS.len() {
-        0 => {
-            let fill = if is_hollow { PAPER } else { color };
-            area.draw(&Circle::new((x, y), r, fill.filled()))?;
-            area.draw(&Circle::new((x, y), r, color.stroke_width(2)))?;
-            return Ok(());
-        }
-        1 => &[(-r, -r), (r, -r), (r, r), (-r, r)],
-        2 => &[(0, -r - 2), (r + 2, 0), (0, r + 2), (-r - 2, 0)],
-        3 => &[(0, -r - 1), (r + 2, r), (-r - 2, r)],
-        4 => &[(0, r + 1), (r + 2, -r), (-r - 2, -r)],
-        5 => &[(-2, -r - 2), (2, -r - 2), (2, r + 2), (-2, r + 2)],
-        6 => &[(-r - 2, -2), (r + 2, -2), (r + 2, 2), (-r - 2, 2)],
-        _ => &[
-            (0, -r - 1),
-            (r + 1, -1),
-            (r - 1, r),
-            (-r + 1, r),
-            (-r - 1, -1),
-        ],
+    let (corners, first, inner) = MARKERS[series % MARKERS.len()];
+    let corner = |index: u32| {
+        let angle = TAU * (first + f64::from(index) / f64::from(corners));
+        let radius = if index % 2 == 1 { inner } else { 1.0 } * MARKER_PX;
+        let [dx, dy] = [radius * angle.sin(), -radius * angle.cos()].map(|px| px.round() as i32);
+        (x + dx, y + dy)
     };
-    let mut outline: Vec<(i32, i32)> = corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect();
+    let outline: Vec<_> = (0..=corners).map(corner).collect();
+    let color = color(series);
     let fill = if is_hollow { PAPER } else { color };
     area.draw(&Polygon::new(outline.clone(), fill))?;
-    outline.extend(outline.first().copied());
-    Ok(area.draw(&line(&outline, color.stroke_width(2)))?)
+    Ok(area.draw(&PathElement::new(outline, color.stroke_width(2)))?)
 }
 
 #[cfg(test)]
@@ -332,27 +375,23 @@ mod tests {
 
     fn svg(own_estimate: Option<f64>) -> String {
         let point = |x: f64, y: f64, own_estimate| Point {
+            series: "rays",
             x,
             x_range: [0.9 * x, 1.1 * x],
             y,
             is_upper_bound: false,
             own_estimate,
+            is_on_front: [false; 2],
             label: "requested 5 %",
         };
-        let points = vec![point(0.1, 0.2, None), point(0.2, 0.1, own_estimate)];
-        let series = Series {
-            name: "rays",
-            points,
-        };
         let plot = Plot {
-            x_title: "time",
             y_title: "error",
-            y_unit: Unit::Percent,
-            series: vec![series],
-            fronts: Vec::new(),
+            y_text: percent_text,
+            series: vec!["rays"],
+            points: vec![point(0.1, 0.2, None), point(0.2, 0.1, own_estimate)],
             floor: None,
         };
-        plot.to_svg().unwrap().unwrap()
+        plot.into_svg().unwrap().unwrap()
     }
 
     #[test]
@@ -367,5 +406,28 @@ mod tests {
         assert_eq!(svg(Some(0.0)), without);
         // Far off, it widens the axis.
         assert!(svg(Some(1e-4)).contains("0.01 %") && !without.contains("0.01 %"));
+    }
+
+    #[test]
+    fn numbers_are_short_and_right() {
+        assert_eq!(seconds_text(2e-2), "20 ms");
+        assert_eq!(seconds_text(5e-5), "50 µs");
+        assert_eq!(seconds_text(100.0), "100 s");
+        assert_eq!(percent_text(2e-3), "0.2 %");
+        assert_eq!(percent_text(0.5), "50 %");
+        assert_eq!(number_text(3e-7), "3e-7");
+    }
+
+    #[test]
+    fn an_axis_holds_its_values_and_has_numbers() {
+        for values in [[0.3, 0.3], [1e-3, 40.0], [2e-7, 9e-7], [1e-9, 1e3]] {
+            let axis = axis(values.into_iter());
+            let range = axis.range();
+            assert!(values.iter().all(|value| range.contains(value)));
+            let numbers = axis.bold_points();
+            assert!((1..=13).contains(&numbers.len()), "{values:?}: {numbers:?}");
+            let mut lines = axis.light_points().iter();
+            assert!(lines.all(|line| range.contains(line)));
+        }
     }
 }

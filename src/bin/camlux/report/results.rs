@@ -3,10 +3,8 @@
 use serde::Serialize;
 
 use super::machine::Machine;
-use super::picture::{ColorBar, Pictures};
-
-/// The series of the engine's path-sampled reference.
-pub const REFERENCE: &str = "camlux reference";
+use super::picture::Pictures;
+use crate::numbers::{percent, with_uncertainty};
 
 /// A whole report.
 #[derive(Serialize)]
@@ -34,8 +32,6 @@ pub struct SceneReport {
     pub peers: Peers,
     #[serde(skip)]
     pub truth_pictures: Pictures,
-    #[serde(skip)]
-    pub color_bar: ColorBar,
 }
 
 /// What the errors are measured against.
@@ -57,10 +53,11 @@ pub struct Truth {
 }
 
 /// Whose point it is.
-#[derive(Serialize, Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Serialize, Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// A setting of the engine.
+    #[default]
     Engine,
     /// The engine's path-sampled reference.
     Reference,
@@ -69,7 +66,7 @@ pub enum Kind {
 }
 
 /// One point: a setting of a contender, its time and its error.
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 pub struct Entry {
     pub kind: Kind,
     /// Points of one series are joined in the plot.
@@ -90,6 +87,13 @@ pub struct Entry {
     pub is_on_front: bool,
     #[serde(skip)]
     pub pictures: Option<Pictures>,
+}
+
+impl Entry {
+    /// The series and which of it.
+    pub fn name(&self) -> String {
+        format!("{} {}", self.series, self.label)
+    }
 }
 
 /// What only the engine's settings have.
@@ -122,7 +126,7 @@ pub struct PassMedian {
 }
 
 /// Time of a frame from call to file: scene, device and pipelines are there.
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 pub struct Seconds {
     pub median: f64,
     pub min: f64,
@@ -139,14 +143,21 @@ pub struct TimePart {
 }
 
 impl Seconds {
-    /// Sums up timed runs; `None` without any.
-    pub fn from_runs(runs: Vec<f64>, parts: Vec<TimePart>) -> Option<Seconds> {
+    /// Sums up timed runs and the medians of their parts; `None` without any.
+    pub fn from_runs<Name: Into<String>>(
+        runs: Vec<f64>,
+        parts: impl IntoIterator<Item = (Name, f64)>,
+    ) -> Option<Seconds> {
+        let parts = parts.into_iter().map(|(name, seconds)| TimePart {
+            name: name.into(),
+            seconds,
+        });
         Some(Seconds {
             median: median(&runs)?,
             min: runs.iter().copied().reduce(f64::min)?,
             max: runs.iter().copied().reduce(f64::max)?,
             runs,
-            parts,
+            parts: parts.collect(),
         })
     }
 }
@@ -155,16 +166,16 @@ impl Seconds {
 pub fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let upper = *sorted.get(values.len() / 2)?;
-    Some(if values.len().is_multiple_of(2) {
-        0.5 * (sorted[values.len() / 2 - 1] + upper)
-    } else {
-        upper
-    })
+    let middle = sorted.len() / 2;
+    let upper = *sorted.get(middle)?;
+    match sorted.len().is_multiple_of(2) {
+        true => Some(0.5 * (sorted[middle - 1] + upper)),
+        false => Some(upper),
+    }
 }
 
 /// Distance from the truth, over the pixels where it shows a surface, but for those on edges, all bands together.
-#[derive(Serialize, Clone, Copy)]
+#[derive(Serialize, Clone, Copy, Default)]
 pub struct ModelError {
     /// sqrt(Σ(x−t)²/Σt²), the truth's noise subtracted. Where the noise hides it, a bound: it is at most that.
     pub relative_rmse: f64,
@@ -187,25 +198,18 @@ pub struct ModelError {
 }
 
 impl ModelError {
-    /// The error of an image that is nothing but noise of this relative size.
-    pub fn from_standard_error(relative: f64) -> ModelError {
-        ModelError {
-            relative_rmse: relative,
-            is_upper_bound: false,
-            relative_rmse_uncertainty: None,
-            relative_rmse_uncorrected: None,
-            relative_rmse_with_edges: None,
-            bias: None,
-            bias_uncertainty: None,
-            mean_relative_error: None,
-            p99: None,
-            non_finite: 0,
+    /// The relRMSE, with its uncertainty where that is known, or as a bound.
+    pub fn text(&self) -> String {
+        let uncertainty = self.relative_rmse_uncertainty.unwrap_or(0.0);
+        match self.is_upper_bound {
+            true => format!("≤ {}", percent(self.relative_rmse)),
+            false => with_uncertainty(self.relative_rmse, uncertainty),
         }
     }
 }
 
 /// What the peers' program said.
-#[derive(Serialize)]
+#[derive(Serialize, Default)]
 pub struct Peers {
     /// In one sentence: whether it ran.
     pub status: String,
@@ -219,18 +223,6 @@ pub struct Peers {
 pub struct Unsupported {
     pub peer: String,
     pub reason: String,
-}
-
-impl Peers {
-    /// Nothing but how it went.
-    pub fn new(status: impl Into<String>) -> Peers {
-        Peers {
-            status: status.into(),
-            about: None,
-            notes: Vec::new(),
-            unsupported: Vec::new(),
-        }
-    }
 }
 
 #[cfg(test)]

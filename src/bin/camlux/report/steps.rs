@@ -2,31 +2,29 @@
 
 use std::ops::ControlFlow;
 
-use camlux::Error;
+use camlux::{Error, RenderOptions};
+use indicatif::ProgressBar;
 
-use crate::progress::{Bar, go_on};
+use crate::progress::{bar, go_on};
 use crate::{Failure, tell};
 
 /// Shows what the report is at until dropped.
-pub struct Steps {
-    bar: Bar,
-}
+pub struct Steps(ProgressBar);
 
 impl Steps {
     pub fn new() -> Self {
-        let bar = Bar::new(0, "{spinner} {elapsed} {wide_msg}");
-        Steps { bar }
+        Steps(bar(0, "{spinner} {elapsed} {wide_msg}"))
     }
 
     /// Says what comes next.
     ///
     /// # Errors
     /// [`Error::Cancelled`] after a signal.
-    pub fn begin(&self, step: &str) -> Result<(), Failure> {
-        match self.bar.get() {
-            Some(bar) => bar.set_message(step.to_owned()),
-            None => tell(step),
+    pub fn begin(&self, step: String) -> Result<(), Failure> {
+        if self.0.is_hidden() {
+            tell(&step);
         }
+        self.detail(step);
         match self.tick() {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Cancelled.into()),
@@ -34,17 +32,22 @@ impl Steps {
     }
 
     /// Tells how far a step is; only where there is a terminal.
-    pub fn detail(&self, text: impl FnOnce() -> String) {
-        if let Some(bar) = self.bar.get() {
-            bar.set_message(text());
-        }
+    pub fn detail(&self, text: String) {
+        self.0.set_message(text);
     }
 
     /// Keeps the display alive within a step; breaks after a signal.
     pub fn tick(&self) -> ControlFlow<()> {
-        if let Some(bar) = self.bar.get() {
-            bar.tick();
-        }
+        self.0.tick();
         go_on()
+    }
+
+    /// Renders with options that tick.
+    pub fn watch<T>(&self, render: impl FnOnce(&mut RenderOptions) -> T) -> T {
+        let mut show = |_| self.tick();
+        render(&mut RenderOptions {
+            progress: Some(&mut show),
+            ..RenderOptions::default()
+        })
     }
 }

@@ -1,7 +1,7 @@
 //! A scene's result in one line.
 
-use super::numbers::{duration, relative_rmse};
 use super::results::{Entry, Kind, SceneReport};
+use crate::numbers::duration;
 
 /// An error that passes for right in most uses.
 const GOOD_ERROR: f64 = 0.05;
@@ -27,15 +27,14 @@ pub fn summary(scene: &SceneReport) -> String {
             .min_by(|a, b| a.seconds.median.total_cmp(&b.seconds.median))
             .map_or("none".to_owned(), |entry| {
                 let time = duration(entry.seconds.median);
-                format!("{} {} in {time}", entry.series, entry.label)
+                format!("{} in {time}", entry.name())
             })
     };
     format!(
-        "Engine's least error: {} in {} ({} {}). Fastest within 5 %: {} of the engine, {} of all.",
-        relative_rmse(error),
+        "Engine's least error: {} in {} ({}). Fastest within 5 %: {} of the engine, {} of all.",
+        error.text(),
         duration(best.seconds.median),
-        best.series,
-        best.label,
+        best.name(),
         fastest(&|entry| entry.kind == Kind::Engine),
         fastest(&|_| true),
     )

@@ -1,19 +1,23 @@
 //! The engine's settings that trade speed for accuracy, each timed and measured.
 
 use std::path::Path;
+use std::time::Instant;
 
-use camlux::internals::Intermediates;
-use camlux::output::{Frame, Layer};
+use camlux::internals::{Intermediates, f64_kernels};
+use camlux::metrics::{Comparison, Pixels};
+use camlux::output::{ExrOptions, Frame, Layer, OutputFile, write_exr};
 use camlux::scene::VplSum;
-use camlux::{Error, RenderOptions, Renderer, Scene, internals::f64_kernels};
+use camlux::{Error, Renderer, Scene};
 
-use super::error;
-use super::results::{EngineFigures, Entry, Kind, PassMedian, Seconds};
+use super::Subject;
+use super::results::{EngineFigures, Entry, PassMedian, Seconds, median};
 use super::settings::{self, Setting};
 use super::steps::Steps;
-use super::timing::{Timed, TimingOptions, time};
-use super::truth::TruthImage;
+use super::truth::{TruthImage, values};
 use crate::Failure;
+
+/// A frame is timed no more often.
+const MAX_RUNS: usize = 15;
 
 /// How far the sweep goes.
 #[derive(Clone, Copy)]
@@ -25,7 +29,9 @@ pub struct SweepOptions {
     pub longest_reference_s: f64,
     /// Pixels on which the kernel error is measured.
     pub kernel_pixels: usize,
-    pub timing: TimingOptions,
+    pub min_runs: usize,
+    /// No more runs than the least are begun after this.
+    pub enough_s: f64,
 }
 
 impl SweepOptions {
@@ -35,7 +41,8 @@ impl SweepOptions {
             longest_s: if is_quick { 3.0 } else { 60.0 },
             longest_reference_s: if is_quick { 0.6 } else { 15.0 },
             kernel_pixels: if is_quick { 128 } else { 512 },
-            timing: TimingOptions::new(is_quick),
+            min_runs: if is_quick { 2 } else { 3 },
+            enough_s: if is_quick { 0.2 } else { 3.0 },
         }
     }
 }
@@ -43,8 +50,7 @@ impl SweepOptions {
 /// What a sweep works with.
 pub struct Sweep<'a> {
     pub renderer: &'a mut Renderer,
-    pub name: &'a str,
-    pub scene: &'a Scene,
+    pub subject: &'a Subject,
     pub truth: &'a TruthImage,
     pub options: SweepOptions,
     /// A file that may be written and removed.
@@ -58,13 +64,16 @@ impl Sweep<'_> {
     /// # Errors
     /// Those of rendering and writing.
     pub fn direct_only(&mut self) -> Result<Seconds, Failure> {
-        self.steps.begin(&format!("{}: direct light", self.name))?;
+        self.steps
+            .begin(format!("{}: direct light", self.subject.name))?;
         let scene = Scene {
             indirect: None,
-            ..self.scene.clone()
+            ..self.subject.scene.clone()
         };
-        self.warm_up(&scene)?;
-        Ok(self.time(&scene)?.seconds)
+        // The warm-up.
+        self.render(&scene)?;
+        let (_, seconds, _) = self.time(&scene)?;
+        Ok(seconds)
     }
 
     /// Every setting of every series, but those that would take too long or that the device cannot hold: for these a
@@ -85,7 +94,7 @@ impl Sweep<'_> {
                     ));
                     break;
                 }
-                self.steps.begin(&format!("{}: {what}", self.name))?;
+                self.steps.begin(format!("{}: {what}", self.subject.name))?;
                 match self.setting(setting) {
                     Ok(entry) => {
                         expected_s = next_seconds(&entry);
@@ -108,33 +117,23 @@ impl Sweep<'_> {
         let indirect = setting.indirect;
         let scene = Scene {
             indirect: Some(indirect),
-            ..self.scene.clone()
+            ..self.subject.scene.clone()
         };
         // Also the warm-up.
         let (kernel_error, kernel_error_pixels) = match setting.sum {
             Some(sum) => self.kernel_error(&scene, sum)?,
             None => {
-                self.warm_up(&scene)?;
+                self.render(&scene)?;
                 (None, 0)
             }
         };
-        let Timed {
-            frame,
-            seconds,
-            gpu_passes,
-        } = self.time(&scene)?;
-        let measured = self.truth.measure(
-            frame_values(&frame, Layer::Indirect)?,
-            frame_values(&frame, Layer::Radiance)?,
-        )?;
+        let (frame, seconds, gpu_passes) = self.time(&scene)?;
+        let layer = |layer| values(&frame, layer);
+        let (indirect_light, total) = (layer(Layer::Indirect)?, layer(Layer::Radiance)?);
         Ok(Entry {
-            kind: Kind::Engine,
             series: setting.series.into(),
             label: setting.label.clone(),
-            description: None,
             seconds,
-            indirect: measured.indirect,
-            total: measured.total,
             engine: Some(EngineFigures {
                 estimator: indirect.name(),
                 rsm_size: indirect.rsm_size(),
@@ -143,25 +142,18 @@ impl Sweep<'_> {
                 vpl_count: frame.stats.vpl_count,
                 pixel_vpl_pairs: frame.stats.pixel_vpl_pairs,
                 ray_count: frame.stats.ray_count,
-                pairs_per_second: pairs_per_second(&frame, &gpu_passes),
+                pairs_per_second: frame.stats.pairs_per_second(),
                 gpu_passes,
                 kernel_error,
                 kernel_error_pixels,
             }),
-            is_on_engine_front: false,
-            is_on_front: false,
-            pictures: Some(measured.pictures),
+            ..self.truth.measure(indirect_light, total)?
         })
     }
 
-    fn warm_up(&mut self, scene: &Scene) -> Result<(), Failure> {
-        let mut show = |_| self.steps.tick();
-        let mut options = RenderOptions {
-            progress: Some(&mut show),
-            ..RenderOptions::default()
-        };
-        self.renderer.render(scene, &mut options)?;
-        Ok(())
+    fn render(&mut self, scene: &Scene) -> Result<Frame, Error> {
+        self.steps
+            .watch(|options| self.renderer.render(scene, options))
     }
 
     /// relRMSE of a plain sum against that of the f64 kernels, `None` where that is black, and on how many pixels.
@@ -170,40 +162,73 @@ impl Sweep<'_> {
         scene: &Scene,
         sum: VplSum,
     ) -> Result<(Option<f64>, usize), Failure> {
-        let mut show = |_| self.steps.tick();
-        let mut options = RenderOptions {
-            progress: Some(&mut show),
-            ..RenderOptions::default()
-        };
         let (frame, kept) = self
-            .renderer
-            .render_with_intermediates(scene, &mut options)?;
+            .steps
+            .watch(|options| self.renderer.render_with_intermediates(scene, options))?;
         let pixels = spread(&kept, self.options.kernel_pixels);
         let exact = f64_kernels::indirect_at(scene, sum, &kept, &pixels);
-        let (values, _) = frame_values(&frame, Layer::Indirect)?.as_chunks::<3>();
-        let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| values[pixel]).collect();
-        let error = error::relative_rmse(&computed, exact.as_flattened())?;
+        let (computed, _) = values(&frame, Layer::Indirect)?.as_chunks::<3>();
+        let computed: Vec<f32> = pixels.iter().flat_map(|&pixel| computed[pixel]).collect();
+        let comparison = Comparison::new(&Pixels {
+            image: &computed,
+            reference: exact.as_flattened(),
+            image_standard_error: None,
+            reference_standard_error: None,
+            valid: &vec![true; pixels.len()],
+            edges: None,
+            channels: 3,
+        })?;
+        let error = comparison.errors.map(|errors| errors.rmse);
         Ok((error, pixels.len()))
     }
 
-    fn time(&mut self, scene: &Scene) -> Result<Timed, Failure> {
-        let timing = self.options.timing;
-        time(self.renderer, scene, self.scratch, timing, self.steps)
+    /// Renders a frame again and again and writes it to the scratch file: the last frame, and the times of all. Pipelines
+    /// must be warm.
+    fn time(&mut self, scene: &Scene) -> Result<(Frame, Seconds, Vec<PassMedian>), Failure> {
+        let options = self.options;
+        let (mut runs, mut render_s, mut write_s) = (Vec::new(), Vec::new(), Vec::new());
+        let mut passes: Vec<(&'static str, Vec<f64>)> = Vec::new();
+        let begin = Instant::now();
+        loop {
+            let file = OutputFile::create(self.scratch)?;
+            let start = Instant::now();
+            let frame = self.render(scene)?;
+            let rendered = start.elapsed().as_secs_f64();
+            write_exr(file, &frame, &ExrOptions::default())?;
+            let written = start.elapsed().as_secs_f64();
+            // The next run replaces it; one that is left behind does no harm.
+            let _ = std::fs::remove_file(self.scratch);
+
+            runs.push(written);
+            render_s.push(rendered);
+            write_s.push(written - rendered);
+            for pass in &frame.stats.passes {
+                match passes.iter_mut().find(|(name, _)| *name == pass.name) {
+                    Some((_, times)) => times.push(pass.milliseconds),
+                    None => passes.push((pass.name, vec![pass.milliseconds])),
+                }
+            }
+            let has_time = begin.elapsed().as_secs_f64() <= options.enough_s;
+            let wanted = if has_time { MAX_RUNS } else { options.min_runs };
+            if runs.len() >= wanted {
+                let parts = [("render", render_s), ("write", write_s)];
+                let parts = parts.map(|(name, times)| (name, median(&times).unwrap_or_default()));
+                let gpu_passes = passes.iter().filter_map(|(name, times)| {
+                    let milliseconds = median(times)?;
+                    Some(PassMedian { name, milliseconds })
+                });
+                let seconds = Seconds::from_runs(runs, parts).unwrap_or_default();
+                return Ok((frame, seconds, gpu_passes.collect()));
+            }
+        }
     }
 }
 
-/// Up to `count` pixels with a surface, spread over the image: multiples of the golden ratio fall evenly into the list and
-/// into no pattern of the rows.
+/// Up to `count` pixels with a surface, spread over the image without a pattern; the same ones every time.
 fn spread(kept: &Intermediates, count: usize) -> Vec<usize> {
-    const GOLDEN: f64 = 0.618_033_988_749_894_8;
-    let points = kept.gbuffer.iter().enumerate();
-    let seen: Vec<usize> = points.filter_map(|(i, p)| p.map(|_| i)).collect();
-    if seen.len() <= count {
-        return seen;
-    }
-    (0..count)
-        .map(|i| seen[((i as f64 * GOLDEN).fract() * seen.len() as f64) as usize])
-        .collect()
+    let pixels = 0..kept.gbuffer.len();
+    let seen = pixels.filter(|&pixel| kept.gbuffer[pixel].is_some());
+    fastrand::Rng::with_seed(0).choose_multiple(seen, count)
 }
 
 /// What the next setting of the series will take, at least. A plain sum at every pixel: four times the pairs, and the rest as it is.
@@ -213,15 +238,4 @@ fn next_seconds(entry: &Entry) -> f64 {
         .flat_map(|engine| &engine.gpu_passes)
         .filter(|pass| pass.name == "gather");
     entry.seconds.median + 3e-3 * gather_ms.map(|pass| pass.milliseconds).sum::<f64>()
-}
-
-fn pairs_per_second(frame: &Frame, gpu_passes: &[PassMedian]) -> Option<f64> {
-    let gather = gpu_passes.iter().find(|pass| pass.name == "gather")?;
-    let seconds = gather.milliseconds * 1e-3;
-    (seconds > 0.0).then(|| frame.stats.pixel_vpl_pairs as f64 / seconds)
-}
-
-fn frame_values(frame: &Frame, layer: Layer) -> Result<&[f32], Failure> {
-    let missing = || format!("internal error: the frame has no layer {}", layer.name());
-    Ok(frame.values(layer).ok_or_else(missing)?)
 }

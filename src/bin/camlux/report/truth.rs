@@ -3,14 +3,16 @@
 use std::path::Path;
 use std::time::Instant;
 
-use camlux::output::{ExrOptions, Frame, Layer, OutputFile, write_exr};
+use camlux::metrics::{Comparison, CorrectedRmse, Pixels};
+use camlux::output::{ExrOptions, Frame, Layer, OutputFile, white_radiance, write_exr};
 use camlux::reference::{Goal, Reference};
 use camlux::{Error, Scene};
 
-use super::error;
-use super::picture::{Gallery, Pictures};
-use super::results::{Entry, Kind, ModelError, REFERENCE, Seconds, TimePart, Truth};
+use super::Subject;
+use super::picture::Pictures;
+use super::results::{Entry, Kind, ModelError, Seconds, Truth};
 use super::steps::Steps;
+use crate::error_map::ErrorMap;
 use crate::{Failure, reference, tell};
 
 /// Samples of the first point of the reference's series, in so many independent rounds, whose spread tells the error.
@@ -25,25 +27,21 @@ pub struct TruthImage {
     valid: Vec<bool>,
     /// Pixels on edges, where no image is measured.
     edges: Vec<bool>,
-    pub gallery: Gallery,
+    /// Radiance of full brightness in all pictures, W/sr/m².
+    white: f32,
 }
 
-/// What an image is next to the truth. No error where the truth is black.
-pub struct Measured {
-    pub indirect: Option<ModelError>,
-    pub total: Option<ModelError>,
-    pub pictures: Pictures,
-}
-
-/// Takes the image at `path` where it is the scene's, refines it to the standard error, and writes it.
+/// Takes the image at `file` in the folder where it is the scene's, refines it to the standard error, and writes it.
 ///
 /// # Errors
 /// Those of sampling and writing; cancelled after a signal.
 pub fn obtain(
     scene: &Scene,
-    path: &Path,
+    folder: &Path,
+    file: String,
     standard_error: f64,
 ) -> Result<(TruthImage, Truth), Failure> {
+    let path = &folder.join(&file);
     // Before anything that takes time: a place that cannot be written is said at once.
     drop(OutputFile::create(path)?);
     let start = Instant::now();
@@ -58,16 +56,17 @@ pub fn obtain(
     };
     let was_there = resumed.is_some();
     let goal = Goal::StandardError(standard_error);
-    let reference = reference::refine(scene, goal, resumed, |reference| {
-        reference::save(reference, path)
-    })?;
+    let reference = reference::refine(scene, goal, resumed, path)?;
     let image = TruthImage::new(reference.frame())?;
+    let surface_pixels = image.valid.iter().filter(|&&valid| valid).count();
+    let pixels = image.valid.iter().zip(&image.edges);
+    let edge_pixels = pixels.filter(|&(&valid, &edge)| valid && edge).count();
     let truth = Truth {
-        file: path.to_string_lossy().into_owned(),
+        file,
         scene_hash: image.frame.description.scene_hash.clone(),
         samples_per_pixel: reference.samples_per_pixel(),
-        edge_pixels: image.edge_pixels(),
-        edge_share: image.edge_pixels() as f64 / image.surface_pixels().max(1) as f64,
+        edge_pixels,
+        edge_share: edge_pixels as f64 / surface_pixels.max(1) as f64,
         was_there,
         noise_floor: reference.relative_standard_error(),
         seconds: start.elapsed().as_secs_f64(),
@@ -81,47 +80,83 @@ impl TruthImage {
             let ids = frame.ids(layer).unwrap_or_default();
             ids.iter().map(|&id| id > 0).collect()
         };
-        let (valid, edges) = (are_set(Layer::InstanceId), are_set(Layer::Edge));
-        let gallery = Gallery::new(
-            frame.resolution_px,
-            values(&frame, Layer::Indirect)?,
-            &valid,
-            &edges,
-        );
         Ok(TruthImage {
+            valid: are_set(Layer::InstanceId),
+            edges: are_set(Layer::Edge),
+            white: white_radiance(values(&frame, Layer::Indirect)?),
             frame,
-            valid,
-            edges,
-            gallery,
         })
     }
 
-    fn surface_pixels(&self) -> usize {
-        self.valid.iter().filter(|&&valid| valid).count()
+    /// # Errors
+    /// Where the PNG cannot be encoded.
+    pub fn pictures(&self) -> Result<Pictures, Failure> {
+        let indirect = values(&self.frame, Layer::Indirect)?;
+        Pictures::new(self.frame.resolution_px, indirect, self.white, None)
     }
 
-    /// Those among the pixels with a surface.
-    fn edge_pixels(&self) -> usize {
-        let pairs = self.valid.iter().zip(&self.edges);
-        pairs.filter(|&(&valid, &edge)| valid && edge).count()
-    }
-
-    /// Measures an image of the truth's size against it.
+    /// The errors and pictures of an image of the truth's size; no error where the truth is black.
     ///
     /// # Errors
     /// Where the image has another size.
-    pub fn measure(&self, indirect: &[f32], total: &[f32]) -> Result<Measured, Failure> {
-        let error = |image, layer| {
-            let truth = values(&self.frame, layer)?;
-            let noise = values(&self.frame, Layer::StandardError)?;
-            error::model_error(image, truth, noise, &self.valid, &self.edges)
-        };
-        Ok(Measured {
-            indirect: error(indirect, Layer::Indirect)?,
-            total: error(total, Layer::Radiance)?,
-            pictures: self.gallery.of_image(indirect)?,
+    pub fn measure(&self, indirect: &[f32], total: &[f32]) -> Result<Entry, Failure> {
+        let pixels = self.pixels(indirect, Layer::Indirect)?;
+        let comparison = Comparison::new(&pixels)?;
+        let size_px = self.frame.resolution_px;
+        let map = ErrorMap::new(size_px, &pixels, &comparison);
+        let of_total = self.pixels(total, Layer::Radiance)?;
+        Ok(Entry {
+            indirect: model_error(&pixels, &comparison)?,
+            total: model_error(&of_total, &Comparison::new(&of_total)?)?,
+            pictures: Some(Pictures::new(size_px, indirect, self.white, map.as_ref())?),
+            ..Entry::default()
         })
     }
+
+    fn pixels<'a>(&'a self, image: &'a [f32], layer: Layer) -> Result<Pixels<'a>, Failure> {
+        Ok(Pixels {
+            image,
+            reference: values(&self.frame, layer)?,
+            image_standard_error: None,
+            reference_standard_error: Some(values(&self.frame, Layer::StandardError)?),
+            valid: &self.valid,
+            edges: Some(&self.edges),
+            channels: 3,
+        })
+    }
+}
+
+/// From the library's comparison to the figures of the report. `None` where the truth is black, or nothing but noise.
+fn model_error(pixels: &Pixels, comparison: &Comparison) -> Result<Option<ModelError>, Failure> {
+    let with_edges = Comparison::new(&Pixels {
+        edges: None,
+        ..*pixels
+    })?;
+    let (Some(errors), Some(corrected)) = (comparison.errors, comparison.noise) else {
+        return Ok(None);
+    };
+    let (relative_rmse, uncertainty) = match corrected.rmse {
+        CorrectedRmse::Estimate {
+            value,
+            standard_error,
+        } => (value, Some(standard_error)),
+        CorrectedRmse::Below(bound) => (bound, None),
+        CorrectedRmse::ReferenceIsNoise => return Ok(None),
+    };
+    Ok(Some(ModelError {
+        relative_rmse,
+        is_upper_bound: uncertainty.is_none(),
+        relative_rmse_uncertainty: uncertainty,
+        relative_rmse_uncorrected: Some(errors.rmse),
+        relative_rmse_with_edges: with_edges
+            .noise
+            .and_then(|noise| noise.rmse.value_or_bound()),
+        bias: Some(errors.bias),
+        bias_uncertainty: Some(corrected.bias_standard_error),
+        mean_relative_error: Some(errors.mean_absolute),
+        p99: Some(errors.percentile_99),
+        non_finite: with_edges.non_finite_image as u64,
+    }))
 }
 
 /// The reference as a contender: its own error, from its own spread, against its time, at doubled numbers of samples until
@@ -130,8 +165,7 @@ impl TruthImage {
 /// # Errors
 /// Those of sampling and writing; cancelled after a signal.
 pub fn series(
-    name: &str,
-    scene: &Scene,
+    Subject { name, scene, .. }: &Subject,
     scratch: &Path,
     longest_s: f64,
     steps: &Steps,
@@ -139,7 +173,7 @@ pub fn series(
     let mut entries = Vec::new();
     let mut samples = FIRST_SAMPLES;
     while samples <= LAST_SAMPLES {
-        steps.begin(&format!("{name}: reference, {samples} samples"))?;
+        steps.begin(format!("{name}: reference, {samples} samples"))?;
         let file = OutputFile::create(scratch)?;
         let start = Instant::now();
         let mut reference = Reference::new(scene, samples / ROUNDS)?;
@@ -152,26 +186,18 @@ pub fn series(
         let _ = std::fs::remove_file(scratch);
 
         let parts = [("sample", sampled_s), ("write", seconds - sampled_s)];
-        let parts = parts.map(|(name, seconds)| TimePart {
-            name: name.into(),
-            seconds,
-        });
-        let Some(times) = Seconds::from_runs(vec![seconds], parts.into()) else {
-            break;
-        };
-        let own = reference.relative_standard_error();
+        let own_error = reference.relative_standard_error();
         entries.push(Entry {
             kind: Kind::Reference,
-            series: REFERENCE.into(),
+            series: "camlux reference".into(),
             label: format!("{samples} spp"),
-            description: None,
-            seconds: times,
-            indirect: own.map(ModelError::from_standard_error),
-            total: None,
-            engine: None,
-            is_on_engine_front: false,
-            is_on_front: false,
-            pictures: None,
+            seconds: Seconds::from_runs(vec![seconds], parts).unwrap_or_default(),
+            // An image that is nothing but noise of this size.
+            indirect: own_error.map(|relative_rmse| ModelError {
+                relative_rmse,
+                ..ModelError::default()
+            }),
+            ..Entry::default()
         });
         if seconds > longest_s {
             break;
@@ -181,7 +207,8 @@ pub fn series(
     Ok(entries)
 }
 
-fn values(frame: &Frame, layer: Layer) -> Result<&[f32], Failure> {
-    let missing = || format!("internal error: the truth has no layer {}", layer.name());
+/// A layer that every frame of the report has.
+pub fn values(frame: &Frame, layer: Layer) -> Result<&[f32], Failure> {
+    let missing = || format!("internal error: there is no layer {}", layer.name());
     Ok(frame.values(layer).ok_or_else(missing)?)
 }
