@@ -13,6 +13,7 @@ mod frame;
 mod input;
 mod kept;
 mod layers;
+mod local_space;
 mod mesh_file;
 mod metamorphic;
 mod metamorphic_rays;
@@ -20,6 +21,7 @@ mod metrics;
 #[cfg(feature = "reference")]
 mod mirror;
 mod model;
+mod model_parts;
 mod modules;
 mod output;
 mod output_file;

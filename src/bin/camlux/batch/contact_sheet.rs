@@ -24,10 +24,8 @@ impl ContactSheet {
         require_extension("--contact-sheet", path, "png")?;
         let layers = frames.job.exr.layers.as_ref();
         if layers.is_some_and(|layers| !layers.contains(&Layer::Radiance)) {
-            return Err(
-                "--contact-sheet: it shows the layer radiance; add it to \"layers\" of the job"
-                    .into(),
-            );
+            let problem = "it shows the layer radiance; add it to \"layers\" of the job";
+            return Err(format!("--contact-sheet: {problem}").into());
         }
         Ok(ContactSheet(OutputFile::create(path)?))
     }

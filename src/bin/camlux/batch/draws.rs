@@ -27,21 +27,16 @@ impl Draws {
     }
 
     pub fn inside(&mut self, min: DVec3, max: DVec3) -> DVec3 {
-        let [x, y, z] = [0, 1, 2].map(|axis| self.between(min[axis], max[axis]));
-        DVec3::new(x, y, z)
+        DVec3::from_array([0, 1, 2].map(|axis| self.between(min[axis], max[axis])))
     }
 
     /// Every rotation is as likely as any other (Shoemake 1992).
     pub fn rotation(&mut self) -> DQuat {
         let share = self.unit();
         let [a, b] = [0, 1].map(|_| self.between(0.0, std::f64::consts::TAU));
-        let (small, large) = ((1.0 - share).sqrt(), share.sqrt());
-        DQuat::from_xyzw(
-            small * a.sin(),
-            small * a.cos(),
-            large * b.sin(),
-            large * b.cos(),
-        )
+        let [x, y] = [a.sin(), a.cos()].map(|v| v * (1.0 - share).sqrt());
+        let [z, w] = [b.sin(), b.cos()].map(|v| v * share.sqrt());
+        DQuat::from_xyzw(x, y, z, w)
     }
 }
 
