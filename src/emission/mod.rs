@@ -34,6 +34,8 @@ pub enum Projection {
 }
 
 /// One square face. `right`, `up`, `forward` are orthonormal with right = forward × up, as for the camera.
+///
+/// The centre of texel (x, y) lies half_extent·(u·right + v·up) off the middle, u = 2(x+½)/size − 1, v = 1 − 2(y+½)/size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EmissionFace {
     pub right: DVec3,
@@ -145,31 +147,6 @@ impl EmissionDomain {
     pub fn incident_power_w(&self, texel: &TexelEmission) -> Bands {
         self.axial_intensity
             .map(|intensity| intensity * texel.falloff * texel.measure)
-    }
-
-    /// Direction of the ray through the centre of texel (x, y) of a face, scaled so that its component along `forward` is 1:
-    /// forward + half_extent·(u·right + v·up), u = 2(x+½)/size − 1, v = 1 − 2(y+½)/size. `forward` for a directional light.
-    pub fn texel_direction(&self, face: &EmissionFace, x: u32, y: u32) -> DVec3 {
-        match self.projection {
-            Projection::Perspective => face.forward + self.texel_offset(face, x, y),
-            Projection::Orthographic => face.forward,
-        }
-    }
-
-    /// Where the ray through the centre of texel (x, y) of a face starts: L, or for a directional light a point of the face.
-    pub fn texel_origin_m(&self, face: &EmissionFace, x: u32, y: u32) -> DVec3 {
-        match self.projection {
-            Projection::Perspective => self.origin_m,
-            Projection::Orthographic => self.origin_m + self.texel_offset(face, x, y),
-        }
-    }
-
-    /// half_extent·(u·right + v·up) of a texel centre.
-    fn texel_offset(&self, face: &EmissionFace, x: u32, y: u32) -> DVec3 {
-        let size = f64::from(self.size);
-        let u = (2.0 * f64::from(x) + 1.0) / size - 1.0;
-        let v = 1.0 - (2.0 * f64::from(y) + 1.0) / size;
-        face.half_extent * (u * face.right + v * face.up)
     }
 }
 

@@ -75,14 +75,11 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// SensorPixelArea, m².
-    pub fn pixel_area_m2(&self) -> f64 {
-        self.pixel_pitch_um[0] * self.pixel_pitch_um[1] * 1e-12
-    }
-
     /// Q_C / E_C: joules per W/m² of irradiance on the pixel.
     pub fn joule_per_irradiance(&self) -> f64 {
-        self.pixel_area_m2() * self.duty_cycle * self.exposure_time_s
+        let [width_um, height_um] = self.pixel_pitch_um;
+        let pixel_area_m2 = width_um * height_um * 1e-12;
+        pixel_area_m2 * self.duty_cycle * self.exposure_time_s
     }
 }
 

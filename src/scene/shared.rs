@@ -71,16 +71,6 @@ mod tests {
     use super::Shared;
 
     #[test]
-    fn a_change_does_not_reach_the_others() {
-        let first = Shared::from(vec![1]);
-        let mut second = first.clone();
-        assert!(first.ptr_eq(&second));
-        second.push(2);
-        assert_eq!((&*first, &*second), (&vec![1], &vec![1, 2]));
-        assert!(!first.ptr_eq(&second));
-    }
-
-    #[test]
     fn a_change_takes_the_digest_along() {
         let digest = |value: &Shared<u8>| value.digest(|value| [*value; 32]);
         let mut first = Shared::from(1);

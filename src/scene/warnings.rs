@@ -48,9 +48,8 @@ impl Scene {
                 ));
             }
         }
-        let tolerance_m = self
-            .bounding_sphere()
-            .map_or(0.0, |sphere| IN_SURFACE * sphere.radius_m);
+        let sphere = self.bounding_sphere();
+        let tolerance_m = sphere.map_or(0.0, |sphere| IN_SURFACE * sphere.radius_m);
         for (i, light) in self.lights.iter().enumerate() {
             let kind = light.kind();
             if light.emission() == [0.0; 3] {

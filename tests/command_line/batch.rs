@@ -288,6 +288,64 @@ fn nonsense_for_frames_and_shards_is_wrong_usage() {
     }
 }
 
+/// The camera's poses in 10 000 frames, all drawn, as a dry run lists them.
+fn drawn_poses(jobs: &Jobs, seed: u32, more: &str) -> Vec<(DVec3, DQuat)> {
+    jobs.write(
+        "job.toml",
+        &format!(
+            "[job]\nscene = \"scene.toml\"\nframes = 10000\nseed = {seed}\n[camera]\n{DRAWN}{more}"
+        ),
+    );
+    let output = jobs.program(&["batch", "job.toml", "--dry-run"]).output();
+    let stdout = String::from_utf8(output.unwrap().stdout).unwrap();
+    let poses = stdout.lines().map(|line| {
+        let (_, pose) = line.split_once("position = ").unwrap();
+        let words = pose.split(|c: char| !(c.is_ascii_digit() || "-.e".contains(c)));
+        let numbers: Vec<f64> = words.filter_map(|word| word.parse().ok()).collect();
+        (
+            DVec3::from_slice(&numbers),
+            DQuat::from_slice(&numbers[3..]),
+        )
+    });
+    poses.collect()
+}
+
+const DRAWN: &str = "random = { min = [2, 2, 2], max = [4, 4, 4], turn = \"any\" }\n";
+
+#[test]
+fn draws_are_even_and_depend_on_seed_frame_and_purpose() {
+    let jobs = Jobs::new("");
+    let poses = drawn_poses(&jobs, 7, "");
+    assert_eq!(poses.len(), 10_000);
+    assert_ne!(poses[0], poses[1]);
+    assert_ne!(poses[0], drawn_poses(&jobs, 8, "")[0]);
+    for axis in 0..3 {
+        let values = poses.iter().map(|(position_m, _)| position_m[axis]);
+        assert!(values.clone().all(|value| (2.0..4.0).contains(&value)));
+        let mean = values.sum::<f64>() / 1e4;
+        // Six standard errors of the mean of a width of 2.
+        assert!(
+            (mean - 3.0).abs() < 6.0 * 2.0 / 12_f64.sqrt() / 100.0,
+            "{mean}"
+        );
+    }
+    // The mean of a rotated axis vanishes.
+    assert!(poses.iter().all(|(_, q)| (q.length() - 1.0).abs() < 1e-15));
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        let mean = poses.iter().map(|(_, q)| *q * axis).sum::<DVec3>() / 1e4;
+        assert!(mean.length() < 6.0 / 100.0, "{axis}: {mean}");
+    }
+    // What else is drawn is drawn for itself.
+    let light = format!("[[light]]\nindex = 0\n{DRAWN}");
+    assert_eq!(poses, drawn_poses(&jobs, 7, &light));
+    jobs.succeed("set", &["--frames", "0..1"]);
+    let line = &jobs.manifest("set/manifest.jsonl")[0];
+    assert_ne!(
+        line["lights"][0]["position_m"],
+        line["camera"]["position_m"]
+    );
+}
+
 #[test]
 fn bad_jobs_are_refused_with_file_and_line() {
     let cases = [

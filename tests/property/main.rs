@@ -12,6 +12,7 @@ mod emission;
 mod frame;
 mod input;
 mod kept;
+mod lattice;
 mod layers;
 mod local_space;
 mod mesh_file;

@@ -9,6 +9,9 @@ use super::draws::Draws;
 use super::motion::{self, Motion};
 use crate::Failure;
 
+/// How to write the place of a light or mesh.
+const INDEX: &str = "index = 0, its place in the scene file";
+
 #[derive(Default)]
 pub struct Changes {
     pub camera: Option<Motion>,
@@ -54,7 +57,7 @@ impl Changes {
         }
         for mut mesh in keys.tables("mesh")? {
             mesh.only(&[&["index"], &motion::KEYS[..]].concat())?;
-            let index = changes.index_of(&mut mesh, Named::Mesh)?;
+            let index = changes.index(mesh.need("index", INDEX)?, Named::Mesh)?;
             let motion = Motion::read(&mut mesh, folder)?.ok_or_else(|| {
                 let hint = "add poses, keyframes, trajectory or random";
                 mesh.error("[[mesh]] says nothing of a motion", hint)
@@ -79,12 +82,12 @@ impl Changes {
     fn read_light(&mut self, mut keys: Keys, folder: &Path) -> Result<(), Failure> {
         let own = ["index", "power_factors", "power_factor_range"];
         keys.only(&[&own[..], &motion::KEYS].concat())?;
-        let index = self.index_of(&mut keys, Named::Light)?;
+        let index = self.index(keys.need("index", INDEX)?, Named::Light)?;
         let factors = match keys.take_one(&["power_factors", "power_factor_range"])? {
             None => None,
-            Some(("power_factors", factors)) => {
-                let factors = factors.filled("list one a frame")?;
-                Some(Values::Listed(numbers(factors)?))
+            Some(("power_factors", list)) => {
+                let list = list.filled("list one a frame")?;
+                Some(Values::Listed(numbers(list)?))
             }
             Some((_, range)) => {
                 let [least, most] = range.numbers()?;
@@ -123,12 +126,7 @@ impl Changes {
         Ok(())
     }
 
-    /// `index = 0`: what a table changes, by its place in the scene file.
-    fn index_of(&mut self, keys: &mut Keys, named: fn(usize) -> Named) -> Result<usize, Failure> {
-        let value = keys.need("index", "index = 0, its place in the scene file")?;
-        self.index(value, named)
-    }
-
+    /// Notes what has to be there, by its place in the scene file.
     fn index(&mut self, value: Value, named: fn(usize) -> Named) -> Result<usize, Failure> {
         let index = value.count()? as usize;
         self.named.push((value.at, named(index)));

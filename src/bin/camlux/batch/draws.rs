@@ -39,39 +39,3 @@ impl Draws {
         DQuat::from_xyzw(x, y, z, w)
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn draws_are_even_and_depend_on_seed_frame_and_purpose() {
-        let draw = |seed, frame, purpose| Draws::new(seed, frame, purpose).between(2.0, 4.0);
-        let first = draw(1, 2, "a");
-        assert_eq!(first, draw(1, 2, "a"));
-        for other in [draw(2, 2, "a"), draw(1, 3, "a"), draw(1, 2, "b")] {
-            assert_ne!(first, other);
-        }
-        let values: Vec<f64> = (0..10_000).map(|frame| draw(7, frame, "c")).collect();
-        assert!(values.iter().all(|value| (2.0..4.0).contains(value)));
-        let mean = values.iter().sum::<f64>() / 1e4;
-        // Six standard errors of the mean of a width of 2.
-        assert!(
-            (mean - 3.0).abs() < 6.0 * 2.0 / 12_f64.sqrt() / 100.0,
-            "{mean}"
-        );
-    }
-
-    /// The mean of a rotated axis vanishes, and so does each component of the mean quaternion.
-    #[test]
-    fn rotations_have_no_favourite() {
-        let rotations: Vec<DQuat> = (0..10_000)
-            .map(|frame| Draws::new(3, frame, "turn").rotation())
-            .collect();
-        assert!(rotations.iter().all(|q| (q.length() - 1.0).abs() < 1e-15));
-        for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
-            let mean = rotations.iter().map(|q| *q * axis).sum::<DVec3>() / 1e4;
-            assert!(mean.length() < 6.0 / 100.0, "{axis}: {mean}");
-        }
-    }
-}
