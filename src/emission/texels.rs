@@ -31,14 +31,10 @@ type Integral = DVec2;
 /// Texels of one face of a cube around a point light.
 pub(super) fn cube_face(size: u32) -> Vec<TexelEmission> {
     let grid = Grid::new(size, 1.0);
-    // One quadrant is computed and mirrored.
-    let half = grid.size - grid.size / 2;
-    let quadrant: Vec<f64> = (0..half * half)
-        .map(|i| rectangle_solid_angle(grid.span(i % half), grid.span(i / half)))
-        .collect();
     grid.texels(|x, row| {
-        let [x, row] = [x, row].map(|i| grid.size - 1 - grid.outward(i));
-        DVec2::splat(quadrant[row * half + x])
+        // All in one quadrant, so that mirrored texels are exactly equal.
+        let [x, row] = [x, row].map(|i| grid.span(grid.size - 1 - grid.outward(i)));
+        DVec2::splat(rectangle_solid_angle(x, row))
     })
 }
 

@@ -41,24 +41,10 @@ pub(super) struct Assets {
     /// File and line of each material.
     pub material_places: Vec<String>,
     pub textures: Vec<Texture>,
-    /// How many of the materials are the scene file's own: the first ones.
-    own_materials: usize,
     texture_of_file: HashMap<PathBuf, usize>,
 }
 
 impl Assets {
-    /// Adds a material of the scene file itself. These come before all meshes.
-    pub fn add_material(&mut self, material: Material, at: String) {
-        self.push_material(material, at);
-        self.own_materials = self.materials.len();
-    }
-
-    /// Names of the materials of the scene file itself.
-    pub fn own_materials(&self) -> impl Iterator<Item = &str> {
-        let own = &self.materials[..self.own_materials];
-        own.iter().map(|material| material.name.as_str())
-    }
-
     /// Loads an OBJ file as one mesh, with the materials and textures that its faces use.
     pub fn load_mesh(&mut self, request: MeshRequest) -> Result<()> {
         let file = &request.path;
@@ -167,7 +153,8 @@ impl Assets {
         Ok(material)
     }
 
-    fn push_material(&mut self, material: Material, at: String) -> u32 {
+    /// Adds a material, read at this place.
+    pub fn push_material(&mut self, material: Material, at: String) -> u32 {
         let index = self.materials.len() as u32;
         self.materials.push(material);
         self.material_places.push(at);

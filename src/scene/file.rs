@@ -59,13 +59,14 @@ impl Scene {
             for (name, value) in materials.take_all() {
                 let material = value.table(format!("[material.{name}]"))?;
                 let at = material.at.clone();
-                assets.add_material(file_parts::material(material, name)?, at);
+                assets.push_material(file_parts::material(material, name)?, at);
             }
         }
+        let own: Vec<String> = assets.materials.iter().map(|m| m.name.clone()).collect();
         let folder = file.parent().unwrap_or(Path::new(""));
         for (i, mesh) in keys.tables("mesh")?.into_iter().enumerate() {
             places.insert(("mesh", i), mesh.at.clone());
-            assets.load_mesh(mesh_request(mesh, folder, &assets)?)?;
+            assets.load_mesh(mesh_request(mesh, folder, &own)?)?;
         }
 
         let scene = Scene {
@@ -85,7 +86,8 @@ impl Scene {
     }
 }
 
-fn mesh_request(mut keys: Keys, folder: &Path, assets: &Assets) -> Result<MeshRequest> {
+/// `own`: the names of the file's own materials.
+fn mesh_request(mut keys: Keys, folder: &Path, own: &[String]) -> Result<MeshRequest> {
     keys.only(&[
         "path",
         "scale",
@@ -100,18 +102,18 @@ fn mesh_request(mut keys: Keys, folder: &Path, assets: &Assets) -> Result<MeshRe
         path: folder.join(&name),
         name,
         named_at: path.at,
-        material_override: keys.optional("material", |value| named_material(value, assets))?,
+        material_override: keys.optional("material", |value| named_material(value, own))?,
         transform: transform(&mut keys)?,
         flat: keys.optional("flat", Value::flag)?.unwrap_or(false),
     })
 }
 
-fn named_material(value: &Value, assets: &Assets) -> Result<u32> {
+fn named_material(value: &Value, own: &[String]) -> Result<u32> {
     let name = value.text()?;
-    let known: Vec<&str> = assets.own_materials().collect();
-    if let Some(index) = known.iter().position(|own| *own == name) {
+    if let Some(index) = own.iter().position(|own| own == name) {
         return Ok(index as u32);
     }
+    let known: Vec<&str> = own.iter().map(String::as_str).collect();
     let hint = match known.is_empty() {
         true => format!("add a [material.{name}] table"),
         false => did_you_mean(name, &known),
