@@ -1,65 +1,48 @@
 //! Takes keys out of a TOML table one by one, so that each error names the file, the line and the key.
 
-use std::ops::Range;
+use std::fmt::Display;
 use std::path::Path;
+use std::rc::Rc;
 
 use glam::DVec3;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::{Error, Result};
+use crate::{Error, Result, input_file};
 
-/// The text of a file and its name.
-#[derive(Clone, Copy)]
-pub struct TomlText<'t> {
-    /// How messages call it: "the scene file".
-    pub name: &'static str,
-    pub text: &'t str,
-    pub file: &'t Path,
-    pub lines: &'t LineStarts,
+/// The format version of scene files and job files.
+const VERSION: u32 = 1;
+
+/// The text of a file; `what`: "scene file".
+pub fn read_text(file: &Path, what: &str) -> Result<String> {
+    let unreadable = |problem: &dyn Display| {
+        Error::scene(
+            file.display().to_string(),
+            format!("cannot read the {what}: {problem}"),
+            "check the path and that it is a UTF-8 text file",
+        )
+    };
+    let bytes = input_file::read(file).map_err(|error| unreadable(&error))?;
+    String::from_utf8(bytes).map_err(|error| unreadable(&error))
 }
 
-/// Where the lines of a text begin but the first: to count them anew for each key would take the square of a file's size.
-pub struct LineStarts(Vec<usize>);
-
-impl LineStarts {
-    pub fn new(text: &str) -> Self {
-        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
-        LineStarts(breaks.map(|(offset, _)| offset + 1).collect())
-    }
-
-    fn line_of(&self, offset: usize) -> usize {
-        1 + self.0.partition_point(|&start| start <= offset)
-    }
+/// A file's name, and where its lines begin but the first: to count them anew for each key would take the square of its size.
+struct Source {
+    file: String,
+    line_starts: Vec<usize>,
 }
 
-impl<'t> TomlText<'t> {
-    /// The whole document as one table.
-    pub fn parse(self) -> Result<Keys<'t>> {
-        let root = DeTable::parse(self.text).map_err(|error| {
-            Error::scene(
-                self.at(error.span().unwrap_or_default()),
-                format!("not valid TOML: {}", error.message()),
-                "correct this line",
-            )
-        })?;
-        Ok(Keys {
-            source: self,
-            name: self.name.into(),
-            at: self.file.display().to_string(),
-            table: root.into_inner(),
-        })
-    }
-
+impl Source {
     /// `scene.toml:12`
-    fn at(self, span: Range<usize>) -> String {
-        format!("{}:{}", self.file.display(), self.lines.line_of(span.start))
+    fn at(&self, offset: usize) -> String {
+        let line = 1 + self.line_starts.partition_point(|&start| start <= offset);
+        format!("{}:{line}", self.file)
     }
 }
 
 /// A table whose keys are taken one by one.
 pub struct Keys<'t> {
-    source: TomlText<'t>,
+    source: Rc<Source>,
     /// How messages call the table: `[camera]`.
     name: String,
     /// Where the table begins: `scene.toml:3`.
@@ -68,6 +51,40 @@ pub struct Keys<'t> {
 }
 
 impl<'t> Keys<'t> {
+    /// The text of a file as one table, of the version that is read here and with no keys but these; `what`: "scene file".
+    pub fn parse(text: &'t str, file: &Path, what: &str, known: &[&str]) -> Result<Self> {
+        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let source = Rc::new(Source {
+            file: file.display().to_string(),
+            line_starts: breaks.map(|(offset, _)| offset + 1).collect(),
+        });
+        let root = DeTable::parse(text).map_err(|error| {
+            Error::scene(
+                source.at(error.span().unwrap_or_default().start),
+                format!("not valid TOML: {}", error.message()),
+                "correct this line",
+            )
+        })?;
+        let mut keys = Keys {
+            name: format!("the {what}"),
+            at: source.file.clone(),
+            source,
+            table: root.into_inner(),
+        };
+        keys.only(known)?;
+        if let Some(value) = keys.take("version") {
+            let version = value.count()?;
+            if version != VERSION {
+                return Err(Error::scene(
+                    value.at,
+                    format!("{what} version {version} is not known"),
+                    format!("write version = {VERSION}, or use a newer camlux"),
+                ));
+            }
+        }
+        Ok(keys)
+    }
+
     /// Refuses a key that is not in `known`, and names the nearest one that is and that the table does not have yet.
     pub fn only(&self, known: &[&str]) -> Result<()> {
         // The first unknown key of the text, not of the alphabet.
@@ -80,7 +97,7 @@ impl<'t> Keys<'t> {
         let is_absent = |known: &&&str| !self.table.contains_key(**known);
         let absent: Vec<&str> = known.iter().filter(is_absent).copied().collect();
         Err(Error::scene(
-            self.source.at(key.span()),
+            self.source.at(key.span().start),
             format!("unknown key \"{}\" in {}", key.get_ref(), self.name),
             did_you_mean(key.get_ref(), &absent),
         ))
@@ -88,7 +105,27 @@ impl<'t> Keys<'t> {
 
     pub fn take(&mut self, key: &str) -> Option<Value<'t>> {
         let value = self.table.remove(key)?;
-        Some(Value::new(self.source, key, &self.name, value))
+        Some(Value::new(self.source.clone(), key, &self.name, value))
+    }
+
+    /// The value of a key that may be absent, as `read` has it.
+    pub fn optional<T>(
+        &mut self,
+        key: &str,
+        read: impl FnOnce(&Value<'t>) -> Result<T>,
+    ) -> Result<Option<T>> {
+        self.take(key).as_ref().map(read).transpose()
+    }
+
+    /// The table that is written `[key]`, where it is there.
+    pub fn table(&mut self, key: &str) -> Result<Option<Keys<'t>>> {
+        let value = self.take(key);
+        value.map(|v| v.table(format!("[{key}]"))).transpose()
+    }
+
+    /// The tables that are written `[[key]]`.
+    pub fn tables(&mut self, key: &str) -> Result<Vec<Keys<'t>>> {
+        self.take(key).map_or(Ok(Vec::new()), Value::tables)
     }
 
     /// The value of one of these keys, and which it is; refuses two of them.
@@ -107,12 +144,15 @@ impl<'t> Keys<'t> {
     /// The value of a key that has to be there; `example` shows how to write it.
     pub fn need(&mut self, key: &str, example: &str) -> Result<Value<'t>> {
         self.take(key).ok_or_else(|| {
-            Error::scene(
-                &self.at,
-                format!("{} has no \"{key}\"", self.name),
-                format!("add {example}"),
-            )
+            let problem = format!("{} has no \"{key}\"", self.name);
+            self.error(problem, format!("add {example}"))
         })
+    }
+
+    /// Refuses this key, which belongs to something else.
+    pub fn refuse(&mut self, key: &str, problem: &str, hint: &str) -> Result<()> {
+        let value = self.take(key);
+        value.map_or(Ok(()), |value| Err(value.error(problem, hint)))
     }
 
     /// Every key that is left with its value, in the order of the text.
@@ -131,30 +171,22 @@ impl<'t> Keys<'t> {
     pub fn error(&self, problem: impl Into<String>, hint: impl Into<String>) -> Error {
         Error::scene(&self.at, problem, hint)
     }
-
-    /// The message for a word that names none of the choices.
-    pub fn unknown_word(&self, value: &Value, word: &str, choices: &[&str]) -> Error {
-        Error::scene(
-            &value.at,
-            format!("unknown {} \"{word}\" in {}", value.key, self.name),
-            did_you_mean(word, choices),
-        )
-    }
 }
 
 /// "did you mean "fov_y_deg"? possible are ..."
 pub fn did_you_mean(word: &str, known: &[&str]) -> String {
+    // Below it are words of another meaning, above it two letters of which one is wrong.
+    const LEAST_LIKENESS: f64 = 0.6;
     // Jaro-Winkler favours a common beginning: "fov" is nearer to "fov_y_deg" than to "up".
     let likeness = |known: &str| strsim::jaro_winkler(beginning(word), beginning(known));
-    let nearest = known
+    let like = known
         .iter()
-        .max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    match nearest {
-        Some(nearest) => format!(
-            "did you mean \"{nearest}\"? possible are: {}",
-            known.join(", ")
-        ),
-        None => "remove it".into(),
+        .filter(|known| likeness(known) > LEAST_LIKENESS);
+    let possible = format!("possible are: {}", known.join(", "));
+    match like.max_by(|a, b| likeness(a).total_cmp(&likeness(b))) {
+        Some(nearest) => format!("did you mean \"{nearest}\"? {possible}"),
+        None if known.is_empty() => "remove it".into(),
+        None => possible,
     }
 }
 
@@ -167,7 +199,7 @@ fn beginning(word: &str) -> &str {
 
 /// The value of one key.
 pub struct Value<'t> {
-    source: TomlText<'t>,
+    source: Rc<Source>,
     /// `scene.toml:12`
     pub at: String,
     key: String,
@@ -176,10 +208,10 @@ pub struct Value<'t> {
 }
 
 impl<'t> Value<'t> {
-    fn new(source: TomlText<'t>, key: &str, parent: &str, value: Spanned<DeValue<'t>>) -> Self {
+    fn new(source: Rc<Source>, key: &str, parent: &str, value: Spanned<DeValue<'t>>) -> Self {
         Value {
+            at: source.at(value.span().start),
             source,
-            at: source.at(value.span()),
             key: key.into(),
             parent: parent.into(),
             value: value.into_inner(),
@@ -229,6 +261,20 @@ impl<'t> Value<'t> {
             .ok_or_else(|| self.wrong("true or false"))
     }
 
+    /// The one of these that the text names.
+    pub fn choice<T: Copy>(&self, choices: &[T], name: impl Fn(T) -> &'static str) -> Result<T> {
+        let word = self.text()?;
+        let chosen = choices.iter().find(|&&choice| name(choice) == word);
+        chosen.copied().ok_or_else(|| {
+            let names: Vec<&str> = choices.iter().map(|&choice| name(choice)).collect();
+            Error::scene(
+                &self.at,
+                format!("unknown {} \"{word}\" in {}", self.key, self.parent),
+                did_you_mean(word, &names),
+            )
+        })
+    }
+
     /// The value as a table that messages call `name`.
     pub fn table(self, name: impl Into<String>) -> Result<Keys<'t>> {
         match self.value {
@@ -245,16 +291,14 @@ impl<'t> Value<'t> {
     /// The tables that are written `[[key]]`.
     pub fn tables(self) -> Result<Vec<Keys<'t>>> {
         let name = format!("[[{}]]", self.key);
-        let expected = format!("a list of tables; each begins with {name}, in double brackets");
-        let elements = match self.value {
-            DeValue::Array(ref elements) if elements.iter().all(|e| e.get_ref().is_table()) => {
-                elements.clone()
-            }
-            _ => return Err(self.wrong(&expected)),
-        };
-        let element_of = |element| Value::new(self.source, &self.key, &self.parent, element);
-        let tables = elements.into_iter().map(element_of);
-        tables.map(|value| value.table(name.clone())).collect()
+        let elements = self.value.as_array();
+        if !elements.is_some_and(|e| e.iter().all(|e| e.get_ref().is_table())) {
+            return Err(self.wrong(&format!(
+                "a list of tables; each begins with {name}, in double brackets"
+            )));
+        }
+        let list = self.list()?.into_iter();
+        list.map(|value| value.table(&*name)).collect()
     }
 
     /// The elements of an array, each with its own place.
@@ -262,12 +306,24 @@ impl<'t> Value<'t> {
         let DeValue::Array(elements) = self.value else {
             return Err(self.wrong("an array"));
         };
-        let element_of = |element| Value::new(self.source, &self.key, &self.parent, element);
+        let element_of =
+            |element| Value::new(self.source.clone(), &self.key, &self.parent, element);
         Ok(elements.into_iter().map(element_of).collect())
     }
 
+    /// Refuses an empty array; `hint` says what to write there.
+    pub fn filled(self, hint: &str) -> Result<Self> {
+        match self.value.as_array() {
+            Some(elements) if elements.is_empty() => {
+                let problem = format!("\"{}\" is empty", self.key);
+                Err(Error::scene(self.at, problem, hint))
+            }
+            _ => Ok(self),
+        }
+    }
+
     /// The message for a value that is of the right type and still cannot be.
-    pub fn error(&self, problem: impl std::fmt::Display, hint: impl Into<String>) -> Error {
+    pub fn error(&self, problem: impl Display, hint: impl Into<String>) -> Error {
         let problem = format!("\"{}\" in {} {problem}", self.key, self.parent);
         Error::scene(&self.at, problem, hint)
     }
@@ -279,16 +335,8 @@ impl<'t> Value<'t> {
     }
 
     fn wrong(&self, expected: &str) -> Error {
-        Error::scene(
-            &self.at,
-            format!(
-                "\"{}\" in {} is {}",
-                self.key,
-                self.parent,
-                describe(&self.value)
-            ),
-            format!("give {expected}"),
-        )
+        let problem = format!("is {}", describe(&self.value));
+        self.error(problem, format!("give {expected}"))
     }
 }
 
@@ -310,13 +358,13 @@ fn describe(value: &DeValue) -> String {
 /// A whole number is a number: `1` may stand for `1.0`.
 fn finite_number(value: &DeValue) -> Option<f64> {
     let number = match value {
-        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix())
-            .ok()
-            .map(|integer| integer as f64),
-        DeValue::Float(float) => float.as_str().parse().ok(),
-        _ => None,
+        DeValue::Integer(integer) => {
+            i64::from_str_radix(integer.as_str(), integer.radix()).ok()? as f64
+        }
+        DeValue::Float(float) => float.as_str().parse().ok()?,
+        _ => return None,
     };
-    number.filter(|number: &f64| number.is_finite())
+    number.is_finite().then_some(number)
 }
 
 fn count(value: &DeValue) -> Option<u32> {

@@ -6,7 +6,7 @@ const CANDIDATES: u32 = 64;
 /// A rank-1 lattice of `count` points (k/n, frac(k·g/n)) on the torus, in Morton order: neighbours in the list are
 /// neighbours on the square. Of the generators g near the golden ratio, and without a divisor in common with n, so that either
 /// coordinate alone falls evenly, too, the one whose nearest points are farthest apart.
-pub(crate) fn rank1(count: u32) -> Vec<[f32; 2]> {
+pub fn rank1(count: u32) -> Vec<[f32; 2]> {
     let golden = (f64::from(count) * 0.618_033_988_749_894_8) as u32;
     let first = golden.saturating_sub(CANDIDATES / 2).max(1);
     let generator = (first..first + CANDIDATES)
@@ -48,61 +48,4 @@ fn nearest_squared(count: u32, generator: u32) -> u64 {
 fn morton(x: f32) -> u32 {
     let bits = (x * 65_536.0) as u32;
     (0..16).fold(0, |spread, bit| spread | (bits >> bit & 1) << (2 * bit))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn points_keep_their_distance() {
-        for count in [32, 64, 192, 256, 1024, 4096] {
-            let points = rank1(count);
-            assert_eq!(points.len(), count as usize);
-            assert!(points.iter().flatten().all(|x| (0.0..1.0).contains(x)));
-            let around = |a: f32, b: f32| {
-                let apart = (a - b).abs();
-                apart.min(1.0 - apart)
-            };
-            let mut nearest = f32::INFINITY;
-            for (i, a) in points.iter().enumerate() {
-                for b in &points[..i] {
-                    nearest = nearest.min(around(a[0], b[0]).hypot(around(a[1], b[1])));
-                }
-            }
-            // The hexagonal lattice, the best there is, has sqrt(2/√3) = 1.07.
-            let spacing = nearest * (count as f32).sqrt();
-            println!("{count}: {spacing}");
-            assert!(spacing > 0.9);
-        }
-    }
-
-    /// With a divisor of 16 the bounce of the knot at 320 draws had twice the error of that at 256.
-    #[test]
-    fn each_coordinate_alone_falls_evenly() {
-        for count in (1..40).map(|packets| 64 * packets) {
-            for axis in 0..2 {
-                let mut places: Vec<u32> = rank1(count)
-                    .iter()
-                    .map(|point| (point[axis] * count as f32).round() as u32)
-                    .collect();
-                places.sort_unstable();
-                assert!(
-                    places.into_iter().eq(0..count),
-                    "{count} points, axis {axis}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn neighbours_in_the_list_are_neighbours_on_the_square() {
-        let points = rank1(1024);
-        let steps = points.windows(2).map(|pair| {
-            let [[a, b], [c, d]] = [pair[0], pair[1]];
-            (a - c).hypot(b - d)
-        });
-        // In a random order the mean would be 0.52.
-        assert!(steps.sum::<f32>() / 1023.0 < 0.06);
-    }
 }

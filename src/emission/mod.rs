@@ -34,6 +34,8 @@ pub enum Projection {
 }
 
 /// One square face. `right`, `up`, `forward` are orthonormal with right = forward × up, as for the camera.
+///
+/// The centre of texel (x, y) lies half_extent·(u·right + v·up) off the middle, u = 2(x+½)/size − 1, v = 1 − 2(y+½)/size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EmissionFace {
     pub right: DVec3,
@@ -79,22 +81,24 @@ impl EmissionDomain {
     ///   square of the face: `rsm-average` divides by the domain, and the square would make the result depend on how the
     ///   face is turned about the light's direction.
     pub fn new(light: &Light, size: u32, scene: &BoundingSphere) -> Self {
+        let perspective = |origin_m: DVec3, faces, texels, axial_intensity| EmissionDomain {
+            projection: Projection::Perspective,
+            origin_m,
+            depth_range_m: origin_m.distance(scene.centre_m) + scene.radius_m,
+            size,
+            faces,
+            texels,
+            axial_intensity,
+        };
         match *light {
             Light::Point {
                 position_m,
                 power_w,
             } => {
-                let face = texels::cube_face(size);
-                EmissionDomain {
-                    faces: cube_faces(DVec3::Y, DVec3::Z).to_vec(),
-                    texels: face.repeat(6),
-                    ..Self::around(
-                        position_m,
-                        size,
-                        scene,
-                        power_w.map(|power_w| power_w / (4.0 * PI)),
-                    )
-                }
+                let faces = cube_faces(DVec3::Y, DVec3::Z).to_vec();
+                let texels = texels::cube_face(size).repeat(6);
+                let intensity = power_w.map(|power_w| power_w / (4.0 * PI));
+                perspective(position_m, faces, texels, intensity)
             }
             Light::Spot {
                 position_m,
@@ -103,21 +107,16 @@ impl EmissionDomain {
                 power_w,
             } => {
                 let axis = direction.normalize_or_zero();
-                let (faces, texels) = if cone.outer_half_angle_deg
-                    <= SINGLE_FACE_OUTER_HALF_ANGLE_DEG
-                {
-                    let half_extent = cone.outer_half_angle_deg.to_radians().tan() * FACE_MARGIN;
+                let outer_deg = cone.outer_half_angle_deg;
+                let (faces, texels) = if outer_deg <= SINGLE_FACE_OUTER_HALF_ANGLE_DEG {
+                    let half_extent = outer_deg.to_radians().tan() * FACE_MARGIN;
                     let texels = texels::cone_face(size, half_extent, cone, ConeFace::Front);
                     let face = face(axis, axis.any_orthonormal_vector(), half_extent);
                     (vec![face], texels)
                 } else {
                     axis_aligned_cube(axis, size, cone)
                 };
-                EmissionDomain {
-                    faces,
-                    texels,
-                    ..Self::around(position_m, size, scene, axial_intensity(power_w, cone))
-                }
+                perspective(position_m, faces, texels, axial_intensity(power_w, cone))
             }
             Light::Directional {
                 direction,
@@ -138,19 +137,6 @@ impl EmissionDomain {
         }
     }
 
-    /// A perspective domain without faces yet.
-    fn around(origin_m: DVec3, size: u32, scene: &BoundingSphere, axial_intensity: Bands) -> Self {
-        EmissionDomain {
-            projection: Projection::Perspective,
-            origin_m,
-            depth_range_m: origin_m.distance(scene.centre_m) + scene.radius_m,
-            size,
-            faces: Vec::new(),
-            texels: Vec::new(),
-            axial_intensity,
-        }
-    }
-
     /// Measure of the whole domain, ΣΔΩ in sr or ΣΔA_perp in m²: 4π, 2π·(1 − cos θ_o), or π·radius².
     pub fn total_measure(&self) -> f64 {
         let sum: CompensatedSum = self.texels.iter().map(|texel| texel.measure).collect();
@@ -161,31 +147,6 @@ impl EmissionDomain {
     pub fn incident_power_w(&self, texel: &TexelEmission) -> Bands {
         self.axial_intensity
             .map(|intensity| intensity * texel.falloff * texel.measure)
-    }
-
-    /// Direction of the ray through the centre of texel (x, y) of a face, scaled so that its component along `forward` is 1:
-    /// forward + half_extent·(u·right + v·up), u = 2(x+½)/size − 1, v = 1 − 2(y+½)/size. `forward` for a directional light.
-    pub fn texel_direction(&self, face: &EmissionFace, x: u32, y: u32) -> DVec3 {
-        match self.projection {
-            Projection::Perspective => face.forward + self.texel_offset(face, x, y),
-            Projection::Orthographic => face.forward,
-        }
-    }
-
-    /// Where the ray through the centre of texel (x, y) of a face starts: L, or for a directional light a point of the face.
-    pub fn texel_origin_m(&self, face: &EmissionFace, x: u32, y: u32) -> DVec3 {
-        match self.projection {
-            Projection::Perspective => self.origin_m,
-            Projection::Orthographic => self.origin_m + self.texel_offset(face, x, y),
-        }
-    }
-
-    /// half_extent·(u·right + v·up) of a texel centre.
-    fn texel_offset(&self, face: &EmissionFace, x: u32, y: u32) -> DVec3 {
-        let size = f64::from(self.size);
-        let u = (2.0 * f64::from(x) + 1.0) / size - 1.0;
-        let v = 1.0 - (2.0 * f64::from(y) + 1.0) / size;
-        face.half_extent * (u * face.right + v * face.up)
     }
 }
 
@@ -224,10 +185,8 @@ fn axis_aligned_cube(
     let tables = [&side, &side, &front, &back, &side, &side];
     let mut faces = Vec::new();
     let mut texels = Vec::new();
-    for (face, table) in cube_faces(axis, axis.any_orthonormal_vector())
-        .into_iter()
-        .zip(tables)
-    {
+    let cube = cube_faces(axis, axis.any_orthonormal_vector());
+    for (face, table) in cube.into_iter().zip(tables) {
         if table.iter().any(|texel| texel.measure > 0.0) {
             faces.push(face);
             texels.extend_from_slice(table);

@@ -8,6 +8,8 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec2;
+
 use super::TexelEmission;
 use crate::model::{ConeIntegral, rectangle_solid_angle};
 use crate::scene::SpotCone;
@@ -23,24 +25,16 @@ pub(super) enum ConeFace {
     Side,
 }
 
-/// An integral over a texel or along an edge: of 1, and of the falloff s.
-type Integral = [f64; 2];
+/// An integral over a texel or along an edge: x of 1, y of the falloff s.
+type Integral = DVec2;
 
 /// Texels of one face of a cube around a point light.
 pub(super) fn cube_face(size: u32) -> Vec<TexelEmission> {
     let grid = Grid::new(size, 1.0);
-    // One quadrant is computed and mirrored.
-    let half = grid.size - grid.size / 2;
-    let quadrant: Vec<f64> = (0..half * half)
-        .map(|i| rectangle_solid_angle(grid.span(i % half), grid.span(i / half)))
-        .collect();
     grid.texels(|x, row| {
-        let (x, row) = (
-            grid.size - 1 - grid.outward(x),
-            grid.size - 1 - grid.outward(row),
-        );
-        let solid_angle = quadrant[row * half + x];
-        [solid_angle; 2]
+        // All in one quadrant, so that mirrored texels are exactly equal.
+        let [x, row] = [x, row].map(|i| grid.span(grid.size - 1 - grid.outward(i)));
+        DVec2::splat(rectangle_solid_angle(x, row))
     })
 }
 
@@ -55,48 +49,30 @@ pub(super) fn cone_face(
     let integral = ConeIntegral::new(cone);
     let outer_rad = integral.outer_rad;
     let within = |theta| {
-        [
-            integral.solid_angle_within(theta),
-            integral.falloff_within(theta),
-        ]
+        let solid_angle = integral.solid_angle_within(theta);
+        DVec2::new(solid_angle, integral.falloff_within(theta))
     };
     let total = within(PI);
+    let arc = |rise, reach| Arc { rise, reach };
     match kind {
         ConeFace::Front => centred_face(
             &grid,
             |near, _| near.atan() < outer_rad,
-            |p, t| {
-                let arc = Arc {
-                    rise: p,
-                    reach: 1.0,
-                };
-                arc.integrate(t.map(|t| t / p), integral, within)
-            },
+            |p, t| arc(p, 1.0).integrate(t.map(|t| t / p), integral, within),
         ),
         // G is counted from the opposite pole here: around it, ∮ dφ is not 0.
         ConeFace::Back => centred_face(
             &grid,
             |_, far| PI - far.atan() < outer_rad,
             |p, t| {
-                let arc = Arc {
-                    rise: p,
-                    reach: -1.0,
-                };
-                arc.integrate(t.map(|t| t / p), integral, |theta| {
-                    combine(total, within(theta), |total, within| total - within)
-                })
+                let beyond = |theta| total - within(theta);
+                arc(p, -1.0).integrate(t.map(|t| t / p), integral, beyond)
             },
         ),
         ConeFace::Side => side_face(
             &grid,
             |cot_theta| 1f64.atan2(cot_theta) < outer_rad,
-            |b, a| {
-                let arc = Arc {
-                    rise: 1.0,
-                    reach: b,
-                };
-                arc.integrate(a, integral, within)
-            },
+            |b, a| arc(1.0, b).integrate(a, integral, within),
         ),
     }
 }
@@ -113,7 +89,7 @@ pub(super) fn disc_face(size: u32, half_extent_m: f64, radius_m: f64) -> Vec<Tex
                 let outside_rad = t_m.abs().atan2(p_m) - inside_m.atan2(p_m);
                 0.5 * (p_m * inside_m + radius_m * radius_m * outside_rad) * t_m.signum()
             };
-            [from_foot_m2(t_m[1]) - from_foot_m2(t_m[0]); 2]
+            DVec2::splat(from_foot_m2(t_m[1]) - from_foot_m2(t_m[0]))
         },
     )
 }
@@ -135,30 +111,25 @@ fn centred_face(
     for line in first_line..=size {
         let p = grid.line(line);
         for span in size / 2..size {
-            edges.push(if p > 0.0 {
-                edge(p, grid.span(span))
-            } else {
-                [0.0; 2]
+            edges.push(match p > 0.0 {
+                true => edge(p, grid.span(span)),
+                false => DVec2::ZERO,
             });
         }
     }
     let edge_at = |line: usize, span: usize| {
         let mirrored = line.max(size - line);
         let value = edges[(mirrored - first_line) * half + grid.outward(span) - size / 2];
-        if line < mirrored {
-            value.map(|value| -value)
-        } else {
-            value
-        }
+        if line < mirrored { -value } else { value }
     };
     grid.texels(|x, row| {
         let ([near_x, far_x], [near_y, far_y]) = (grid.distances(x), grid.distances(row));
         if !reached(near_x.hypot(near_y), far_x.hypot(far_y)) {
-            return [0.0; 2];
+            return DVec2::ZERO;
         }
-        let rows = combine(edge_at(row + 1, x), edge_at(row, x), |a, b| a - b);
-        let columns = combine(edge_at(x + 1, row), edge_at(x, row), |a, b| a - b);
-        combine(rows, columns, |a, b| a + b)
+        let rows = edge_at(row + 1, x) - edge_at(row, x);
+        let columns = edge_at(x + 1, row) - edge_at(x, row);
+        rows + columns
     })
 }
 
@@ -183,9 +154,9 @@ fn side_face(
         let top = grid.line(row + 1);
         let a = if top > 0.0 { near } else { far };
         if !reached(top / 1f64.hypot(a)) {
-            return [0.0; 2];
+            return DVec2::ZERO;
         }
-        combine(edge_at(row, x), edge_at(row + 1, x), |a, b| a - b)
+        edge_at(row, x) - edge_at(row + 1, x)
     })
 }
 
@@ -229,15 +200,12 @@ impl Grid {
         let mut texels = Vec::with_capacity(self.size * self.size);
         for row in (0..self.size).rev() {
             for x in 0..self.size {
-                let [measure, weighted] = integral(x, row);
-                texels.push(if measure > 0.0 {
-                    TexelEmission {
-                        measure,
-                        // The part may be so small that only rounding is left of the two integrals.
-                        falloff: (weighted / measure).clamp(0.0, 1.0),
-                    }
-                } else {
-                    TexelEmission::default()
+                let (measure, weighted) = integral(x, row).into();
+                // The part may be so small that only rounding is left of the two integrals.
+                let falloff = (weighted / measure).clamp(0.0, 1.0);
+                texels.push(match measure > 0.0 {
+                    true => TexelEmission { measure, falloff },
+                    false => TexelEmission::default(),
                 });
             }
         }
@@ -272,14 +240,13 @@ impl Arc {
             cuts[2 * i + 2] = crossing.max(start).min(end);
         }
         cuts.sort_by(f64::total_cmp);
-        let mut sum = [0.0; 2];
+        let mut sum = DVec2::ZERO;
         for piece in cuts.windows(2) {
             if piece[1] > piece[0] {
-                let part = gauss([piece[0], piece[1]], |tau| {
+                sum += gauss([piece[0], piece[1]], |tau| {
                     let cos_psi = 1.0 / tau.cosh();
-                    f(self.rise.atan2(self.reach * cos_psi)).map(|value| value * cos_psi)
+                    f(self.rise.atan2(self.reach * cos_psi)) * cos_psi
                 });
-                sum = combine(sum, part, |a, b| a + b);
             }
         }
         sum
@@ -300,21 +267,13 @@ const GAUSS: [(f64, f64); 3] = [
 fn gauss([start, end]: [f64; 2], f: impl Fn(f64) -> Integral) -> Integral {
     let steps = ((end - start) / GAUSS_STEP).ceil();
     let half_step = 0.5 * (end - start) / steps;
-    let mut sum = [0.0; 2];
+    let mut sum = DVec2::ZERO;
     for step in 0..steps as usize {
         let middle = start + (2 * step + 1) as f64 * half_step;
         for (node, weight) in GAUSS {
-            let pair = combine(
-                f(middle - node * half_step),
-                f(middle + node * half_step),
-                |a, b| a + b,
-            );
-            sum = combine(sum, pair, |sum, pair| sum + weight * half_step * pair);
+            let pair = f(middle - node * half_step) + f(middle + node * half_step);
+            sum += weight * half_step * pair;
         }
     }
     sum
-}
-
-fn combine(a: Integral, b: Integral, op: impl Fn(f64, f64) -> f64) -> Integral {
-    [op(a[0], b[0]), op(a[1], b[1])]
 }

@@ -8,6 +8,8 @@ mod shuffle;
 
 pub use intermediates::{Intermediates, LightIntermediates, RsmTexel, SurfacePoint};
 
+pub use crate::lattice::rank1;
+
 use crate::{RenderOptions, Renderer, Result, Scene, frame::BufferPool, output::Frame};
 
 impl Renderer {

@@ -21,27 +21,3 @@ pub fn rectangle_solid_angle([u0, u1]: [f64; 2], [v0, v1]: [f64; 2]) -> f64 {
     let [a, b, c, d] = [(u0, v0), (u1, v0), (u1, v1), (u0, v1)].map(|(u, v)| DVec3::new(u, v, 1.0));
     triangle_solid_angle(a, b, c) + triangle_solid_angle(a, c, d)
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::f64::consts::PI;
-
-    #[test]
-    fn known_solid_angles() {
-        // An octant of the sphere, a face of a cube; a few roundings.
-        let octant = triangle_solid_angle(DVec3::X, 2.0 * DVec3::Y, 3.0 * DVec3::Z);
-        assert!((octant - PI / 2.0).abs() < 1e-15);
-        let face = rectangle_solid_angle([-1.0, 1.0], [-1.0, 1.0]);
-        assert!((face - 4.0 * PI / 6.0).abs() < 2e-15);
-    }
-
-    #[test]
-    fn small_rectangles_keep_their_digits() {
-        // Off axis at u = 1 the solid angle tends to area·cos³ = area/2^1.5; the next term is of order (width)² = 1e-16.
-        let width = 2f64.powi(-26);
-        let solid_angle = rectangle_solid_angle([1.0 - width, 1.0 + width], [-width, width]);
-        let relative = solid_angle / (4.0 * width * width / 2f64.powf(1.5)) - 1.0;
-        assert!(relative.abs() < 2e-15, "{relative:e}");
-    }
-}

@@ -11,67 +11,51 @@ impl fmt::Display for Plan {
         writeln!(f, "passes")?;
         writeln!(f, "  gbuffer    {width} x {height} px, {brdf}")?;
         for (index, light) in self.lights.iter().enumerate() {
-            let LightPlan {
-                kind,
-                faces,
-                shadow,
-            } = light;
+            let LightPlan { kind, faces, .. } = light;
+            let map = |size| format!("light {index} ({kind}): {faces} x {size}² texels");
             if let Some(indirect) = self.indirect {
-                let size = indirect.rsm_size;
-                writeln!(
-                    f,
-                    "  rsm        light {index} ({kind}): {faces} x {size}² texels"
-                )?;
+                writeln!(f, "  rsm        {}", map(indirect.rsm_size))?;
             }
-            match shadow {
+            let mut rays = String::new();
+            match light.shadow {
                 ShadowPlan::Rsm { .. } => writeln!(f, "             read by the shadow test too")?,
-                ShadowPlan::Map { size } => writeln!(
-                    f,
-                    "  shadow     light {index} ({kind}): {faces} x {size}² texels"
-                )?,
-                ShadowPlan::Rays(_) => {}
+                ShadowPlan::Map { size } => writeln!(f, "  shadow     {}", map(size))?,
+                ShadowPlan::Rays(kernel) => {
+                    rays = format!(", shadow rays, kernel {}", kernel.name());
+                }
             }
-            write!(f, "  direct     light {index}, {brdf}")?;
-            match shadow {
-                ShadowPlan::Rays(kernel) => writeln!(f, ", shadow rays, kernel {}", kernel.name())?,
-                ShadowPlan::Rsm { .. } | ShadowPlan::Map { .. } => writeln!(f)?,
-            }
+            writeln!(f, "  direct     light {index}, {brdf}{rays}")?;
         }
         if let Some(indirect) = self.indirect {
             writeln!(f, "  vpl        texels with flux, compacted")?;
             let stride = indirect.refinement.coarsest_stride;
-            match indirect.refinement.target_error {
+            let target = indirect.refinement.target_error;
+            match target {
                 None => writeln!(f, "  receivers  every pixel with a surface")?,
                 Some(_) => writeln!(
                     f,
                     "  predict    one of {stride} x {stride} pixels, and those between where they vary"
                 )?,
             }
-            let (name, visibility, kernel, error) = match indirect.gather {
-                GatherPlan::VplSum { sum, kernel } => (
-                    sum.name(),
-                    "no visibility",
-                    kernel.name(),
-                    "interpolation error",
-                ),
-                GatherPlan::FinalGather { kernel } => (
-                    "final-gather",
-                    "visibility by rays",
-                    kernel.name(),
-                    "target error",
-                ),
+            let (gather, error) = match indirect.gather {
+                GatherPlan::VplSum { sum, kernel } => {
+                    let (sum, kernel) = (sum.name(), kernel.name());
+                    (
+                        format!("gather     {sum}, no visibility, kernel {kernel}"),
+                        "interpolation error",
+                    )
+                }
+                GatherPlan::FinalGather { kernel } => {
+                    let kernel = kernel.name();
+                    (
+                        format!("final_gather  visibility by rays, kernel {kernel}"),
+                        "target error",
+                    )
+                }
             };
-            let pass = if indirect.is_final_gather() {
-                "final_gather"
-            } else {
-                "gather"
-            };
-            write!(f, "  {pass:<10} {name}, {visibility}, kernel {kernel}")?;
-            match indirect.refinement.target_error {
-                Some(target) => writeln!(f, ", {error} {target}")?,
-                None => writeln!(f)?,
-            }
-            if indirect.refinement.target_error.is_some() {
+            let target = target.map(|target| format!(", {error} {target}"));
+            writeln!(f, "  {gather}{}", target.as_deref().unwrap_or_default())?;
+            if target.is_some() {
                 writeln!(f, "  error_estimate  on a sample of pixels")?;
             }
         }
@@ -79,33 +63,33 @@ impl fmt::Display for Plan {
             writeln!(f, "  sensor")?;
         }
         writeln!(f, "left out")?;
-        let absent = [
-            (!self.is_specular, "specular terms: no material has k_s"),
-            (!self.is_smooth, "shading normals: no mesh has any"),
+        let is_sum = self.indirect.is_some_and(|i| !i.is_final_gather());
+        let has_maps = self.own_map_size().is_some() || !self.has_shadow_rays();
+        for (is_there, what) in [
+            (self.is_specular, "specular terms: no material has k_s"),
+            (self.is_smooth, "shading normals: no mesh has any"),
             (
-                !self.is_textured,
+                self.is_textured,
                 "textures: no material on a mesh with texcoords has one",
             ),
+            (has_maps, "shadow maps: [direct] asks for rays"),
+            (self.has_rays(), "tree of boxes: nothing casts rays"),
             (
-                self.own_map_size().is_none() && self.has_shadow_rays(),
-                "shadow maps: [direct] asks for rays",
-            ),
-            (!self.has_rays(), "tree of boxes: nothing casts rays"),
-            (
-                self.indirect.is_none(),
+                self.indirect.is_some(),
                 "RSM, VPLs and gather: the scene has no [indirect]",
             ),
             (
-                self.joule_per_irradiance.is_none(),
+                self.joule_per_irradiance.is_some(),
                 "sensor: the scene has no [sensor]",
             ),
             (
-                self.indirect.is_some_and(|i| !i.is_final_gather()),
+                !is_sum,
                 "visibility between VPLs and pixels: see docs/model.md",
             ),
-        ];
-        for (_, what) in absent.iter().filter(|(is_absent, _)| *is_absent) {
-            writeln!(f, "  {what}")?;
+        ] {
+            if !is_there {
+                writeln!(f, "  {what}")?;
+            }
         }
         Ok(())
     }

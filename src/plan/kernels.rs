@@ -27,27 +27,18 @@ impl RayKernel {
 
     /// Whether the kernel gives right results on the device: a packet is that of eight lanes.
     pub fn runs_on(self, device: &DeviceInfo) -> bool {
-        match self {
-            RayKernel::Packet => device.limits.subgroup_lanes == 8,
-            RayKernel::Single => true,
-        }
+        self == RayKernel::Single || device.limits.subgroup_lanes == 8
     }
 
     /// This kernel, if it runs on the device.
     pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
-        if self.runs_on(device) {
-            return Ok(self);
-        }
-        Err(does_not_fit("ray", self.name(), device))
+        fitting(self, self.runs_on(device), "ray", self.name(), device)
     }
 
     /// The faster one of those that run on the device.
     pub fn best_for(device: &DeviceInfo) -> Self {
-        if RayKernel::Packet.runs_on(device) {
-            RayKernel::Packet
-        } else {
-            RayKernel::Single
-        }
+        let running = Self::ALL.into_iter().find(|kernel| kernel.runs_on(device));
+        running.unwrap_or(RayKernel::Single)
     }
 }
 
@@ -89,29 +80,27 @@ impl GatherKernel {
 
     /// This kernel, if it runs on the device.
     pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
-        if self.runs_on(device) {
-            return Ok(self);
-        }
-        Err(does_not_fit("gather", self.name(), device))
+        fitting(self, self.runs_on(device), "gather", self.name(), device)
     }
 
     /// The fastest kernel for the device: lavapipe does one scalar load per lane from workgroup memory, GPUs do one for all.
     pub fn best_for(device: &DeviceInfo) -> Self {
-        let is_cpu = device.kind == DeviceKind::Cpu;
-        Self::ALL
-            .into_iter()
-            .find(|kernel| kernel.runs_on(device) && (is_cpu || *kernel == GatherKernel::Tile))
-            .unwrap_or(GatherKernel::Tile)
+        let running = Self::ALL.into_iter().find(|kernel| kernel.runs_on(device));
+        let best = running.filter(|_| device.kind == DeviceKind::Cpu);
+        best.unwrap_or(GatherKernel::Tile)
     }
 }
 
-fn does_not_fit(what: &str, kernel: &str, device: &DeviceInfo) -> Error {
+fn fitting<K>(kernel: K, runs: bool, what: &str, name: &str, device: &DeviceInfo) -> Result<K> {
+    if runs {
+        return Ok(kernel);
+    }
     let lanes = device.limits.subgroup_lanes;
-    Error::NoDevice {
+    Err(Error::NoDevice {
         problem: format!(
-            "the {what} kernel {kernel} does not fit the {lanes} lanes of a subgroup of {}",
+            "the {what} kernel {name} does not fit the {lanes} lanes of a subgroup of {}",
             device.name
         ),
         hint: "leave the choice to the renderer, or choose another device".into(),
-    }
+    })
 }

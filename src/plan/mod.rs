@@ -11,7 +11,7 @@ pub(crate) use steps::GridStep;
 use crate::{
     Result,
     emission::EmissionDomain,
-    scene::{IndirectLight, Light, Scene, Shadow, VplSum},
+    scene::{IndirectLight, Light, Material, Mesh, Scene, Shadow, VplSum},
     vulkan::DeviceInfo,
 };
 
@@ -125,61 +125,48 @@ impl Plan {
     /// What a scene needs, whether the device can hold it or not.
     pub(crate) fn for_scene(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
         scene.validate()?;
-        let used = || {
-            let materials = scene.meshes.iter().flat_map(|m| &m.triangle_materials);
-            materials.filter_map(|&index| scene.materials.get(index as usize))
+        let meshes = || scene.meshes.iter();
+        let is_specular = |mesh: &Mesh| scene.materials_of(mesh).any(Material::is_specular);
+        let is_textured = |mesh: &Mesh| {
+            let mut materials = scene.materials_of(mesh);
+            !mesh.texcoords.is_empty() && materials.any(|m| m.kd_texture.is_some())
         };
-        let is_textured = scene.meshes.iter().any(|mesh| {
-            !mesh.texcoords.is_empty()
-                && mesh.triangle_materials.iter().any(|&index| {
-                    let material = scene.materials.get(index as usize);
-                    material.is_some_and(|m| m.kd_texture.is_some())
-                })
-        });
         let bounds = scene.bounding_sphere_or_unit();
         // The faces do not depend on the texels.
         let faces = |light: &Light| EmissionDomain::new(light, 1, &bounds).faces.len();
         let faces: Vec<usize> = scene.lights.iter().map(faces).collect();
         let fine_enough = shadow_size(scene, faces.iter().copied().min().unwrap_or(1), device);
+        let indirect = scene.indirect.map(|indirect| IndirectPlan {
+            rsm_size: planned_rsm_size(indirect, scene.lights.len()),
+            gather: planned_gather(indirect, device),
+            refinement: planned_refinement(indirect, scene.camera.resolution_px),
+        });
+        // Where there are rays, they cost less than a map, and their shadows are exact.
+        let shadow = scene.direct.shadow.unwrap_or(match indirect {
+            Some(indirect) if indirect.is_final_gather() => Shadow::Rays,
+            _ => Shadow::Map,
+        });
         // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
         // miss what is smaller than twenty pixels.
-        let rsm_size = scene
-            .indirect
-            .map(|indirect| planned_rsm_size(indirect, scene.lights.len()));
-        let casts_rays = |indirect: IndirectLight| indirect.target_error().is_some();
-        // Where there are rays, they cost less than a map, and their shadows are exact.
-        let shadow = scene.direct.shadow.unwrap_or({
-            if scene.indirect.is_some_and(casts_rays) {
-                Shadow::Rays
-            } else {
-                Shadow::Map
-            }
-        });
-        let shadow = match (shadow, rsm_size) {
+        let shadow = match (shadow, indirect.map(|indirect| indirect.rsm_size)) {
             (Shadow::Rays, _) => ShadowPlan::Rays(RayKernel::best_for(device)),
             (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
             (Shadow::Map, _) => ShadowPlan::Map { size: fine_enough },
         };
         let lights = scene.lights.iter().zip(faces);
-        let lights = lights
-            .map(|(light, faces)| LightPlan {
-                kind: light.kind(),
-                faces: faces as u32,
-                shadow,
-            })
-            .collect();
+        let lights = lights.map(|(light, faces)| LightPlan {
+            kind: light.kind(),
+            faces: faces as u32,
+            shadow,
+        });
         Ok(Plan {
             resolution_px: scene.camera.resolution_px,
-            is_specular: used().any(|material| material.is_specular()),
-            is_smooth: scene.meshes.iter().any(|mesh| !mesh.normals.is_empty()),
-            is_textured,
-            lights,
+            is_specular: meshes().any(|mesh| is_specular(mesh)),
+            is_smooth: meshes().any(|mesh| !mesh.normals.is_empty()),
+            is_textured: meshes().any(|mesh| is_textured(mesh)),
+            lights: lights.collect(),
             map_sets: 1,
-            indirect: scene.indirect.map(|indirect| IndirectPlan {
-                rsm_size: planned_rsm_size(indirect, scene.lights.len()),
-                gather: planned_gather(indirect, device),
-                refinement: planned_refinement(indirect, scene.camera.resolution_px),
-            }),
+            indirect,
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
         })
     }
@@ -257,22 +244,14 @@ fn coarsest_stride(resolution_px: [u32; 2], points: u32) -> u32 {
 
 /// Texels along one edge of a face. Final gathering takes VPLs in Morton order, for which it is a power of two.
 fn planned_rsm_size(indirect: IndirectLight, light_count: usize) -> u32 {
-    match indirect {
-        IndirectLight::RsmAverage { rsm_size, .. }
-        | IndirectLight::InstantRadiosity { rsm_size } => rsm_size,
-        IndirectLight::FinalGather {
-            rsm_size: Some(size),
-            ..
-        } => {
-            // At least a tile.
-            size.checked_next_power_of_two().unwrap_or(1 << 31).max(8)
-        }
+    match (indirect.rsm_size(), light_count) {
+        (Some(size), _) if indirect.target_error().is_none() => size,
+        // At least a tile.
+        (Some(size), _) => size.checked_next_power_of_two().unwrap_or(1 << 31).max(8),
         // Many lights share the room that one has.
-        IndirectLight::FinalGather { rsm_size: None, .. } => match light_count {
-            0..=4 => 128,
-            5..=16 => 64,
-            _ => 32,
-        },
+        (None, 0..=4) => 128,
+        (None, 5..=16) => 64,
+        (None, _) => 32,
     }
 }
 

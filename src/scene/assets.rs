@@ -1,12 +1,13 @@
 //! What a scene file pulls in: meshes, their materials, their textures.
 
 use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DVec3};
 
-use super::lines::{place, read_text};
-use super::mtl::{Entry, Library};
+use super::lines::{place, read_text, resolved};
+use super::mtl::{Library, LibraryMaterial};
 use super::obj_check::{self, CheckedObj, FaceGroup, Named};
 use super::{Material, Mesh, Texture, obj, texture};
 use crate::keys::did_you_mean;
@@ -26,6 +27,7 @@ pub(super) struct MeshRequest {
 }
 
 /// Scale, then rotation, then translation.
+#[derive(Clone, Copy)]
 pub(super) struct Transform {
     pub scale: f64,
     pub rotation: DMat3,
@@ -39,30 +41,10 @@ pub(super) struct Assets {
     /// File and line of each material.
     pub material_places: Vec<String>,
     pub textures: Vec<Texture>,
-    /// How many of the materials are the scene file's own: the first ones.
-    own_materials: usize,
     texture_of_file: HashMap<PathBuf, usize>,
 }
 
 impl Assets {
-    /// Adds a material of the scene file itself. These come before all meshes.
-    pub fn add_material(&mut self, material: Material, at: String) {
-        self.push_material(material, at);
-        self.own_materials = self.materials.len();
-    }
-
-    pub fn material_names(&self) -> impl Iterator<Item = &str> {
-        self.materials[..self.own_materials]
-            .iter()
-            .map(|material| material.name.as_str())
-    }
-
-    pub fn material_named(&self, name: &str) -> Option<u32> {
-        self.material_names()
-            .position(|own| own == name)
-            .map(|i| i as u32)
-    }
-
     /// Loads an OBJ file as one mesh, with the materials and textures that its faces use.
     pub fn load_mesh(&mut self, request: MeshRequest) -> Result<()> {
         let file = &request.path;
@@ -87,21 +69,17 @@ impl Assets {
         let mut index_of_name = HashMap::new();
         let mut materials = Vec::with_capacity(checked.runs.len());
         for run in &checked.runs {
-            let material = run.material.map(|index| &checked.materials[index]);
-            let name = material.ok_or_else(|| {
+            let name = run.material.map(|index| &checked.materials[index]);
+            let name = name.ok_or_else(|| {
                 Error::scene(
                     place(file, run.line),
                     "a face has no material",
                     "name one with mtllib and usemtl above it, or give the [[mesh]] a material = \"...\"",
                 )
             })?;
-            let index = match index_of_name.get(&name.name) {
-                Some(&index) => index,
-                None => {
-                    let index = self.add_from_library(name, file, &library)?;
-                    index_of_name.insert(&name.name, index);
-                    index
-                }
+            let index = match index_of_name.entry(&name.name) {
+                Entry::Occupied(known) => *known.get(),
+                Entry::Vacant(new) => *new.insert(self.add_from_library(name, file, &library)?),
             };
             if any_texcoords {
                 self.check_texcoords(run, file, index)?;
@@ -145,28 +123,25 @@ impl Assets {
         Ok(self.push_material(material, entry.places.name.clone()))
     }
 
-    fn material_from(&mut self, entry: &Entry) -> Result<Material> {
+    fn material_from(&mut self, entry: &LibraryMaterial) -> Result<Material> {
         let properties = &entry.properties;
         let incomplete = |problem: &str, hint: &str| {
             let problem = format!("material \"{}\" {problem}", properties.name);
             Error::scene(&entry.places.name, problem, hint)
         };
-        let kd_texture = match &properties.diffuse_texture {
-            Some(path) => Some(self.texture(&entry.folder.join(path), &entry.places.texture)?),
-            None => None,
-        };
-        let kd = match (properties.diffuse, kd_texture) {
-            (Some(kd), _) => kd,
-            (None, Some(_)) => [1.0; 3],
-            (None, None) => {
-                return Err(incomplete(
-                    "has neither Kd nor map_Kd",
-                    "add a line such as Kd 0.8 0.8 0.8",
-                ));
-            }
-        };
+        let texture = properties.diffuse_texture.as_ref();
+        let texture = texture.map(|path| entry.folder.join(path));
+        let kd_texture = texture.map(|file| self.texture(&file, &entry.places.texture));
+        let kd_texture = kd_texture.transpose()?;
+        let kd = properties.diffuse.or(kd_texture.map(|_| [1.0; 3]));
+        let kd = kd.ok_or_else(|| {
+            incomplete(
+                "has neither Kd nor map_Kd",
+                "add a line such as Kd 0.8 0.8 0.8",
+            )
+        })?;
         let mut material = Material::lambert(&properties.name, kd);
-        material.ks = properties.specular.unwrap_or([0.0; 3]);
+        material.ks = properties.specular.unwrap_or_default();
         material.kd_texture = kd_texture;
         match properties.shininess {
             Some(shininess) => material.shininess = shininess,
@@ -178,7 +153,8 @@ impl Assets {
         Ok(material)
     }
 
-    fn push_material(&mut self, material: Material, at: String) -> u32 {
+    /// Adds a material, read at this place.
+    pub fn push_material(&mut self, material: Material, at: String) -> u32 {
         let index = self.materials.len() as u32;
         self.materials.push(material);
         self.material_places.push(at);
@@ -187,8 +163,7 @@ impl Assets {
 
     /// The index of a texture; a file that several materials name is loaded once.
     fn texture(&mut self, file: &Path, named_at: &str) -> Result<usize> {
-        // A file that cannot be resolved cannot be read either, and reading it gives the better message.
-        let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
+        let key = resolved(file);
         if let Some(&index) = self.texture_of_file.get(&key) {
             return Ok(index);
         }

@@ -65,15 +65,18 @@ impl Scene {
     pub fn bounding_sphere(&self) -> Option<BoundingSphere> {
         // Sums are taken about a point of the scene: at 10⁷ m from 0, sums about 0 would lose the detail.
         let origin_m = self.bounding_box()?.centre_m();
-        let mut weighted = Mean::default();
-        let mut unweighted = Mean::default();
-        for corners in self.triangle_corners_m() {
-            let [a, b, c] = corners.map(|corner| corner - origin_m);
-            let centroid = (a + b + c) / 3.0;
-            weighted.add(0.5 * (b - a).cross(c - a).length(), centroid);
-            unweighted.add(1.0, centroid);
-        }
-        let centre_m = origin_m + weighted.value().or(unweighted.value())?;
+        let centroid = |weight_of: fn([DVec3; 3]) -> f64| {
+            let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+            for corners in self.triangle_corners_m() {
+                let corners = corners.map(|corner| corner - origin_m);
+                let weight = weight_of(corners);
+                sum += weight * (corners.iter().sum::<DVec3>() / 3.0);
+                weights += weight;
+            }
+            (weights > 0.0).then(|| sum / weights)
+        };
+        let area_of = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
+        let centre_m = origin_m + centroid(area_of).or_else(|| centroid(|_| 1.0))?;
         let radius_m = self
             .triangle_corners_m()
             .flatten()
@@ -94,22 +97,5 @@ impl Scene {
 
     fn triangle_corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
         self.meshes.iter().flat_map(|mesh| mesh.corners_m())
-    }
-}
-
-#[derive(Default)]
-struct Mean {
-    weight: f64,
-    sum: DVec3,
-}
-
-impl Mean {
-    fn add(&mut self, weight: f64, value: DVec3) {
-        self.weight += weight;
-        self.sum += weight * value;
-    }
-
-    fn value(&self) -> Option<DVec3> {
-        (self.weight > 0.0).then(|| self.sum / self.weight)
     }
 }

@@ -72,11 +72,7 @@ impl Camera {
     /// Direction through a point of the image plane, scaled so that its component along the view axis is 1.
     pub fn ray_direction(&self, x_px: f64, y_px: f64) -> DVec3 {
         let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
-        let CameraBasis {
-            right,
-            down,
-            forward,
-        } = self.basis();
-        forward + right * ((x_px - cx) / fx) + down * ((y_px - cy) / fy)
+        let basis = self.basis();
+        basis.forward + basis.right * ((x_px - cx) / fx) + basis.down * ((y_px - cy) / fy)
     }
 }

@@ -2,15 +2,13 @@
 
 use std::path::Path;
 
-use glam::{DMat3, DVec3};
+use glam::DMat3;
 
 use super::assets::{Assets, MeshRequest, Transform};
-use super::validate::{self, ScenePart};
-use super::{Direct, Scene, Shared, file_parts};
-use crate::keys::{Keys, LineStarts, TomlText, Value, did_you_mean};
-use crate::{Error, Result, input_file};
-
-const VERSION: u32 = 1;
+use super::validate::Places;
+use super::{Scene, Shared, file_parts};
+use crate::keys::{Keys, Value, did_you_mean, read_text};
+use crate::{Error, Result};
 
 impl Scene {
     /// Loads and validates a scene file with the meshes, materials and textures that it names.
@@ -21,16 +19,7 @@ impl Scene {
     /// [`Error::Scene`] with file and line: a file that is missing or unreadable, text that is not TOML, an unknown or
     /// missing key, a value of the wrong type, and everything that [`Scene::validate`] refuses.
     pub fn load(path: &Path) -> Result<Scene> {
-        let unreadable = |problem: String| {
-            Error::scene(
-                path.display().to_string(),
-                format!("cannot read the scene file: {problem}"),
-                "check the path and that it is a UTF-8 text file",
-            )
-        };
-        let bytes = input_file::read(path).map_err(|error| unreadable(error.to_string()))?;
-        let text = String::from_utf8(bytes).map_err(|error| unreadable(error.to_string()))?;
-        Scene::parse(&text, path)
+        Scene::parse(&read_text(path, "scene file")?, path)
     }
 
     /// Like [`Scene::load`], for the text of a scene file; `file` gives the name for messages and the folder that
@@ -39,58 +28,45 @@ impl Scene {
     /// # Errors
     /// Those of [`Scene::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
-        let lines = LineStarts::new(text);
-        let mut keys = TomlText {
-            name: "the scene file",
-            text,
-            file,
-            lines: &lines,
-        }
-        .parse()?;
-        keys.only(&[
+        let known = [
             "version", "camera", "sensor", "light", "mesh", "material", "direct", "indirect",
-        ])?;
-        if let Some(version) = keys.take("version") {
-            check_version(&version)?;
-        }
+        ];
+        let mut keys = Keys::parse(text, file, "scene file", &known)?;
+        let mut places = Places::from([(("scene", 0), file.display().to_string())]);
 
-        let mut places = Places::default();
-        let mut camera_keys = keys.need("camera", "a [camera] table")?.table("[camera]")?;
-        places.camera = camera_keys.at.clone();
-        let camera = file_parts::camera(&mut camera_keys)?;
-
-        let sensor = optional_table(&mut keys, "sensor", &mut places.sensor, file_parts::sensor)?;
-        let direct = match keys.take("direct") {
-            Some(value) => file_parts::direct(&mut value.table("[direct]")?)?,
-            None => Direct::default(),
+        let camera = keys.need("camera", "a [camera] table")?.table("[camera]")?;
+        places.insert(("camera", 0), camera.at.clone());
+        let camera = file_parts::camera(camera)?;
+        let mut optional = |key: &'static str| -> Result<Option<Keys>> {
+            let table = keys.table(key)?;
+            places.extend(table.iter().map(|table| ((key, 0), table.at.clone())));
+            Ok(table)
         };
-        let indirect = optional_table(
-            &mut keys,
-            "indirect",
-            &mut places.indirect,
-            file_parts::indirect,
-        )?;
+        let sensor = optional("sensor")?.map(file_parts::sensor).transpose()?;
+        let direct = optional("direct")?.map(file_parts::direct).transpose()?;
+        let indirect = optional("indirect")?
+            .map(file_parts::indirect)
+            .transpose()?;
 
         let mut lights = Vec::new();
-        for mut light_keys in tables(&mut keys, "light")? {
-            lights.push(file_parts::light(&mut light_keys)?);
-            places.lights.push(light_keys.at);
+        for (i, light) in keys.tables("light")?.into_iter().enumerate() {
+            places.insert(("light", i), light.at.clone());
+            lights.push(file_parts::light(light)?);
         }
 
         let mut assets = Assets::default();
-        if let Some(value) = keys.take("material") {
-            for (name, value) in value.table("[material]")?.take_all() {
-                let mut material_keys = value.table(format!("[material.{name}]"))?;
-                let material = file_parts::material(&mut material_keys, name)?;
-                assets.add_material(material, material_keys.at);
+        if let Some(mut materials) = keys.table("material")? {
+            for (name, value) in materials.take_all() {
+                let material = value.table(format!("[material.{name}]"))?;
+                let at = material.at.clone();
+                assets.push_material(file_parts::material(material, name)?, at);
             }
         }
-
+        let own: Vec<String> = assets.materials.iter().map(|m| m.name.clone()).collect();
         let folder = file.parent().unwrap_or(Path::new(""));
-        for mut mesh_keys in tables(&mut keys, "mesh")? {
-            let request = mesh_request(&mut mesh_keys, folder, &assets)?;
-            assets.load_mesh(request)?;
-            places.meshes.push(mesh_keys.at);
+        for (i, mesh) in keys.tables("mesh")?.into_iter().enumerate() {
+            places.insert(("mesh", i), mesh.at.clone());
+            assets.load_mesh(mesh_request(mesh, folder, &own)?)?;
         }
 
         let scene = Scene {
@@ -100,78 +76,18 @@ impl Scene {
             meshes: assets.meshes.into_iter().map(Shared::from).collect(),
             materials: assets.materials,
             textures: assets.textures.into_iter().map(Shared::from).collect(),
-            direct,
+            direct: direct.unwrap_or_default(),
             indirect,
         };
-        places.file = file.display().to_string();
-        places.materials = assets.material_places;
-        validate::check(&scene).map_err(|fault| {
-            let place = places.of(fault.part);
-            fault.into_error(&scene, Some(place))
-        })?;
+        let materials = assets.material_places.into_iter().enumerate();
+        places.extend(materials.map(|(i, at)| (("material", i), at)));
+        scene.validate_read(&places)?;
         Ok(scene)
     }
 }
 
-/// Where each part of the scene was read.
-#[derive(Default)]
-struct Places {
-    file: String,
-    camera: String,
-    sensor: String,
-    indirect: String,
-    lights: Vec<String>,
-    meshes: Vec<String>,
-    materials: Vec<String>,
-}
-
-impl Places {
-    fn of(&self, part: ScenePart) -> &str {
-        match part {
-            // A texture's name is its path already.
-            ScenePart::Scene | ScenePart::Texture(_) => &self.file,
-            ScenePart::Camera => &self.camera,
-            ScenePart::Sensor => &self.sensor,
-            ScenePart::Indirect => &self.indirect,
-            ScenePart::Light(i) => &self.lights[i],
-            ScenePart::Mesh(i) => &self.meshes[i],
-            ScenePart::Material(i) => &self.materials[i],
-        }
-    }
-}
-
-fn check_version(value: &Value) -> Result<()> {
-    let version = value.count()?;
-    if version == VERSION {
-        return Ok(());
-    }
-    Err(Error::scene(
-        &value.at,
-        format!("scene file version {version} is not known"),
-        format!("write version = {VERSION}, or use a newer camlux"),
-    ))
-}
-
-/// Reads `[key]` where it is there, and notes its place.
-fn optional_table<'t, T>(
-    keys: &mut Keys<'t>,
-    key: &str,
-    place: &mut String,
-    read: impl Fn(&mut Keys<'t>) -> Result<T>,
-) -> Result<Option<T>> {
-    let Some(value) = keys.take(key) else {
-        return Ok(None);
-    };
-    let mut table = value.table(format!("[{key}]"))?;
-    place.clone_from(&table.at);
-    read(&mut table).map(Some)
-}
-
-fn tables<'t>(keys: &mut Keys<'t>, key: &str) -> Result<Vec<Keys<'t>>> {
-    keys.take(key).map_or(Ok(Vec::new()), Value::tables)
-}
-
-fn mesh_request(keys: &mut Keys, folder: &Path, assets: &Assets) -> Result<MeshRequest> {
+/// `own`: the names of the file's own materials.
+fn mesh_request(mut keys: Keys, folder: &Path, own: &[String]) -> Result<MeshRequest> {
     keys.only(&[
         "path",
         "scale",
@@ -182,58 +98,42 @@ fn mesh_request(keys: &mut Keys, folder: &Path, assets: &Assets) -> Result<MeshR
     ])?;
     let path = keys.need("path", "path = \"mesh.obj\"")?;
     let name = path.text()?.to_owned();
-    let material_override = match keys.take("material") {
-        Some(value) => Some(named_material(&value, assets)?),
-        None => None,
-    };
     Ok(MeshRequest {
         path: folder.join(&name),
         name,
         named_at: path.at,
-        transform: transform(keys)?,
-        material_override,
-        flat: keys.take("flat").map_or(Ok(false), |flat| flat.flag())?,
+        material_override: keys.optional("material", |value| named_material(value, own))?,
+        transform: transform(&mut keys)?,
+        flat: keys.optional("flat", Value::flag)?.unwrap_or(false),
     })
 }
 
-fn named_material(value: &Value, assets: &Assets) -> Result<u32> {
+fn named_material(value: &Value, own: &[String]) -> Result<u32> {
     let name = value.text()?;
-    assets.material_named(name).ok_or_else(|| {
-        let known: Vec<&str> = assets.material_names().collect();
-        let hint = if known.is_empty() {
-            format!("add a [material.{name}] table")
-        } else {
-            did_you_mean(name, &known)
-        };
-        Error::scene(
-            &value.at,
-            format!("there is no [material.{name}] in this file"),
-            hint,
-        )
-    })
+    if let Some(index) = own.iter().position(|own| own == name) {
+        return Ok(index as u32);
+    }
+    let known: Vec<&str> = own.iter().map(String::as_str).collect();
+    let hint = match known.is_empty() {
+        true => format!("add a [material.{name}] table"),
+        false => did_you_mean(name, &known),
+    };
+    let problem = format!("there is no [material.{name}] in this file");
+    Err(Error::scene(&value.at, problem, hint))
 }
 
 fn transform(keys: &mut Keys) -> Result<Transform> {
-    let scale = match keys.take("scale") {
-        Some(value) => {
-            let scale = value.number()?;
-            if scale <= 0.0 {
-                return Err(Error::scene(
-                    value.at,
-                    format!("\"scale\" in [[mesh]] is {scale}"),
-                    "give a number above 0",
-                ));
-            }
-            scale
-        }
-        None => 1.0,
-    };
-    let vector = |value: Option<Value>| value.map_or(Ok(DVec3::ZERO), |value| value.vec3());
-    let degrees = vector(keys.take("rotate_deg"))?;
+    let scale = keys.optional("scale", |value| match value.number()? {
+        scale if scale > 0.0 => Ok(scale),
+        scale => Err(value.error(format!("is {scale}"), "give a number above 0")),
+    })?;
+    let degrees = keys
+        .optional("rotate_deg", Value::vec3)?
+        .unwrap_or_default();
     let [x, y, z] = degrees.to_array().map(f64::to_radians);
     Ok(Transform {
-        scale,
+        scale: scale.unwrap_or(1.0),
         rotation: DMat3::from_rotation_z(z) * DMat3::from_rotation_y(y) * DMat3::from_rotation_x(x),
-        translation_m: vector(keys.take("translate"))?,
+        translation_m: keys.optional("translate", Value::vec3)?.unwrap_or_default(),
     })
 }

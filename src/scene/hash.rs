@@ -1,12 +1,12 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, IndirectLight, Intrinsics, Lens, Light, LightParameter, Material, Mesh, Scene,
-    Sensor, Shadow, Shared, Texture,
+    Camera, Direct, Intrinsics, Lens, Light, LightParameter, Material, Mesh, Scene, Sensor, Shadow,
+    Texture,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
-const FORM: &[u8] = b"camlux scene 3";
+const FORM: &[u8] = b"camlux scene 4";
 
 impl Scene {
     /// BLAKE3 in hexadecimal (64 digits) over everything that the image depends on. Names and file paths are left out.
@@ -20,68 +20,75 @@ impl Scene {
             meshes,
             materials,
             textures,
-            direct,
+            direct: Direct { shadow },
             indirect,
         } = self;
-        let mut bytes = Bytes(blake3::Hasher::new());
+        let mut bytes = Bytes::default();
         bytes.0.update(FORM);
         bytes.camera(camera);
-        bytes.option(sensor.as_ref(), Bytes::sensor);
-        bytes.direct(direct);
-        bytes.option(indirect.as_ref(), Bytes::indirect);
-        bytes.list(lights, Bytes::light);
-        bytes.list(materials, Bytes::material);
-        bytes.list(textures, |bytes, texture| {
-            bytes.digest(texture, Bytes::texture)
+        bytes.list(sensor.as_slice(), |sensor| {
+            let Sensor {
+                pixel_pitch_um: [width_um, height_um],
+                exposure_time_s,
+                duty_cycle,
+            } = *sensor;
+            [width_um, height_um, exposure_time_s, duty_cycle]
         });
-        bytes.list(meshes, |bytes, mesh| bytes.digest(mesh, Bytes::mesh));
+        bytes.name(shadow.map_or("chosen", Shadow::name));
+        bytes.name(indirect.map_or("none", |indirect| indirect.name()));
+        if let Some(indirect) = indirect {
+            let rsm_size = indirect.rsm_size().map(f64::from);
+            for value in [
+                rsm_size,
+                indirect.target_error(),
+                indirect.interpolation_error(),
+            ] {
+                bytes.list(value.as_slice(), |value| [*value]);
+            }
+        }
+        bytes.length(lights);
+        lights.iter().for_each(|light| bytes.light(light));
+        bytes.length(materials);
+        materials
+            .iter()
+            .for_each(|material| bytes.material(material));
+        bytes.length(textures);
+        for texture in textures {
+            bytes.0.update(&texture.digest(digest_of_texture));
+        }
+        bytes.length(meshes);
+        for mesh in meshes {
+            bytes.0.update(&mesh.digest(digest_of_mesh));
+        }
         bytes.0.finalize().to_hex().to_string()
     }
 }
 
-/// Every list begins with its length and every variant with a tag, so that no two scenes give the same bytes.
+/// Lists and names begin with their length, so that no two scenes give the same bytes.
 /// Structs are taken apart without `..`, so that a new field cannot be forgotten.
+#[derive(Default)]
 struct Bytes(blake3::Hasher);
 
 impl Bytes {
-    fn digest<T>(&mut self, value: &Shared<T>, add: impl FnOnce(&mut Bytes, &T)) {
-        let digest = value.digest(|value| {
-            let mut bytes = Bytes(blake3::Hasher::new());
-            add(&mut bytes, value);
-            bytes.0.finalize().into()
-        });
-        self.0.update(&digest);
-    }
-
-    fn whole(&mut self, value: u64) {
-        self.0.update(&value.to_le_bytes());
-    }
-
-    fn indices(&mut self, values: &[u32]) {
-        for value in values {
-            self.0.update(&value.to_le_bytes());
-        }
-    }
-
-    fn numbers(&mut self, values: &[f64]) {
-        for value in values {
+    fn numbers<const N: usize>(&mut self, numbers: [f64; N]) {
+        for number in numbers {
             // -0 and 0 render the same; the sum is 0 for both.
-            self.0.update(&(value + 0.0).to_le_bytes());
+            self.0.update(&(number + 0.0).to_le_bytes());
         }
     }
 
-    fn list<T>(&mut self, items: &[T], item: impl Fn(&mut Self, &T)) {
-        self.whole(items.len() as u64);
-        for value in items {
-            item(self, value);
-        }
+    fn length<T>(&mut self, items: &[T]) {
+        self.numbers([items.len() as f64]);
     }
 
-    fn option<T>(&mut self, value: Option<&T>, some: impl Fn(&mut Self, &T)) {
-        self.whole(u64::from(value.is_some()));
-        if let Some(value) = value {
-            some(self, value);
-        }
+    fn list<T, const N: usize>(&mut self, items: &[T], numbers_of: impl Fn(&T) -> [f64; N]) {
+        self.length(items);
+        items.iter().for_each(|item| self.numbers(numbers_of(item)));
+    }
+
+    fn name(&mut self, name: &str) {
+        self.length(name.as_bytes());
+        self.0.update(name.as_bytes());
     }
 
     fn camera(&mut self, camera: &Camera) {
@@ -91,62 +98,23 @@ impl Bytes {
             look_at_m,
             up,
             lens,
-        } = camera;
-        self.indices(resolution_px);
+        } = *camera;
+        self.numbers(resolution_px.map(f64::from));
         for vector in [position_m, look_at_m, up] {
-            self.numbers(&vector.to_array());
+            self.numbers(vector.to_array());
         }
-        match *lens {
-            Lens::FovY { fov_y_deg } => {
-                self.whole(0);
-                self.numbers(&[fov_y_deg]);
-            }
-            Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => {
-                self.whole(1);
-                self.numbers(&[fx, fy, cx, cy]);
-            }
-        }
-    }
-
-    fn sensor(&mut self, sensor: &Sensor) {
-        let Sensor {
-            pixel_pitch_um,
-            exposure_time_s,
-            duty_cycle,
-        } = sensor;
-        self.numbers(pixel_pitch_um);
-        self.numbers(&[*exposure_time_s, *duty_cycle]);
-    }
-
-    fn name(&mut self, name: &str) {
-        self.whole(name.len() as u64);
-        self.0.update(name.as_bytes());
-    }
-
-    fn direct(&mut self, direct: &Direct) {
-        let Direct { shadow } = direct;
-        self.name(shadow.map_or("chosen", Shadow::name));
-    }
-
-    fn indirect(&mut self, indirect: &IndirectLight) {
-        self.name(indirect.name());
-        let rsm_size = indirect.rsm_size();
-        self.option(rsm_size.as_ref(), |bytes, &size| bytes.indices(&[size]));
-        for error in [indirect.target_error(), indirect.interpolation_error()] {
-            self.option(error.as_ref(), |bytes, &error| bytes.numbers(&[error]));
+        match lens {
+            Lens::FovY { fov_y_deg } => self.numbers([0.0, fov_y_deg]),
+            Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => self.numbers([1.0, fx, fy, cx, cy]),
         }
     }
 
     fn light(&mut self, light: &Light) {
-        self.whole(match light {
-            Light::Point { .. } => 0,
-            Light::Spot { .. } => 1,
-            Light::Directional { .. } => 2,
-        });
+        self.name(light.kind());
         for (_, parameter) in light.parameters() {
             match parameter {
-                LightParameter::Number(number) => self.numbers(&[number]),
-                LightParameter::Vector(vector) => self.numbers(&vector),
+                LightParameter::Number(number) => self.numbers([number]),
+                LightParameter::Vector(vector) => self.numbers(vector),
             }
         }
     }
@@ -159,39 +127,39 @@ impl Bytes {
             shininess,
             kd_texture,
         } = material;
-        self.numbers(kd);
-        self.numbers(ks);
-        self.numbers(&[*shininess]);
-        self.option(kd_texture.as_ref(), |bytes, &index| {
-            bytes.whole(index as u64)
-        });
+        self.numbers(*kd);
+        self.numbers(*ks);
+        self.numbers([*shininess]);
+        self.list(kd_texture.as_slice(), |&index| [index as f64]);
     }
+}
 
-    fn texture(&mut self, texture: &Texture) {
-        let Texture {
-            name: _,
-            size_px,
-            linear_rgb,
-        } = texture;
-        self.indices(size_px);
-        self.list(linear_rgb, |bytes, texel| {
-            bytes.numbers(&texel.map(f64::from));
-        });
-    }
+fn digest_of_texture(texture: &Texture) -> [u8; 32] {
+    let Texture {
+        name: _,
+        size_px,
+        linear_rgb,
+    } = texture;
+    let mut bytes = Bytes::default();
+    bytes.numbers(size_px.map(f64::from));
+    bytes.list(linear_rgb, |texel| texel.map(f64::from));
+    bytes.0.finalize().into()
+}
 
-    fn mesh(&mut self, mesh: &Mesh) {
-        let Mesh {
-            name: _,
-            positions_m,
-            normals,
-            texcoords,
-            triangles,
-            triangle_materials,
-        } = mesh;
-        self.list(positions_m, |bytes, p| bytes.numbers(&p.to_array()));
-        self.list(normals, |bytes, n| bytes.numbers(&n.to_array()));
-        self.list(texcoords, |bytes, uv| bytes.numbers(uv));
-        self.list(triangles, |bytes, vertices| bytes.indices(vertices));
-        self.list(triangle_materials, |bytes, &m| bytes.indices(&[m]));
-    }
+fn digest_of_mesh(mesh: &Mesh) -> [u8; 32] {
+    let Mesh {
+        name: _,
+        positions_m,
+        normals,
+        texcoords,
+        triangles,
+        triangle_materials,
+    } = mesh;
+    let mut bytes = Bytes::default();
+    bytes.list(positions_m, |position| position.to_array());
+    bytes.list(normals, |normal| normal.to_array());
+    bytes.list(texcoords, |uv| *uv);
+    bytes.list(triangles, |vertices| vertices.map(f64::from));
+    bytes.list(triangle_materials, |&material| [f64::from(material)]);
+    bytes.0.finalize().into()
 }

@@ -2,7 +2,8 @@
 
 use std::ops::RangeInclusive;
 
-use super::validate::{Check, ScenePart};
+use super::validate::Part;
+use crate::Result;
 
 /// How the single bounce is computed. See `docs/model.md`.
 ///
@@ -101,8 +102,8 @@ impl IndirectLight {
         }
     }
 
-    pub(super) fn check(&self) -> Check {
-        let part = ScenePart::Indirect;
+    pub(crate) fn validate(&self) -> Result<()> {
+        let part = Part("indirect".into());
         let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
         let errors = [
             ("target_error", self.target_error()),
@@ -111,13 +112,13 @@ impl IndirectLight {
         for (key, error) in errors {
             part.require(
                 error.is_none_or(|error| TARGET_ERRORS.contains(&error)),
-                || format!("{key} is {}", error.unwrap_or_default()),
+                format_args!("{key} is {}", error.unwrap_or_default()),
                 format!("give a relRMSE from {least} to {most}, such as 0.02"),
             )?;
         }
         part.require(
             self.rsm_size() != Some(0),
-            || "rsm_size is 0".into(),
+            "rsm_size is 0",
             "give the texels along one face's edge, such as 64",
         )
     }

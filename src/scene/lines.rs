@@ -1,7 +1,7 @@
 //! Lines of OBJ and MTL files with their places, because `tobj` reports none.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::{Error, Result, input_file};
 
@@ -22,6 +22,12 @@ pub(super) fn read_text(file: &Path, named_at: &str, what: &str) -> Result<Strin
         )
     })?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// The same path for the same file, however it is named.
+pub(super) fn resolved(file: &Path) -> PathBuf {
+    // A file that cannot be resolved cannot be read either, and reading it gives the better message.
+    file.canonicalize().unwrap_or_else(|_| file.to_owned())
 }
 
 /// `mesh.obj:12`
@@ -102,17 +108,15 @@ impl Line<'_> {
                 counts.end()
             )
         };
-        let numbers: Vec<f64> = self
-            .words()
-            .map(|word| match word.parse::<f64>() {
-                Ok(number) if number.is_finite() => Ok(number),
-                _ => Err(self.error(format!("has \"{word}\" for a number"), expected())),
-            })
-            .collect::<Result<_>>()?;
-        if !counts.contains(&numbers.len()) {
-            return Err(self.error(format!("has {} numbers", numbers.len()), expected()));
+        let number = |word: &str| match word.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(number),
+            _ => Err(self.error(format!("has \"{word}\" for a number"), expected())),
+        };
+        let numbers: Vec<f64> = self.words().map(number).collect::<Result<_>>()?;
+        match counts.contains(&numbers.len()) {
+            true => Ok(numbers),
+            false => Err(self.error(format!("has {} numbers", numbers.len()), expected())),
         }
-        Ok(numbers)
     }
 
     pub fn error(&self, problem: impl AsRef<str>, hint: impl Into<String>) -> Error {

@@ -17,8 +17,6 @@ mod mesh;
 mod mtl;
 mod obj;
 mod obj_check;
-#[cfg(feature = "capi")]
-mod parts;
 mod shared;
 mod texture;
 mod validate;
@@ -31,11 +29,11 @@ pub use indirect::{DEFAULT_TARGET_ERROR, IndirectLight, TARGET_ERRORS, VplSum};
 pub use light::{Light, LightParameter, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;
-#[cfg(feature = "capi")]
-pub(crate) use parts::validate_instance;
 pub use shared::Shared;
 #[cfg(feature = "capi")]
 pub(crate) use texture::linear_from_srgb;
+#[cfg(feature = "capi")]
+pub(crate) use validate_surface::validate_instance;
 
 /// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
 pub type Bands = [f64; 3];
@@ -58,6 +56,14 @@ pub struct Scene {
     pub indirect: Option<IndirectLight>,
 }
 
+impl Scene {
+    /// The material of each triangle of one of its meshes. For a validated scene.
+    pub(crate) fn materials_of<'s>(&'s self, mesh: &'s Mesh) -> impl Iterator<Item = &'s Material> {
+        let materials = mesh.triangle_materials.iter();
+        materials.map(|&material| &self.materials[material as usize])
+    }
+}
+
 /// What turns the irradiance on a pixel into energy: Q_C = E_C · pixel area · duty cycle · exposure time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor {
@@ -69,14 +75,11 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// SensorPixelArea, m².
-    pub fn pixel_area_m2(&self) -> f64 {
-        self.pixel_pitch_um[0] * self.pixel_pitch_um[1] * 1e-12
-    }
-
     /// Q_C / E_C: joules per W/m² of irradiance on the pixel.
     pub fn joule_per_irradiance(&self) -> f64 {
-        self.pixel_area_m2() * self.duty_cycle * self.exposure_time_s
+        let [width_um, height_um] = self.pixel_pitch_um;
+        let pixel_area_m2 = width_um * height_um * 1e-12;
+        pixel_area_m2 * self.duty_cycle * self.exposure_time_s
     }
 }
 
@@ -106,10 +109,5 @@ impl Shadow {
             Shadow::Map => "map",
             Shadow::Rays => "rays",
         }
-    }
-
-    /// The way of that name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|shadow| shadow.name() == name)
     }
 }

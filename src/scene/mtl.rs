@@ -7,17 +7,17 @@
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
-use super::lines::{Line, lines, read_text};
+use super::lines::{Line, lines, read_text, resolved};
 use crate::{Error, Result};
 
 /// The materials that the MTL files of one OBJ define.
 #[derive(Default)]
 pub(super) struct Library {
-    entries: HashMap<String, Entry>,
+    entries: HashMap<String, LibraryMaterial>,
     files_read: HashSet<PathBuf>,
 }
 
-pub(super) struct Entry {
+pub(super) struct LibraryMaterial {
     pub properties: tobj::Material,
     pub places: Places,
     /// The folder that map_Kd is relative to.
@@ -48,15 +48,13 @@ impl Library {
 
     /// Some exporters name the library again with every object.
     fn read_once(&mut self, file: &Path, named_at: &str) -> Result<()> {
-        // A file that cannot be resolved cannot be read either, and reading it gives the better message.
-        let key = file.canonicalize().unwrap_or_else(|_| file.to_owned());
-        if !self.files_read.insert(key) {
-            return Ok(());
+        match self.files_read.insert(resolved(file)) {
+            true => self.read_file(file, named_at),
+            false => Ok(()),
         }
-        self.read_file(file, named_at)
     }
 
-    pub fn get(&self, name: &str) -> Option<&Entry> {
+    pub fn get(&self, name: &str) -> Option<&LibraryMaterial> {
         self.entries.get(name)
     }
 
@@ -70,31 +68,26 @@ impl Library {
     fn read_file(&mut self, file: &Path, named_at: &str) -> Result<()> {
         let (text, places) = check(&read_text(file, named_at, "material library")?, file)?;
         let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| {
-            Error::scene(
-                file.display().to_string(),
-                format!("not a material library: {error}"),
-                "export it again",
-            )
+            let problem = format!("not a material library: {error}");
+            Error::scene(file.display().to_string(), problem, "export it again")
         })?;
         let folder = file.parent().unwrap_or(Path::new(""));
         for (properties, places) in materials.into_iter().zip(places) {
             let name = properties.name.clone();
-            let entry = Entry {
+            if let Some(earlier) = self.entries.get(&name) {
+                let earlier = &earlier.places.name;
+                return Err(Error::scene(
+                    places.name,
+                    format!("material \"{name}\" is already defined at {earlier}"),
+                    "rename or remove one of them",
+                ));
+            }
+            let material = LibraryMaterial {
                 properties,
                 places,
                 folder: folder.to_owned(),
             };
-            if let Some(earlier) = self.entries.get(&name) {
-                return Err(Error::scene(
-                    entry.places.name,
-                    format!(
-                        "material \"{name}\" is already defined at {}",
-                        earlier.places.name
-                    ),
-                    "rename or remove one of them",
-                ));
-            }
-            self.entries.insert(name, entry);
+            self.entries.insert(name, material);
         }
         Ok(())
     }

@@ -1,10 +1,12 @@
 //! Assembles one mesh from a checked OBJ file.
 
+use std::path::Path;
+
 use glam::{DMat3, DVec3};
 
 use super::Mesh;
 use super::assets::{MeshRequest, Transform};
-use super::obj_check::{CheckedObj, FaceGroup};
+use super::obj_check::CheckedObj;
 use crate::{Error, Result};
 
 /// The whole file as one world-space mesh, triangles in the order of the file.
@@ -21,101 +23,66 @@ pub(super) fn assemble(
         triangulate: true,
         ..tobj::LoadOptions::default()
     };
-    let (models, _) = tobj::load_obj_buf(&mut checked.text.as_bytes(), &options, |_| {
-        Ok(Default::default())
-    })
-    .map_err(|error| {
+    let no_materials = |_: &Path| Ok(Default::default());
+    let read = tobj::load_obj_buf(&mut checked.text.as_bytes(), &options, no_materials);
+    let (models, _) = read.map_err(|error| {
+        let problem = format!("not a mesh: {error}");
         Error::scene(
             request.path.display().to_string(),
-            format!("not a mesh: {error}"),
+            problem,
             "export it again",
         )
     })?;
 
-    let mut mesh = MeshBuilder {
-        mesh: Mesh {
-            name: request.name.clone(),
-            ..Mesh::default()
-        },
-        transform: &request.transform,
-        normals: checked.runs.iter().any(|run| run.form.normals),
-        texcoords: checked.runs.iter().any(|run| run.form.texcoords),
+    let Transform {
+        scale,
+        rotation,
+        translation_m,
+    } = request.transform;
+    let any_normals = checked.runs.iter().any(|run| run.form.normals);
+    let any_texcoords = checked.runs.iter().any(|run| run.form.texcoords);
+    let mut mesh = Mesh {
+        name: request.name.clone(),
+        ..Mesh::default()
     };
     // Every run is one group with at least one face, and `tobj` keeps their order.
-    let groups = models.iter().filter(|model| !model.mesh.indices.is_empty());
+    let groups = models.iter().map(|model| &model.mesh);
+    let groups = groups.filter(|group| !group.indices.is_empty());
     for ((group, run), &material) in groups.zip(&checked.runs).zip(material_of_run) {
-        mesh.add(&group.mesh, run, material);
-    }
-    Ok(mesh.mesh)
-}
-
-struct MeshBuilder<'a> {
-    mesh: Mesh,
-    transform: &'a Transform,
-    /// Whether any face of the mesh has normals, or texture coordinates.
-    normals: bool,
-    texcoords: bool,
-}
-
-impl MeshBuilder<'_> {
-    fn add(&mut self, group: &tobj::Mesh, run: &FaceGroup, material: u32) {
-        if self.normals && !run.form.normals {
-            self.add_flat(group);
-        } else {
-            self.add_shared(group);
-        }
-        let triangles = self.mesh.triangles.len();
-        self.mesh.triangle_materials.resize(triangles, material);
-    }
-
-    fn add_shared(&mut self, group: &tobj::Mesh) {
-        let offset = self.mesh.positions_m.len() as u32;
-        for vertex in 0..group.positions.len() / 3 {
-            self.push_vertex(group, vertex);
+        let is_flat = any_normals && !run.form.normals;
+        let first = mesh.positions_m.len() as u32;
+        let in_order = |count: usize| (0..count as u32).collect::<Vec<_>>();
+        let (vertices, indices) = match is_flat {
+            true => (group.indices.clone(), in_order(group.indices.len())),
+            false => (in_order(group.positions.len() / 3), group.indices.clone()),
+        };
+        for vertex in vertices.into_iter().map(|vertex| vertex as usize) {
+            let position = DVec3::from_slice(&group.positions[3 * vertex..]);
+            let position_m = rotation * (scale * position) + translation_m;
+            mesh.positions_m.push(position_m);
+            if any_texcoords {
+                // Faces without texture coordinates have an untextured material here, so the value is never read.
+                let texcoord = group.texcoords.get(2 * vertex..2 * vertex + 2);
+                let texcoord = texcoord.map_or([0.0; 2], |t| [t[0], t[1]]);
+                mesh.texcoords.push(texcoord);
+            }
         }
         let normals = group.normals.chunks_exact(3);
-        self.mesh
-            .normals
-            .extend(normals.map(|n| unit_normal(self.transform.rotation, DVec3::from_slice(n))));
-        let triangles = group.indices.chunks_exact(3);
-        self.mesh
-            .triangles
-            .extend(triangles.map(|t| [t[0] + offset, t[1] + offset, t[2] + offset]));
-    }
-
-    fn add_flat(&mut self, group: &tobj::Mesh) {
-        for triangle in group.indices.chunks_exact(3) {
-            let first = self.mesh.positions_m.len();
-            for &vertex in triangle {
-                self.push_vertex(group, vertex as usize);
+        let normals = normals.map(|normal| unit_normal(rotation, DVec3::from_slice(normal)));
+        mesh.normals.extend(normals);
+        for triangle in indices.chunks_exact(3) {
+            let triangle = [0, 1, 2].map(|corner| first + triangle[corner]);
+            if is_flat {
+                let [a, b, c] = triangle.map(|vertex| mesh.positions_m[vertex as usize]);
+                // A triangle without area is never seen, so any unit normal will do.
+                let normal = (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z);
+                mesh.normals.extend([normal; 3]);
             }
-            let [a, b, c] = [0, 1, 2].map(|i| self.mesh.positions_m[first + i]);
-            // A triangle without area is never seen, so any unit normal will do.
-            let normal = (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z);
-            self.mesh.normals.extend([normal; 3]);
-            self.mesh
-                .triangles
-                .push([0, 1, 2].map(|i| first as u32 + i));
+            mesh.triangles.push(triangle);
+            mesh.triangle_materials.push(material);
         }
     }
-
-    fn push_vertex(&mut self, group: &tobj::Mesh, vertex: usize) {
-        let position = DVec3::from_slice(&group.positions[3 * vertex..]);
-        let Transform {
-            scale,
-            rotation,
-            translation_m,
-        } = *self.transform;
-        self.mesh
-            .positions_m
-            .push(rotation * (scale * position) + translation_m);
-        if self.texcoords {
-            // Faces without texture coordinates have an untextured material here, so the value is never read.
-            let texcoord = group.texcoords.get(2 * vertex..2 * vertex + 2);
-            let [u, v] = texcoord.map_or([0.0; 2], |t| [t[0], t[1]]);
-            self.mesh.texcoords.push([u, v]);
-        }
-    }
+    Ok(mesh)
 }
 
 /// Scaling is uniform and positive, so a normal only turns. Any length but zero becomes 1.

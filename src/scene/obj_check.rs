@@ -49,22 +49,7 @@ pub(super) struct Form {
 type Corner = [Option<usize>; 3];
 
 /// Statements without bearing on the surface: groups, smoothing (normals are given or not), points, lines, display.
-const IGNORED: [&str; 14] = [
-    "o",
-    "g",
-    "s",
-    "mg",
-    "p",
-    "l",
-    "vp",
-    "bevel",
-    "c_interp",
-    "d_interp",
-    "lod",
-    "maplib",
-    "usemap",
-    "shadow_obj",
-];
+const IGNORED: &str = "o g s mg p l vp bevel c_interp d_interp lod maplib usemap shadow_obj";
 
 /// How many triangles are tried in search of a fan: for a polygon, and per corner of a large one.
 const MOST_TRIANGLES: usize = 1_000_000;
@@ -120,7 +105,7 @@ impl Checker {
             "f" => self.face(line)?,
             "usemtl" => self.obj.materials.push(named(line)?),
             "mtllib" => self.obj.libraries.push(named(line)?),
-            keyword if IGNORED.contains(&keyword) => {}
+            keyword if IGNORED.split(' ').any(|ignored| ignored == keyword) => {}
             _ => {
                 return Err(line.error(
                     "is not a statement that is read here",
@@ -151,6 +136,10 @@ impl Checker {
                 "give a face at least three, or remove the line",
             ));
         }
+        let form_of = |corner: &Corner| Form {
+            texcoords: corner[1].is_some(),
+            normals: corner[2].is_some(),
+        };
         let mut form = form_of(&corners[0]);
         if corners.iter().any(|corner| form_of(corner) != form) {
             return Err(line.error(
@@ -162,10 +151,8 @@ impl Checker {
         if self.flat || corners.iter().any(zero_normal) {
             form.normals = false;
         }
-        let outline: Vec<DVec3> = corners
-            .iter()
-            .filter_map(|corner| corner[0].map(|v| self.positions[v]))
-            .collect();
+        let positions = corners.iter().filter_map(|corner| corner[0]);
+        let outline: Vec<DVec3> = positions.map(|v| self.positions[v]).collect();
         let apex = fan_apex(&outline).ok_or_else(|| {
             line.error(
                 "is a concave polygon that no fan of triangles fills",
@@ -181,13 +168,8 @@ impl Checker {
                 let index = index.filter(|_| wanted);
                 index.map_or(String::new(), |index| (index + 1).to_string())
             };
-            let _ = write!(
-                self.obj.text,
-                " {}/{}/{}",
-                one_based(v, true),
-                one_based(vt, form.texcoords),
-                one_based(vn, form.normals)
-            );
+            let (vt, vn) = (one_based(vt, form.texcoords), one_based(vn, form.normals));
+            let _ = write!(self.obj.text, " {}/{vt}/{vn}", one_based(v, true));
         }
         self.obj.text.push('\n');
         Ok(())
@@ -195,10 +177,8 @@ impl Checker {
 
     fn begin_run(&mut self, form: Form, line: &Line) {
         let material = self.obj.materials.len().checked_sub(1);
-        if let Some(run) = self.obj.runs.last()
-            && run.form == form
-            && run.material == material
-        {
+        let last = self.obj.runs.last();
+        if last.is_some_and(|run| run.form == form && run.material == material) {
             return;
         }
         let _ = writeln!(self.obj.text, "g {}", self.obj.runs.len());
@@ -242,13 +222,6 @@ fn named(line: &Line) -> Result<Named> {
         name: line.name()?.to_owned(),
         line: line.number(),
     })
-}
-
-fn form_of(corner: &Corner) -> Form {
-    Form {
-        texcoords: corner[1].is_some(),
-        normals: corner[2].is_some(),
-    }
 }
 
 /// OBJ indices begin at 1; negative ones count back from the last element so far.

@@ -1,110 +1,115 @@
-//! The part of [`Scene::validate`] that concerns materials, textures and meshes.
+//! The part of [`Scene::validate`](super::Scene::validate) that concerns materials, textures and meshes.
 
-use super::validate::{Check, ScenePart, has_direction, is_near};
-use super::{Material, Mesh, Scene, Texture};
+#[cfg(feature = "capi")]
+use glam::DVec3;
 
-pub(super) fn check(scene: &Scene) -> Check {
-    for (i, texture) in scene.textures.iter().enumerate() {
-        check_texture(ScenePart::Texture(i), texture)?;
-    }
-    for (i, material) in scene.materials.iter().enumerate() {
-        check_material(ScenePart::Material(i), material, scene.textures.len())?;
-    }
-    for (i, mesh) in scene.meshes.iter().enumerate() {
-        check_mesh(ScenePart::Mesh(i), mesh, scene.materials.len())?;
-    }
-    Ok(())
-}
-
-pub(super) fn check_texture(part: ScenePart, texture: &Texture) -> Check {
-    let [width, height] = texture.size_px;
-    let texels = texture.linear_rgb.len();
-    part.require(
-        width > 0 && height > 0 && u64::from(width) * u64::from(height) == texels as u64,
-        || format!("size_px is {width} x {height}, but there are {texels} texels"),
-        "give width x height texels, at least one",
-    )?;
-    part.require_each(
-        &texture.linear_rgb,
-        |texel| texel.iter().all(|value| (0.0..=1.0).contains(value)),
-        |index, texel| format!("texel {index} is {texel:?}"),
-        "give reflectances from 0 to 1",
-    )
-}
+use super::validate::{Part, has_direction, is_near};
+use super::{Material, Mesh, Texture};
+use crate::Result;
 
 /// The largest Phong exponent: beyond, a lobe is narrower than f32 directions.
 const SHARPEST: f64 = 1e9;
 /// Beyond, f32 has no digits left to tell texels apart.
 const FARTHEST_TEXCOORD: f64 = 1e6;
 
-pub(super) fn check_material(part: ScenePart, material: &Material, texture_count: usize) -> Check {
-    for (what, bands) in [("kd", material.kd), ("ks", material.ks)] {
+impl Texture {
+    pub(crate) fn validate(&self, index: usize) -> Result<()> {
+        let part = Part(format!("texture {index} (\"{}\")", self.name));
+        let [width, height] = self.size_px;
+        let texels = self.linear_rgb.len();
         part.require(
-            bands.iter().all(|value| (0.0..=1.0).contains(value)),
-            || format!("{what} is {bands:?}"),
-            "give reflectances from 0 to 1",
+            width > 0 && height > 0 && u64::from(width) * u64::from(height) == texels as u64,
+            format_args!("size_px is {width} x {height}, but there are {texels} texels"),
+            "give width x height texels, at least one",
         )?;
+        part.require_each(
+            &self.linear_rgb,
+            |texel| texel.iter().all(|value| (0.0..=1.0).contains(value)),
+            |index, texel| format!("texel {index} is {texel:?}"),
+            "give reflectances from 0 to 1",
+        )
     }
-    let shininess = material.shininess;
-    part.require(
-        (0.0..=SHARPEST).contains(&shininess),
-        || format!("shininess is {shininess}"),
-        "give a Phong exponent of 0 or more, up to 1e9",
-    )?;
-    let index = material.kd_texture.unwrap_or_default();
-    part.require(
-        material.kd_texture.is_none() || index < texture_count,
-        || format!("kd_texture is {index}, but the number of textures is {texture_count}"),
-        "give the index of a texture, counted from 0",
-    )
 }
 
-pub(super) fn check_mesh(part: ScenePart, mesh: &Mesh, material_count: usize) -> Check {
-    let vertex_count = mesh.positions_m.len();
-    if let Some(vertex) = mesh.positions_m.iter().position(|&p| !is_near(p)) {
-        part.require_position(&format!("vertex {vertex}"), mesh.positions_m[vertex])?;
-    }
-    for (what, count) in [
-        ("normals", mesh.normals.len()),
-        ("texcoords", mesh.texcoords.len()),
-    ] {
+impl Material {
+    pub(crate) fn validate(&self, index: usize, texture_count: usize) -> Result<()> {
+        let part = Part(format!("material {index} (\"{}\")", self.name));
+        for (what, bands) in [("kd", self.kd), ("ks", self.ks)] {
+            part.require(
+                bands.iter().all(|value| (0.0..=1.0).contains(value)),
+                format_args!("{what} is {bands:?}"),
+                "give reflectances from 0 to 1",
+            )?;
+        }
         part.require(
-            count == 0 || count == vertex_count,
-            || format!("{count} {what} for {vertex_count} vertices"),
-            "give one per vertex, or none",
+            (0.0..=SHARPEST).contains(&self.shininess),
+            format_args!("shininess is {}", self.shininess),
+            "give a Phong exponent of 0 or more, up to 1e9",
         )?;
+        let index = self.kd_texture.unwrap_or_default();
+        part.require(
+            self.kd_texture.is_none() || index < texture_count,
+            format_args!("kd_texture is {index}, but the number of textures is {texture_count}"),
+            "give the index of a texture, counted from 0",
+        )
     }
-    if let Some(vertex) = mesh.normals.iter().position(|&n| !has_direction(n)) {
-        part.require_direction(&format!("normal of vertex {vertex}"), mesh.normals[vertex])?;
+}
+
+impl Mesh {
+    pub(crate) fn validate(&self, index: usize, material_count: usize) -> Result<()> {
+        let part = Part(format!("mesh {index} (\"{}\")", self.name));
+        let vertex_count = self.positions_m.len();
+        if let Some(i) = self.positions_m.iter().position(|&p| !is_near(p)) {
+            part.require_position(format_args!("vertex {i}"), self.positions_m[i])?;
+        }
+        for (what, count) in [
+            ("normals", self.normals.len()),
+            ("texcoords", self.texcoords.len()),
+        ] {
+            part.require(
+                count == 0 || count == vertex_count,
+                format_args!("{count} {what} for {vertex_count} vertices"),
+                "give one per vertex, or none",
+            )?;
+        }
+        if let Some(i) = self.normals.iter().position(|&n| !has_direction(n)) {
+            part.require_direction(format_args!("normal of vertex {i}"), self.normals[i])?;
+        }
+        part.require_each(
+            &self.texcoords,
+            |uv| uv.iter().all(|t| t.abs() <= FARTHEST_TEXCOORD),
+            |vertex, uv| format!("texture coordinate of vertex {vertex} is {uv:?}"),
+            "give texture coordinates within -1e6 and 1e6",
+        )?;
+        part.require_each(
+            &self.triangles,
+            |triangle| triangle.iter().all(|&v| (v as usize) < vertex_count),
+            |i, triangle| format!("triangle {i} has vertices {triangle:?} of {vertex_count}"),
+            "give indices of vertices, counted from 0",
+        )?;
+        let (materials, triangles) = (self.triangle_materials.len(), self.triangles.len());
+        part.require(
+            materials == triangles,
+            format_args!("{materials} triangle_materials for {triangles} triangles"),
+            "give one per triangle",
+        )?;
+        part.require_each(
+            &self.triangle_materials,
+            |&material| (material as usize) < material_count,
+            |i, material| format!("triangle {i} has material {material} of {material_count}"),
+            "give the index of a material, counted from 0",
+        )
     }
-    part.require_each(
-        &mesh.texcoords,
-        |uv| uv.iter().all(|t| t.abs() <= FARTHEST_TEXCOORD),
-        |vertex, uv| format!("texture coordinate of vertex {vertex} is {uv:?}"),
-        "give texture coordinates within -1e6 and 1e6",
-    )?;
-    part.require_each(
-        &mesh.triangles,
-        |triangle| triangle.iter().all(|&v| (v as usize) < vertex_count),
-        |index, triangle| format!("triangle {index} has vertices {triangle:?} of {vertex_count}"),
-        "give indices of vertices, counted from 0",
-    )?;
-    let triangle_count = mesh.triangles.len();
-    let materials = &mesh.triangle_materials;
-    part.require(
-        materials.len() == triangle_count,
-        || {
-            format!(
-                "{} triangle_materials for {triangle_count} triangles",
-                materials.len()
-            )
-        },
-        "give one per triangle",
-    )?;
-    part.require_each(
-        materials,
-        |&material| (material as usize) < material_count,
-        |index, material| format!("triangle {index} has material {material} of {material_count}"),
-        "give the index of a material, counted from 0",
-    )
+}
+
+/// Where a mesh is placed, and the corners of its box there.
+#[cfg(feature = "capi")]
+pub(crate) fn validate_instance(
+    index: usize,
+    position_m: DVec3,
+    mut corners_m: impl Iterator<Item = DVec3>,
+) -> Result<()> {
+    let part = Part(format!("instance {index}"));
+    part.require_position("position", position_m)?;
+    corners_m.try_for_each(|corner_m| part.require_position("a corner of its box", corner_m))
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Bands, Light, Material, Mesh, Scene};
+use super::{Bands, Light, Material, Scene};
 
 /// Nearer to a surface than this, over the radius of the scene, a light is in it: whether it lights one side or the other, or
 /// none, is rounding.
@@ -27,8 +27,9 @@ impl Scene {
             warnings.push("there is no mesh, so every frame is black".into());
         }
         for mesh in &self.meshes {
-            if let Some(material) = self.textured_material(mesh)
-                && mesh.texcoords.is_empty()
+            let mut materials = self.materials_of(mesh);
+            if mesh.texcoords.is_empty()
+                && let Some(material) = materials.find(|m| m.kd_texture.is_some())
             {
                 warnings.push(format!(
                     "the texture of material \"{}\" cannot be seen on mesh \"{}\", which has no texture coordinates",
@@ -47,9 +48,8 @@ impl Scene {
                 ));
             }
         }
-        let tolerance_m = self
-            .bounding_sphere()
-            .map_or(0.0, |sphere| IN_SURFACE * sphere.radius_m);
+        let sphere = self.bounding_sphere();
+        let tolerance_m = sphere.map_or(0.0, |sphere| IN_SURFACE * sphere.radius_m);
         for (i, light) in self.lights.iter().enumerate() {
             let kind = light.kind();
             if light.emission() == [0.0; 3] {
@@ -79,13 +79,6 @@ impl Scene {
             std::array::from_fn(|band| most[band].max(texel[band]))
         });
         std::array::from_fn(|band| material.kd[band] * f64::from(brightest[band]))
-    }
-
-    fn textured_material(&self, mesh: &Mesh) -> Option<&Material> {
-        let materials = mesh.triangle_materials.iter();
-        materials
-            .map(|&material| &self.materials[material as usize])
-            .find(|material| material.kd_texture.is_some())
     }
 }
 

@@ -48,12 +48,19 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
                 "did you mean \"mesh\"?",
             ],
         ),
-        // Not "position", which is there.
+        // Not "position", which is there; and no other is like it.
         (
             camera_with("look_at", "positions"),
             [
                 "scene.toml:4: unknown key \"positions\" in [camera]",
-                "did you mean \"intrinsics_px\"? possible are: look_at, intrinsics_px",
+                "; possible are: look_at, intrinsics_px",
+            ],
+        ),
+        (
+            format!("{CAMERA}{}", LIGHT.replace("power_w", "intensity")),
+            [
+                "scene.toml:10: unknown key \"intensity\" in [[light]]",
+                "; possible are: power_w",
             ],
         ),
         (

@@ -211,6 +211,142 @@ fn poses_of_a_trajectory_survive_to_the_last_digits() {
 }
 
 #[test]
+fn a_trajectory_may_have_comments_and_commas() {
+    let jobs = Jobs::new(
+        "[job]\nscene = \"scene.toml\"\nsize = [4, 4]\n[camera]\ntrajectory = \"a.csv\"\n",
+    );
+    let rows =
+        "# made by hand\nt,tx,ty,tz,qx,qy,qz,qw\n\n1.5, 1,2,3, 0,0,0,1 # end\n2 4 5 6 0 0 1 0\r\n";
+    jobs.write("a.csv", rows);
+    jobs.succeed("set", &[]);
+    let lines = jobs.manifest("set/manifest.jsonl");
+    assert_eq!(lines.len(), 2);
+    for (line, time_s, position_m, rotation) in [
+        (&lines[0], 1.5, [1.0, 2.0, 3.0], [0.0, 0.0, 0.0, 1.0]),
+        (&lines[1], 2.0, [4.0, 5.0, 6.0], [0.0, 0.0, 1.0, 0.0]),
+    ] {
+        assert_eq!(line["time_s"], json!(time_s));
+        assert_eq!(line["camera"]["position_m"], json!(position_m));
+        assert_eq!(line["camera"]["rotation_xyzw"], json!(rotation));
+    }
+}
+
+#[test]
+fn bad_rows_of_a_trajectory_are_named() {
+    let jobs = Jobs::new("[job]\nscene = \"scene.toml\"\n[camera]\ntrajectory = \"a.txt\"\n");
+    for (row, says) in [
+        ("1 2 3", "a row has 3 values instead of 8"),
+        ("1 2 3 4 5 6 7 8 9", "a row has 9 values"),
+        ("1 2 x 4 0 0 0 1", "\"x\" is not a finite number"),
+        ("1 2 inf 4 0 0 0 1", "\"inf\" is not"),
+        ("1,2,,4,0,0,0,1", "\"\" is not"),
+        ("1 2 3 4 0 0 0 0", "has length 0.0000 instead of 1"),
+        ("1 2 3 4 0 0 0 1.1", "has length 1.1000"),
+    ] {
+        jobs.write("a.txt", &format!("# first\n0 0 0 0 0 0 0 1\n{row}\n"));
+        let stderr = jobs.fail("set", &[]);
+        let names = stderr.contains("a.txt:3: ") && stderr.contains(says);
+        assert!(names, "{stderr}");
+    }
+}
+
+#[test]
+fn shards_share_the_frames() {
+    let jobs = Jobs::new(JOB);
+    let mut frames = Vec::new();
+    for shard in ["1/3", "2/3", "3/3"] {
+        let listed = [
+            "batch",
+            "job.toml",
+            "--dry-run",
+            "--frames",
+            "2..11",
+            "--shard",
+            shard,
+        ];
+        let output = jobs.program(&listed).output().unwrap();
+        for line in String::from_utf8(output.stdout).unwrap().lines() {
+            let (index, _) = line.split_once(' ').unwrap();
+            frames.push(index.parse::<u64>().unwrap());
+        }
+    }
+    assert_eq!(frames[..3], [3, 6, 9]);
+    frames.sort();
+    assert_eq!(frames, (2..11).collect::<Vec<_>>());
+    let stderr = jobs.fail("set", &["--frames", "2..13"]);
+    assert!(stderr.contains("2..13: the job has 12 frames"), "{stderr}");
+}
+
+#[test]
+fn nonsense_for_frames_and_shards_is_wrong_usage() {
+    let jobs = Jobs::new(JOB);
+    let frames = ["", "5", "5..5", "6..5", "a..b", "1..=2"].map(|text| format!("--frames={text}"));
+    let shards = ["", "0/4", "5/4", "1", "1/0", "-1/4"].map(|text| format!("--shard={text}"));
+    for argument in frames.iter().chain(&shards) {
+        let output = jobs.run("set", &[argument]);
+        assert_eq!(output.status.code(), Some(2), "{argument}");
+    }
+}
+
+/// The camera's poses in 10 000 frames, all drawn, as a dry run lists them.
+fn drawn_poses(jobs: &Jobs, seed: u32, more: &str) -> Vec<(DVec3, DQuat)> {
+    jobs.write(
+        "job.toml",
+        &format!(
+            "[job]\nscene = \"scene.toml\"\nframes = 10000\nseed = {seed}\n[camera]\n{DRAWN}{more}"
+        ),
+    );
+    let output = jobs.program(&["batch", "job.toml", "--dry-run"]).output();
+    let stdout = String::from_utf8(output.unwrap().stdout).unwrap();
+    let poses = stdout.lines().map(|line| {
+        let (_, pose) = line.split_once("position = ").unwrap();
+        let words = pose.split(|c: char| !(c.is_ascii_digit() || "-.e".contains(c)));
+        let numbers: Vec<f64> = words.filter_map(|word| word.parse().ok()).collect();
+        (
+            DVec3::from_slice(&numbers),
+            DQuat::from_slice(&numbers[3..]),
+        )
+    });
+    poses.collect()
+}
+
+const DRAWN: &str = "random = { min = [2, 2, 2], max = [4, 4, 4], turn = \"any\" }\n";
+
+#[test]
+fn draws_are_even_and_depend_on_seed_frame_and_purpose() {
+    let jobs = Jobs::new("");
+    let poses = drawn_poses(&jobs, 7, "");
+    assert_eq!(poses.len(), 10_000);
+    assert_ne!(poses[0], poses[1]);
+    assert_ne!(poses[0], drawn_poses(&jobs, 8, "")[0]);
+    for axis in 0..3 {
+        let values = poses.iter().map(|(position_m, _)| position_m[axis]);
+        assert!(values.clone().all(|value| (2.0..4.0).contains(&value)));
+        let mean = values.sum::<f64>() / 1e4;
+        // Six standard errors of the mean of a width of 2.
+        assert!(
+            (mean - 3.0).abs() < 6.0 * 2.0 / 12_f64.sqrt() / 100.0,
+            "{mean}"
+        );
+    }
+    // The mean of a rotated axis vanishes.
+    assert!(poses.iter().all(|(_, q)| (q.length() - 1.0).abs() < 1e-15));
+    for axis in [DVec3::X, DVec3::Y, DVec3::Z] {
+        let mean = poses.iter().map(|(_, q)| *q * axis).sum::<DVec3>() / 1e4;
+        assert!(mean.length() < 6.0 / 100.0, "{axis}: {mean}");
+    }
+    // What else is drawn is drawn for itself.
+    let light = format!("[[light]]\nindex = 0\n{DRAWN}");
+    assert_eq!(poses, drawn_poses(&jobs, 7, &light));
+    jobs.succeed("set", &["--frames", "0..1"]);
+    let line = &jobs.manifest("set/manifest.jsonl")[0];
+    assert_ne!(
+        line["lights"][0]["position_m"],
+        line["camera"]["position_m"]
+    );
+}
+
+#[test]
 fn bad_jobs_are_refused_with_file_and_line() {
     let cases = [
         ("[job]\n", "job.toml:1: [job] has no \"scene\""),
@@ -248,7 +384,7 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[camera]\npath = \"a.txt\"\n",
-            "job.toml:4: unknown key \"path\" in [camera]",
+            "job.toml:4: unknown key \"path\" in [camera]; possible are: poses, keyframes, trajectory, random",
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[[light]]\nindex = 1\npower_factors = [1]\n",
@@ -284,7 +420,11 @@ fn bad_jobs_are_refused_with_file_and_line() {
         ),
         (
             "[job]\nscene = \"scene.toml\"\ncompression = \"dwaa\"\n",
-            "job.toml:3: \"compression\" in [job] names \"dwaa\"; possible are: none, rle, zips, zip, piz",
+            "job.toml:3: unknown compression \"dwaa\" in [job]; possible are: none, rle, zips, zip, piz",
+        ),
+        (
+            "version = 2\n[job]\nscene = \"scene.toml\"\n",
+            "job.toml:1: job file version 2 is not known; write version = 1",
         ),
         (
             "[job]\nscene = \"scene.toml\"\n[[sweep]]\nlight = 0\npower_factors = []\n",

@@ -11,4 +11,5 @@ pub mod rooms;
 pub mod scene_folder;
 #[cfg(feature = "reference")]
 pub mod shadows;
+pub mod texels;
 pub mod truth;

@@ -1,6 +1,6 @@
 //! The BRDF against closed forms: energy and reciprocity.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 use camlux::model::Brdf;
 use glam::{DQuat, DVec3};
@@ -106,5 +106,37 @@ fn reflectance_is_reciprocal() {
             }
         }
         assert!(lit > 50, "s {shininess}: {lit}");
+    }
+}
+
+#[test]
+fn exponent_zero_is_a_half_space() {
+    let brdf = Brdf {
+        kd: [0.0; 3],
+        ks: [1.0; 3],
+        shininess: 0.0,
+    };
+    let at = |v| brdf.eval(DVec3::Z, DVec3::Z, v)[0];
+    assert_eq!(at(DVec3::new(0.8, 0.0, 0.6)), 1.0 / PI);
+    assert_eq!(at(DVec3::X), 0.0, "r·v = 0");
+    assert_eq!(at(DVec3::NEG_Z), 0.0, "r·v < 0");
+}
+
+#[test]
+fn the_lobe_peaks_in_the_mirror_direction() {
+    let brdf = Brdf {
+        kd: [0.1, 0.2, 0.3],
+        ks: [0.5, 0.25, 0.0],
+        shininess: 10.0,
+    };
+    let f = brdf.eval(
+        DVec3::new(0.6, 0.0, 0.8),
+        DVec3::Z,
+        DVec3::new(-0.6, 0.0, 0.8),
+    );
+    // (s+2)/(2π) = 6/π; three roundings.
+    let expected = [3.1 / PI, 1.7 / PI, 0.3 / PI];
+    for band in 0..3 {
+        assert!((f[band] - expected[band]).abs() < 1e-14);
     }
 }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::common::texels::texel_direction;
 use camlux::emission::{EmissionDomain, EmissionFace, Projection, TexelEmission};
 use camlux::model::{CompensatedSum, radiant_intensity, spot_falloff};
 use camlux::scene::{BoundingSphere, Light, SpotCone};
@@ -283,7 +284,7 @@ fn tables_and_rays_belong_together() {
         let light = spot(inner, outer, AXIS);
         let domain = EmissionDomain::new(&light, size, &SCENE);
         for (face, x, y, texel) in placed_texels(&domain) {
-            let direction = domain.texel_direction(face, x, y);
+            let direction = texel_direction(&domain, face, x, y);
             let intensity = radiant_intensity(&light, direction).unwrap()[0];
             let falloff = intensity / domain.axial_intensity[0];
             // A mean over a texel against its middle: measured 6.7e-3 at the rim, where the falloff has its kink.
@@ -323,7 +324,7 @@ fn texels_outside_the_cone_are_exactly_zero() {
         for (face, x, y, texel) in placed_texels(&domain) {
             // Farther from the rim than half a texel's diagonal, which is its angle or more.
             let half_diagonal = 2f64.sqrt() * face.half_extent / f64::from(size);
-            let theta = angle(domain.texel_direction(face, x, y), AXIS);
+            let theta = angle(texel_direction(&domain, face, x, y), AXIS);
             if theta > outer.to_radians() + half_diagonal {
                 assert_eq!(texel, TexelEmission::default(), "{outer} ({x}, {y})");
             }
@@ -381,7 +382,7 @@ fn a_directional_light_covers_the_disc_over_the_scene() {
         assert!(domain.depth_range_m > depth_m + SCENE.radius_m);
         assert!(to_centre_m.cross(direction).length() < 1e-14);
         assert_eq!(
-            domain.texel_direction(&domain.faces[0], 0, 0),
+            texel_direction(&domain, &domain.faces[0], 0, 0),
             domain.faces[0].forward
         );
     }

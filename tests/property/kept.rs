@@ -5,7 +5,7 @@ use camlux::{
     Renderer, Scene,
     glam::DVec3,
     output::{Frame, Layer},
-    scene::{IndirectLight, Light, Shadow, VplSum},
+    scene::{IndirectLight, Light, Shadow, Shared, VplSum},
 };
 
 fn final_gather(mut scene: Scene) -> Scene {
@@ -249,4 +249,14 @@ fn a_cancelled_frame_does_not_show_in_the_next() {
             break;
         }
     }
+}
+
+#[test]
+fn a_change_of_a_shared_value_does_not_reach_the_others() {
+    let first = Shared::from(vec![1]);
+    let mut second = first.clone();
+    assert!(first.ptr_eq(&second));
+    second.push(2);
+    assert_eq!((&*first, &*second), (&vec![1], &vec![1, 2]));
+    assert!(!first.ptr_eq(&second));
 }

@@ -12,7 +12,9 @@ mod emission;
 mod frame;
 mod input;
 mod kept;
+mod lattice;
 mod layers;
+mod local_space;
 mod mesh_file;
 mod metamorphic;
 mod metamorphic_rays;
@@ -20,6 +22,7 @@ mod metrics;
 #[cfg(feature = "reference")]
 mod mirror;
 mod model;
+mod model_parts;
 mod modules;
 mod output;
 mod output_file;

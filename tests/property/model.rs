@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use crate::common::texels::texel_direction;
 use camlux::emission::EmissionDomain;
 use camlux::model::{
     Brdf, Receiver, Vpl, direct_radiance, indirect_radiance, irradiance_facing, radiant_intensity,
@@ -62,7 +63,7 @@ fn sphere_vpls(size: u32) -> Vec<Vpl> {
     for face in &domain.faces {
         for y in 0..size {
             for x in 0..size {
-                let position_m = domain.texel_direction(face, x, y).normalize();
+                let position_m = texel_direction(&domain, face, x, y).normalize();
                 let texel = texels.next().unwrap();
                 vpls.push(Vpl {
                     position_m,

@@ -1,5 +1,6 @@
 //! The rays of a camera's pixels and of a light's texels.
 
+use crate::common::texels::{texel_direction, texel_origin_m};
 use camlux::{
     Scene,
     emission::{EmissionDomain, Projection},
@@ -68,8 +69,8 @@ impl PixelRay {
             Projection::Orthographic => [texel * axis, DVec3::ZERO],
         };
         PixelRay {
-            origin_m: domain.texel_origin_m(face, x, y),
-            direction: domain.texel_direction(face, x, y),
+            origin_m: texel_origin_m(domain, face, x, y),
+            direction: texel_direction(domain, face, x, y),
             steps: [step(face.right), step(-face.up)],
         }
     }

@@ -1,245 +1,275 @@
-//! What a job changes in lights, meshes and materials, frame by frame or step by step.
+//! What a job changes in camera, lights, meshes and materials, frame by frame or step by step.
 
 use std::path::Path;
 
 use camlux::Scene;
-use camlux::keys::{Keys, Value};
-use camlux::scene::{Bands, Light};
+use camlux::keys::{Keys, Value, did_you_mean};
 
 use super::draws::Draws;
-use super::job::{index, ordered};
 use super::motion::{self, Motion};
 use crate::Failure;
 
-/// `[[light]]`
-pub struct LightChange {
-    index: usize,
-    at: String,
-    pub motion: Option<Motion>,
-    power: Option<Power>,
+/// How to write the place of a light or mesh.
+const INDEX: &str = "index = 0, its place in the scene file";
+
+#[derive(Default)]
+pub struct Changes {
+    pub camera: Option<Motion>,
+    /// With the places of the lights and meshes in the scene file.
+    pub lights: Vec<(usize, Motion)>,
+    pub meshes: Vec<(usize, Motion)>,
+    /// One value a frame.
+    pub values: Vec<Change>,
+    /// The whole sequence once for each value.
+    pub sweeps: Vec<Change>,
+    /// What has to be in every scene, and the line that says so.
+    named: Vec<(String, Named)>,
 }
 
-enum Power {
-    /// A factor a frame.
-    Listed(Vec<f64>),
-    /// Evenly between two factors.
-    Random(f64, f64),
+enum Named {
+    Light(usize),
+    Mesh(usize),
+    Material(String),
 }
 
-impl LightChange {
+pub enum Change {
+    /// Factors of a light's power.
+    Power(usize, Values<1>),
+    /// k_d of a material, band by band.
+    Kd(String, Values<3>),
+}
+
+pub enum Values<const N: usize> {
+    Listed(Vec<[f64; N]>),
+    /// Drawn evenly between two, each number for itself.
+    Random([f64; N], [f64; N]),
+}
+
+impl Changes {
     pub fn read(keys: &mut Keys, folder: &Path) -> Result<Self, Failure> {
+        let mut changes = Changes::default();
+        if let Some(mut camera) = keys.table("camera")? {
+            camera.only(&motion::KEYS)?;
+            changes.camera = Motion::read(&mut camera, folder)?;
+        }
+        for light in keys.tables("light")? {
+            changes.read_light(light, folder)?;
+        }
+        for mut mesh in keys.tables("mesh")? {
+            mesh.only(&[&["index"], &motion::KEYS[..]].concat())?;
+            let index = changes.index(mesh.need("index", INDEX)?, Named::Mesh)?;
+            let motion = Motion::read(&mut mesh, folder)?.ok_or_else(|| {
+                let hint = "add poses, keyframes, trajectory or random";
+                mesh.error("[[mesh]] says nothing of a motion", hint)
+            })?;
+            changes.meshes.push((index, motion));
+        }
+        for mut material in keys.tables("material")? {
+            material.only(&["name", "kd_min", "kd_max"])?;
+            let name = material.need("name", "name = \"white\", as in the scene")?;
+            let name = changes.material(name)?;
+            let least = material.need("kd_min", "kd_min = 0.2")?.bands()?;
+            let most = material.need("kd_max", "kd_max = 0.8")?.bands()?;
+            let kd = Values::between(&material, least, most)?;
+            changes.values.push(Change::Kd(name, kd));
+        }
+        for sweep in keys.tables("sweep")? {
+            changes.read_sweep(sweep)?;
+        }
+        Ok(changes)
+    }
+
+    fn read_light(&mut self, mut keys: Keys, folder: &Path) -> Result<(), Failure> {
         let own = ["index", "power_factors", "power_factor_range"];
         keys.only(&[&own[..], &motion::KEYS].concat())?;
-        let (index, at) = index(keys)?;
-        let power = match keys.take_one(&["power_factors", "power_factor_range"])? {
+        let index = self.index(keys.need("index", INDEX)?, Named::Light)?;
+        let factors = match keys.take_one(&["power_factors", "power_factor_range"])? {
             None => None,
-            Some(("power_factors", factors)) => Some(Power::Listed(numbers(factors)?)),
+            Some(("power_factors", list)) => {
+                let list = list.filled("list one a frame")?;
+                Some(Values::Listed(numbers(list)?))
+            }
             Some((_, range)) => {
                 let [least, most] = range.numbers()?;
-                ordered(keys, [least; 3], [most; 3])?;
-                Some(Power::Random(least, most))
+                Some(Values::between(&keys, [least], [most])?)
             }
         };
-        let motion = Motion::read(keys, folder)?;
-        Ok(LightChange {
-            index,
-            at,
-            motion,
-            power,
-        })
+        let power = factors.map(|factors| Change::Power(index, factors));
+        self.values.extend(power);
+        let motion = Motion::read(&mut keys, folder)?;
+        self.lights.extend(motion.map(|motion| (index, motion)));
+        Ok(())
     }
 
-    /// How many frames a list gives.
-    pub fn listed_count(&self) -> Option<usize> {
-        match &self.power {
-            Some(Power::Listed(factors)) => Some(factors.len()),
-            _ => None,
-        }
-    }
-
-    pub fn is_random(&self) -> bool {
-        matches!(self.power, Some(Power::Random(..)))
-    }
-
-    pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
-        within(&self.at, "light", self.index, scene.lights.len())
-    }
-
-    pub fn apply(&self, scene: &mut Scene, frame: u32, draws: impl Fn(&str) -> Draws) {
-        let light = &mut scene.lights[self.index];
-        if let Some(motion) = &self.motion {
-            let draws = draws(&format!("light {}", self.index));
-            *light = motion.pose(frame, draws).light(light);
-        }
-        match &self.power {
-            None => {}
-            Some(Power::Listed(factors)) => scale_power(light, factors[frame as usize]),
-            Some(Power::Random(least, most)) => {
-                let mut draws = draws(&format!("power {}", self.index));
-                scale_power(light, draws.between(*least, *most));
-            }
-        }
-    }
-}
-
-fn scale_power(light: &mut Light, factor: f64) {
-    *light = light.with_emission(light.emission().map(|value| value * factor));
-}
-
-/// `[[mesh]]`
-pub struct MeshChange {
-    pub index: usize,
-    at: String,
-    pub motion: Motion,
-}
-
-impl MeshChange {
-    pub fn read(keys: &mut Keys, folder: &Path) -> Result<Self, Failure> {
-        keys.only(&[&["index"], &motion::KEYS[..]].concat())?;
-        let (index, at) = index(keys)?;
-        let motion = Motion::read(keys, folder)?.ok_or_else(|| {
-            keys.error(
-                "[[mesh]] says nothing of a motion",
-                "add poses, keyframes, trajectory or random",
-            )
-        })?;
-        Ok(MeshChange { index, at, motion })
-    }
-
-    pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
-        within(&self.at, "mesh", self.index, scene.meshes.len())
-    }
-}
-
-/// `[[material]]`: its k_d drawn for each frame, band by band.
-pub struct MaterialChange {
-    name: String,
-    at: String,
-    kd_min: Bands,
-    kd_max: Bands,
-}
-
-impl MaterialChange {
-    pub fn read(keys: &mut Keys) -> Result<Self, Failure> {
-        keys.only(&["name", "kd_min", "kd_max"])?;
-        let name = keys.need("name", "name = \"white\", as in the scene")?;
-        let kd_min = keys.need("kd_min", "kd_min = 0.2")?.bands()?;
-        let kd_max = keys.need("kd_max", "kd_max = 0.8")?.bands()?;
-        ordered(keys, kd_min, kd_max)?;
-        Ok(MaterialChange {
-            name: name.text()?.to_owned(),
-            at: name.at,
-            kd_min,
-            kd_max,
-        })
-    }
-
-    pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
-        known_material(&self.at, &self.name, scene)
-    }
-
-    pub fn apply(&self, scene: &mut Scene, draws: impl Fn(&str) -> Draws) {
-        let mut draws = draws(&format!("kd {}", self.name));
-        let kd = [0, 1, 2].map(|band| draws.between(self.kd_min[band], self.kd_max[band]));
-        set_kd(scene, &self.name, kd);
-    }
-}
-
-/// `[[sweep]]`: the whole sequence once for each value.
-pub struct Sweep {
-    at: String,
-    what: Swept,
-}
-
-enum Swept {
-    Power(usize, Vec<f64>),
-    Kd(String, Vec<Bands>),
-}
-
-impl Sweep {
-    pub fn read(keys: &mut Keys) -> Result<Self, Failure> {
+    fn read_sweep(&mut self, mut keys: Keys) -> Result<(), Failure> {
         keys.only(&["light", "power_factors", "material", "kd"])?;
-        let at = keys.at.clone();
-        let what = match (keys.take("light"), keys.take("material")) {
+        let sweep = match (keys.take("light"), keys.take("material")) {
             (Some(light), None) => {
                 let factors = keys.need("power_factors", "power_factors = [0.5, 1.0, 2.0]")?;
-                Swept::Power(light.count()? as usize, numbers(factors)?)
+                let light = self.index(light, Named::Light)?;
+                Change::Power(light, Values::Listed(numbers(factors)?))
             }
             (None, Some(material)) => {
-                let list = keys
-                    .need("kd", "kd = [0.2, 0.5, [0.8, 0.1, 0.1]]")?
-                    .list()?;
-                let values = list
-                    .iter()
-                    .map(Value::bands)
-                    .collect::<Result<Vec<_>, _>>()?;
-                Swept::Kd(material.text()?.to_owned(), values)
+                let kd = keys.need("kd", "kd = [0.2, 0.5, [0.8, 0.1, 0.1]]")?;
+                let kd: Result<_, _> = kd.list()?.iter().map(Value::bands).collect();
+                Change::Kd(self.material(material)?, Values::Listed(kd?))
             }
-            _ => {
-                let hint = "write light = 0 with power_factors, or material = \"white\" with kd";
-                return Err(keys
-                    .error("[[sweep]] has to name a light or a material", hint)
-                    .into());
-            }
+            _ => Err(keys.error(
+                "[[sweep]] has to name a light or a material",
+                "write light = 0 with power_factors, or material = \"white\" with kd",
+            ))?,
         };
-        let sweep = Sweep { at, what };
-        match sweep.step_count() {
-            0 => Err(keys
-                .error("[[sweep]] has no values", "list one or more")
-                .into()),
-            _ => Ok(sweep),
+        if sweep.len() == 0 {
+            Err(keys.error("[[sweep]] has no values", "list one or more"))?;
         }
+        self.sweeps.push(sweep);
+        Ok(())
     }
 
-    pub fn step_count(&self) -> usize {
-        match &self.what {
-            Swept::Power(_, factors) => factors.len(),
-            Swept::Kd(_, values) => values.len(),
-        }
+    /// Notes what has to be there, by its place in the scene file.
+    fn index(&mut self, value: Value, named: fn(usize) -> Named) -> Result<usize, Failure> {
+        let index = value.count()? as usize;
+        self.named.push((value.at, named(index)));
+        Ok(index)
     }
 
+    fn material(&mut self, value: Value) -> Result<String, Failure> {
+        let name = value.text()?.to_owned();
+        self.named.push((value.at, Named::Material(name.clone())));
+        Ok(name)
+    }
+
+    /// Refuses a scene that lacks what is to change.
     pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
-        match &self.what {
-            Swept::Power(light, _) => within(&self.at, "light", *light, scene.lights.len()),
-            Swept::Kd(name, _) => known_material(&self.at, name, scene),
+        for (at, named) in &self.named {
+            let (what, index, count) = match named {
+                Named::Light(index) => ("light", index, scene.lights.len()),
+                Named::Mesh(index) => ("mesh", index, scene.meshes.len()),
+                Named::Material(name) => {
+                    check_material(at, name, scene)?;
+                    continue;
+                }
+            };
+            if *index >= count {
+                Err(format!(
+                    "{at}: there is no {what} {index} in a scene of this job, which has {count}; count from 0 in the order of its file"
+                ))?;
+            }
         }
+        Ok(())
     }
 
-    pub fn apply(&self, scene: &mut Scene, step: usize) {
-        match &self.what {
-            Swept::Power(light, factors) => scale_power(&mut scene.lights[*light], factors[step]),
-            Swept::Kd(name, values) => set_kd(scene, name, values[step]),
+    /// Frames of a sequence: lists say how many, and keyframes where no list does; `frames` may take fewer of a list.
+    pub fn count_frames(&self, keys: &mut Keys) -> Result<u32, Failure> {
+        let moved = self.lights.iter().chain(&self.meshes);
+        let motions = self.camera.iter().chain(moved.map(|(_, motion)| motion));
+        let mut lists: Vec<usize> = self.values.iter().map(Change::len).collect();
+        lists.retain(|&length| length > 0);
+        let mut is_random = lists.len() < self.values.len();
+        let mut keyed = None;
+        for motion in motions {
+            match motion {
+                Motion::Listed(poses) => lists.push(poses.len()),
+                Motion::Keyed(keyframes) => {
+                    let last = keyframes.last().map_or(0, |&(frame, _)| frame);
+                    keyed = keyed.max(Some(last.saturating_add(1)));
+                }
+                Motion::Random { .. } => is_random = true,
+            }
+        }
+        let shortest = lists.iter().copied().min();
+        if let Some(requested) = keys.take("frames") {
+            let count = requested.count()?;
+            return match shortest {
+                _ if count == 0 => Err(requested.error("is 0", "give 1 or more"))?,
+                Some(length) if (count as usize) > length => {
+                    let problem = format!("is {count}, but a list has {length} frames only");
+                    Err(requested.error(problem, "give as many or fewer"))?
+                }
+                _ => Ok(count),
+            };
+        }
+        match (shortest, lists.iter().copied().max(), keyed) {
+            (Some(length), Some(longest), _) if length != longest => {
+                let problem =
+                    format!("lists of {length} and of {longest} frames stand beside each other");
+                Err(keys.error(problem, "give them one length, or say frames = N"))?
+            }
+            (Some(length), ..) => Ok(u32::try_from(length)?),
+            (None, _, Some(count)) => Ok(count),
+            (None, _, None) if is_random => {
+                let problem = "nothing says how many frames are drawn";
+                Err(keys.error(problem, "add frames = 100"))?
+            }
+            (None, _, None) => Ok(1),
         }
     }
 }
 
-fn set_kd(scene: &mut Scene, name: &str, kd: Bands) {
-    let named = scene.materials.iter_mut().filter(|m| m.name == name);
-    named.for_each(|material| material.kd = kd);
+impl Change {
+    /// How many values are listed; 0 where they are drawn.
+    pub fn len(&self) -> usize {
+        match self {
+            Change::Power(_, factors) => factors.len(),
+            Change::Kd(_, kd) => kd.len(),
+        }
+    }
+
+    /// Applies the value of a list's index, or a drawn one.
+    pub fn apply(&self, scene: &mut Scene, index: usize, draws: impl Fn(&str) -> Draws) {
+        match self {
+            Change::Power(light, factors) => {
+                let [factor] = factors.value(index, draws(&format!("power {light}")));
+                let light = &mut scene.lights[*light];
+                *light = light.with_emission(light.emission().map(|value| value * factor));
+            }
+            Change::Kd(name, values) => {
+                let kd = values.value(index, draws(&format!("kd {name}")));
+                let named = scene.materials.iter_mut().filter(|m| m.name == *name);
+                named.for_each(|material| material.kd = kd);
+            }
+        }
+    }
 }
 
-fn numbers(value: Value) -> Result<Vec<f64>, Failure> {
+impl<const N: usize> Values<N> {
+    fn between(keys: &Keys, least: [f64; N], most: [f64; N]) -> Result<Self, Failure> {
+        match (0..N).all(|i| least[i] <= most[i]) {
+            true => Ok(Values::Random(least, most)),
+            false => Err(keys.error(format!("{least:?} is above {most:?}"), "exchange them"))?,
+        }
+    }
+
+    fn len(&self) -> usize {
+        match self {
+            Values::Listed(values) => values.len(),
+            Values::Random(..) => 0,
+        }
+    }
+
+    fn value(&self, index: usize, mut draws: Draws) -> [f64; N] {
+        match self {
+            Values::Listed(values) => values[index],
+            Values::Random(least, most) => {
+                std::array::from_fn(|i| draws.between(least[i], most[i]))
+            }
+        }
+    }
+}
+
+fn numbers(value: Value) -> Result<Vec<[f64; 1]>, Failure> {
     let list = value.list()?;
-    Ok(list.iter().map(Value::number).collect::<Result<_, _>>()?)
+    let numbers = list.iter().map(|value| Ok([value.number()?]));
+    numbers.collect()
 }
 
-fn within(at: &str, what: &str, index: usize, count: usize) -> Result<(), Failure> {
-    match index < count {
-        true => Ok(()),
-        false => Err(format!(
-            "{at}: there is no {what} {index} in a scene of this job, which has {count}; count from 0 in the order of its file"
-        )
-        .into()),
-    }
-}
-
-fn known_material(at: &str, name: &str, scene: &Scene) -> Result<(), Failure> {
+fn check_material(at: &str, name: &str, scene: &Scene) -> Result<(), Failure> {
     let mut names: Vec<&str> = scene.materials.iter().map(|m| m.name.as_str()).collect();
     if names.contains(&name) {
         return Ok(());
     }
     names.sort_unstable();
     names.dedup();
-    let hint = camlux::keys::did_you_mean(name, &names);
+    let hint = did_you_mean(name, &names);
     Err(format!("{at}: no material \"{name}\" in a scene of this job; {hint}").into())
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use camlux::output::{self, Layer, LayeredImage, OutputFile};
+use image::{RgbImage, imageops};
 
 use super::frames::Frames;
 use crate::output::{png, require_extension};
@@ -24,10 +25,8 @@ impl ContactSheet {
         require_extension("--contact-sheet", path, "png")?;
         let layers = frames.job.exr.layers.as_ref();
         if layers.is_some_and(|layers| !layers.contains(&Layer::Radiance)) {
-            return Err(
-                "--contact-sheet: it shows the layer radiance; add it to \"layers\" of the job"
-                    .into(),
-            );
+            let problem = "it shows the layer radiance; add it to \"layers\" of the job";
+            return Err(format!("--contact-sheet: {problem}").into());
         }
         Ok(ContactSheet(OutputFile::create(path)?))
     }
@@ -47,8 +46,9 @@ impl ContactSheet {
             warn("there is no frame for the contact sheet");
             return Ok(());
         }
-        let (size_px, rgb) = arrange(&shown);
-        let bytes = png(size_px, &rgb)?;
+        let sheet = arrange(&shown);
+        let size_px = [sheet.width() as usize, sheet.height() as usize];
+        let bytes = png(size_px, sheet.as_raw())?;
         let path = self.0.path().to_owned();
         self.0.commit_with(&bytes)?;
         tell(&format!("wrote {} ({count} frames)", path.display()));
@@ -57,25 +57,22 @@ impl ContactSheet {
 }
 
 /// Rows and columns of the same number, row by row from the top.
-fn arrange(shown: &[Reduced]) -> ([usize; 2], Vec<u8>) {
+fn arrange(shown: &[Reduced]) -> RgbImage {
     let values: Vec<[f32; 3]> = shown.iter().flat_map(|s| s.rgb.iter().copied()).collect();
     let white = output::white_radiance(values.as_flattened());
     let columns = (shown.len() as f64).sqrt().ceil() as usize;
     let cell = [0, 1].map(|axis| shown.iter().map(|s| s.size_px[axis]).max().unwrap_or(0) + GAP_PX);
-    let size_px = [
-        columns * cell[0] - GAP_PX,
-        shown.len().div_ceil(columns) * cell[1] - GAP_PX,
-    ];
-    let mut rgb = vec![0; size_px[0] * size_px[1] * 3];
+    let (width, height) = (columns * cell[0], shown.len().div_ceil(columns) * cell[1]);
+    let mut sheet = RgbImage::new((width - GAP_PX) as u32, (height - GAP_PX) as u32);
     for (number, frame) in shown.iter().enumerate() {
-        let (left, top) = (number % columns * cell[0], number / columns * cell[1]);
-        for (row, pixels) in frame.rgb.chunks_exact(frame.size_px[0]).enumerate() {
-            let start = 3 * ((top + row) * size_px[0] + left);
-            let values = pixels.as_flattened();
-            for (byte, value) in rgb[start..start + values.len()].iter_mut().zip(values) {
-                *byte = output::srgb_byte(value / white);
-            }
-        }
+        let values = frame.rgb.as_flattened().iter();
+        let bytes = values
+            .map(|value| output::srgb_byte(value / white))
+            .collect();
+        let [width, height] = frame.size_px.map(|px| px as u32);
+        let picture = RgbImage::from_raw(width, height, bytes).unwrap_or_default();
+        let [left, top] = [number % columns * cell[0], number / columns * cell[1]];
+        imageops::replace(&mut sheet, &picture, left as i64, top as i64);
     }
-    (size_px, rgb)
+    sheet
 }

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use camlux::engine_hash;
-use camlux::output::Layer;
+use camlux::output::{ExrOptions, Layer};
+use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
 use super::frames::Frames;
@@ -18,23 +18,19 @@ pub fn write(frames: &Frames, folder: &Path) -> Result<(), Failure> {
 fn object(frames: &Frames) -> Value {
     let job = &frames.job;
     let name = job.file.file_name().unwrap_or_default().to_string_lossy();
-    let scenes: Vec<Value> = frames
-        .scenes
-        .iter()
-        .enumerate()
-        .map(|(index, scene)| {
-            let loaded = frames.scene_as_loaded(index);
-            json!({
-                "file": scene.name,
-                "hash": scene.hash,
-                "frames": format!("frames/{}", scene.folder),
-                "resolution_px": loaded.camera.resolution_px,
-                "meshes": loaded.meshes.iter().map(|m| &m.name).collect::<Vec<_>>(),
-                "materials": loaded.materials.iter().map(|m| &m.name).collect::<Vec<_>>(),
-                "layers": layers(frames, index),
-            })
+    let scenes = frames.scenes.iter().map(|loaded| {
+        let scene = &loaded.scene;
+        json!({
+            "file": loaded.name,
+            "hash": loaded.hash,
+            "frames": format!("frames/{}", loaded.folder),
+            "resolution_px": scene.camera.resolution_px,
+            "meshes": scene.meshes.iter().map(|m| &m.name).collect::<Vec<_>>(),
+            "materials": scene.materials.iter().map(|m| &m.name).collect::<Vec<_>>(),
+            "layers": layers(scene, &job.exr),
         })
-        .collect();
+    });
+    let scenes: Vec<Value> = scenes.collect();
     json!({
         "format": "camlux dataset 1",
         "camlux_version": env!("CARGO_PKG_VERSION"),
@@ -60,16 +56,12 @@ fn object(frames: &Frames) -> Value {
 }
 
 /// The layers in the files, with their channels and units.
-fn layers(frames: &Frames, scene: usize) -> Map<String, Value> {
-    let scene = frames.scene_as_loaded(scene);
-    let is_written = |layer: &Layer| layer.is_made_for(scene) && frames.job.exr.picks(*layer);
-    let describe = |layer: Layer| {
+fn layers(scene: &Scene, exr: &ExrOptions) -> Map<String, Value> {
+    let layers = Layer::ALL.into_iter();
+    let written = layers.filter(|layer| layer.is_made_for(scene) && exr.picks(*layer));
+    let described = written.map(|layer| {
         let value = json!({ "channels": layer.channel_names(), "unit": layer.unit() });
         (layer.name().to_owned(), value)
-    };
-    Layer::ALL
-        .into_iter()
-        .filter(is_written)
-        .map(describe)
-        .collect()
+    });
+    described.collect()
 }

@@ -27,60 +27,42 @@ pub fn run(frames: &mut Frames, indices: &[u64], device: &DeviceOptions) -> Resu
         );
     }
     print(&text)?;
-    if let (Some(&first), Some(estimate)) = (indices.first(), estimate(frames, indices, device)?) {
-        let last = indices.last().unwrap_or(&first);
-        let total = indices.len() as u32;
-        tell(&format!(
-            "{total} frames, {first} to {last}: about {} and {:.1} MB, by {} of them rendered at full size, without what overlaps",
-            humantime::format_duration(Duration::from_secs((estimate.time * total).as_secs())),
-            estimate.bytes * f64::from(total) * 1e-6,
-            estimate.tried,
-        ));
-    }
-    Ok(())
-}
-
-/// Of one frame.
-struct Estimate {
-    time: Duration,
-    bytes: f64,
-    tried: usize,
-}
-
-fn estimate(
-    frames: &mut Frames,
-    indices: &[u64],
-    device: &DeviceOptions,
-) -> Result<Option<Estimate>, Failure> {
-    let Some(&first) = indices.first() else {
-        return Ok(None);
+    let (Some(&first), Some(&last)) = (indices.first(), indices.last()) else {
+        return Ok(());
     };
     let spread = |i: usize| indices[(2 * i + 1) * indices.len() / (2 * TRIED_FRAMES)];
     let mut tried: Vec<u64> = (0..TRIED_FRAMES).map(spread).collect();
     tried.dedup();
     let mut engine = Engine::open(device)?;
-    let folder = std::env::temp_dir().join(format!("camlux-dry-run-{}.exr", std::process::id()));
-    let mut one = |index: u64| -> Result<(Duration, u64), Failure> {
-        let start = Instant::now();
-        let planned = frames.plan(index);
-        let frame = engine.render(frames, &planned)?;
-        let mut exr = frames.job.exr.clone();
-        exr.attributes = planned.attributes();
-        let written = write_exr_hashed(OutputFile::create(&folder)?, &frame, &exr);
-        let _ = std::fs::remove_file(&folder);
-        Ok((start.elapsed(), written?.bytes))
-    };
     // A frame that fails does so in the batch, and is recorded there.
-    let _ = one(first);
-    let measured: Vec<(Duration, u64)> = tried.iter().filter_map(|&i| one(i).ok()).collect();
-    let count = measured.len();
-    if count == 0 {
+    let _ = take(first, frames, &mut engine);
+    let taken = tried
+        .iter()
+        .filter_map(|&i| take(i, frames, &mut engine).ok());
+    let (times, bytes): (Vec<Duration>, Vec<u64>) = taken.unzip();
+    if times.is_empty() {
         warn("none of the frames that were tried could be rendered");
-        return Ok(None);
+        return Ok(());
     }
-    Ok(Some(Estimate {
-        time: measured.iter().map(|(time, _)| *time).sum::<Duration>() / count as u32,
-        bytes: measured.iter().map(|(_, bytes)| *bytes as f64).sum::<f64>() / count as f64,
-        tried: count,
-    }))
+    let (tried, total) = (times.len() as u32, indices.len() as u32);
+    let time = times.iter().sum::<Duration>() / tried * total;
+    let megabytes = bytes.iter().sum::<u64>() as f64 / f64::from(tried) * f64::from(total) * 1e-6;
+    tell(&format!(
+        "{total} frames, {first} to {last}: about {} and {megabytes:.1} MB, by {tried} of them rendered at full size, without what overlaps",
+        humantime::format_duration(Duration::from_secs(time.as_secs())),
+    ));
+    Ok(())
+}
+
+/// The time that a frame takes, and its bytes.
+fn take(index: u64, frames: &mut Frames, engine: &mut Engine) -> Result<(Duration, u64), Failure> {
+    let start = Instant::now();
+    let planned = frames.plan(index);
+    let frame = engine.render(frames, &planned)?;
+    let mut exr = frames.job.exr.clone();
+    exr.attributes = planned.attributes();
+    let path = std::env::temp_dir().join(format!("camlux-dry-run-{}.exr", std::process::id()));
+    let written = write_exr_hashed(OutputFile::create(&path)?, &frame, &exr);
+    let _ = std::fs::remove_file(&path);
+    Ok((start.elapsed(), written?.bytes))
 }

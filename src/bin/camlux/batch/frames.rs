@@ -11,7 +11,7 @@ use serde_json::{Map, Value, json};
 
 use super::draws::Draws;
 use super::job::Job;
-use super::pose::{Aim, Pose, rotation_of};
+use super::pose::{Aim, rotation_of};
 use crate::Failure;
 use crate::options::{check_layers, resize, warn_of};
 
@@ -31,7 +31,8 @@ pub struct LoadedScene {
     pub hash: String,
     /// Of its frames, below the data set's: empty for the only scene.
     pub folder: String,
-    scene: Scene,
+    /// As its file and the job's size have it.
+    pub scene: Scene,
 }
 
 /// One frame, before it is rendered.
@@ -44,7 +45,7 @@ pub struct Planned {
     /// BLAKE3 of everything that the image and its file depend on.
     pub inputs: String,
     /// What the manifest says of it.
-    pub description: Map<String, Value>,
+    pub description: Value,
     scene_index: usize,
     /// With the meshes where the scene has them.
     scene: Scene,
@@ -61,14 +62,7 @@ impl Frames {
             }
             warn_of(&scene, name);
             check_layers(&scene, job.exr.layers.as_deref().unwrap_or_default())?;
-            job.lights
-                .iter()
-                .try_for_each(|light| light.check(&scene))?;
-            job.meshes.iter().try_for_each(|mesh| mesh.check(&scene))?;
-            job.materials.iter().try_for_each(|m| m.check(&scene))?;
-            job.sweeps
-                .iter()
-                .try_for_each(|sweep| sweep.check(&scene))?;
+            job.changes.check(&scene)?;
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             let folder = match job.scenes.len() {
                 1 => String::new(),
@@ -94,11 +88,8 @@ impl Frames {
 
     /// Frames of one scene.
     pub fn count_in_scene(&self) -> u64 {
-        let steps = self
-            .job
-            .sweeps
-            .iter()
-            .map(|sweep| sweep.step_count() as u64);
+        let sweeps = self.job.changes.sweeps.iter();
+        let steps = sweeps.map(|sweep| sweep.len() as u64);
         u64::from(self.job.frame_count) * steps.product::<u64>()
     }
 
@@ -106,12 +97,8 @@ impl Frames {
         self.count_in_scene() * self.scenes.len() as u64
     }
 
-    /// The scene as its file and the job's size have it.
-    pub fn scene_as_loaded(&self, index: usize) -> &Scene {
-        &self.scenes[index].scene
-    }
-
     pub fn plan(&self, index: u64) -> Planned {
+        let changes = &self.job.changes;
         let scene_index = (index / self.count_in_scene()) as usize;
         let number = index % self.count_in_scene();
         let frame = (number % u64::from(self.job.frame_count)) as u32;
@@ -120,72 +107,42 @@ impl Frames {
 
         let mut scene = loaded.scene.clone();
         let mut step = (number / u64::from(self.job.frame_count)) as usize;
-        for sweep in self.job.sweeps.iter().rev() {
-            sweep.apply(&mut scene, step % sweep.step_count());
-            step /= sweep.step_count();
+        for sweep in changes.sweeps.iter().rev() {
+            sweep.apply(&mut scene, step % sweep.len(), draws);
+            step /= sweep.len();
         }
-        for light in &self.job.lights {
-            light.apply(&mut scene, frame, draws);
+        for change in &changes.values {
+            change.apply(&mut scene, frame as usize, draws);
         }
-        for material in &self.job.materials {
-            material.apply(&mut scene, draws);
+        for (light, motion) in &changes.lights {
+            let pose = motion.pose(frame, draws(&format!("light {light}")));
+            scene.lights[*light] = pose.light(&scene.lights[*light]);
         }
-        let camera_pose = self.job.camera.as_ref();
-        let camera_pose = camera_pose.map(|motion| motion.pose(frame, draws("camera")));
-        if let Some(pose) = &camera_pose {
+        let camera = changes.camera.as_ref();
+        let camera = camera.map(|motion| motion.pose(frame, draws("camera")));
+        if let Some(pose) = &camera {
             scene.camera = pose.camera(&scene.camera);
         }
-        let mesh_poses = self.job.meshes.iter().map(|mesh| {
-            let draws = draws(&format!("mesh {}", mesh.index));
-            let pose = mesh.motion.pose(frame, draws);
-            (mesh.index, pose.position_m, pose.rotation())
-        });
-        let mesh_poses: Vec<_> = mesh_poses.collect();
-        let rotation = match camera_pose {
-            Some(Pose {
-                aim: Some(Aim::Rotation(rotation)),
-                ..
-            }) => rotation,
+        let rotation = match camera.and_then(|pose| pose.aim) {
+            Some(Aim::Rotation(rotation)) => rotation,
             _ => rotation_of(&scene.camera),
         };
+        let meshes = changes.meshes.iter().map(|(mesh, motion)| {
+            let pose = motion.pose(frame, draws(&format!("mesh {mesh}")));
+            (*mesh, pose.position_m, pose.rotation())
+        });
+        let mesh_poses: Vec<_> = meshes.collect();
 
-        let mut planned = Planned {
-            index,
-            camera_pose: (scene.camera.position_m, rotation),
-            file: format!("frames/{}{number:06}.exr", loaded.folder),
-            inputs: String::new(),
-            description: Map::new(),
-            scene_index,
-            scene,
-            mesh_poses,
-        };
-        let time_s = camera_pose.and_then(|pose| pose.time_s);
-        self.describe(&mut planned, number, time_s);
-        planned
-    }
-
-    fn describe(&self, planned: &mut Planned, number: u64, time_s: Option<f64>) {
-        let scene = &planned.scene;
+        let varied = loaded.scene.materials.iter().zip(&scene.materials);
+        let varied = varied.filter(|(before, now)| before.kd != now.kd);
+        let materials_kd = varied.map(|(_, now)| (now.name.clone(), json!(now.kd)));
         let Intrinsics { fx, fy, cx, cy } = scene.camera.intrinsics_px();
-        let (position_m, rotation) = planned.camera_pose;
-        let meshes: Vec<Value> = planned
-            .mesh_poses
-            .iter()
-            .map(|(mesh, position_m, rotation)| {
-                json!({
-                    "index": mesh,
-                    "position_m": position_m.to_array(),
-                    "rotation_xyzw": rotation.to_array(),
-                })
-            })
-            .collect();
-        let varied = self.materials_that_differ(planned);
-        let value = json!({
-            "scene": self.scenes[planned.scene_index].name,
+        let description = json!({
+            "scene": loaded.name,
             "frame": number,
-            "time_s": time_s,
+            "time_s": camera.and_then(|pose| pose.time_s),
             "camera": {
-                "position_m": position_m.to_array(),
+                "position_m": scene.camera.position_m.to_array(),
                 "rotation_xyzw": rotation.to_array(),
                 "look_at_m": scene.camera.look_at_m.to_array(),
                 "up": scene.camera.up.to_array(),
@@ -193,26 +150,23 @@ impl Frames {
                 "intrinsics_px": { "fx": fx, "fy": fy, "cx": cx, "cy": cy },
             },
             "lights": scene.lights.iter().map(describe_light).collect::<Vec<_>>(),
-            "meshes": meshes,
-            "materials_kd": varied,
+            "meshes": mesh_poses.iter().map(describe_mesh).collect::<Vec<_>>(),
+            "materials_kd": Map::from_iter(materials_kd),
             "seed": self.job.seed,
         });
         let mut hasher = self.shared_hash.clone();
-        hasher.update(self.scenes[planned.scene_index].hash.as_bytes());
-        hasher.update(value.to_string().as_bytes());
-        planned.inputs = hasher.finalize().to_hex().to_string();
-        if let Value::Object(description) = value {
-            planned.description = description;
+        hasher.update(loaded.hash.as_bytes());
+        hasher.update(description.to_string().as_bytes());
+        Planned {
+            index,
+            camera_pose: (scene.camera.position_m, rotation),
+            file: format!("frames/{}{number:06}.exr", loaded.folder),
+            inputs: hasher.finalize().to_hex().to_string(),
+            description,
+            scene_index,
+            scene,
+            mesh_poses,
         }
-    }
-
-    fn materials_that_differ(&self, planned: &Planned) -> Map<String, Value> {
-        let before = &self.scenes[planned.scene_index].scene.materials;
-        let pairs = before.iter().zip(&planned.scene.materials);
-        let differing = pairs.filter(|(before, now)| before.kd != now.kd);
-        differing
-            .map(|(_, now)| (now.name.clone(), json!(now.kd)))
-            .collect()
     }
 
     /// The scene to render, with its meshes in their places.
@@ -237,15 +191,13 @@ impl Planned {
     /// What the header of its file says beyond the frame itself.
     pub fn attributes(&self) -> Vec<(String, Attribute)> {
         let frame = i32::try_from(self.index).unwrap_or(i32::MAX);
-        let mut attributes = vec![("batch.frame".to_owned(), Attribute::Int(frame))];
-        for &(mesh, position_m, rotation) in &self.mesh_poses {
+        let frame = ("batch.frame".to_owned(), Attribute::Int(frame));
+        let meshes = self.mesh_poses.iter().map(|&(mesh, position_m, rotation)| {
             let to_world = DMat4::from_rotation_translation(rotation, position_m);
-            attributes.push((
-                format!("mesh.{mesh}.toWorld"),
-                Attribute::Matrix4(to_world.to_cols_array()),
-            ));
-        }
-        attributes
+            let matrix = Attribute::Matrix4(to_world.to_cols_array());
+            (format!("mesh.{mesh}.toWorld"), matrix)
+        });
+        [frame].into_iter().chain(meshes).collect()
     }
 
     pub fn path(&self, folder: &Path) -> PathBuf {
@@ -253,14 +205,21 @@ impl Planned {
     }
 }
 
+fn describe_mesh((mesh, position_m, rotation): &(usize, DVec3, DQuat)) -> Value {
+    json!({
+        "index": mesh,
+        "position_m": position_m.to_array(),
+        "rotation_xyzw": rotation.to_array(),
+    })
+}
+
 fn describe_light(light: &Light) -> Value {
-    let mut object = Map::from_iter([("kind".to_owned(), json!(light.kind()))]);
+    let mut object = json!({ "kind": light.kind() });
     for (name, parameter) in light.parameters() {
-        let value = match parameter {
+        object[name] = match parameter {
             LightParameter::Number(number) => json!(number),
             LightParameter::Vector(vector) => json!(vector),
         };
-        object.insert(name.into(), value);
     }
-    object.into()
+    object
 }

@@ -18,20 +18,17 @@ pub fn run(frames: &Frames, folder: &Path) -> Result<bool, Failure> {
     for index in 0..frames.count() {
         let planned = frames.plan(index);
         let lines = manifests.iter().filter_map(|lines| lines.get(&index));
-        let of_frame: Vec<_> = lines.filter(|line| line.is_of(&planned)).collect();
-        let proved = of_frame
+        let lines: Vec<_> = lines.filter(|line| line.is_of(&planned)).collect();
+        let proved = lines
             .iter()
             .find(|line| line.is_proved_by(&planned, folder));
-        let error = of_frame.iter().find(|line| line.has_failed());
-        match (proved, error) {
-            (Some(&line), _) => {
-                merged.insert(index, line.clone());
-            }
-            (None, Some(&line)) => {
-                merged.insert(index, line.clone());
-                failed.push(index);
-            }
-            (None, None) => missing.push(index),
+        if let Some(&line) = proved {
+            merged.insert(index, line.clone());
+        } else if let Some(&line) = lines.iter().find(|line| line.has_failed()) {
+            merged.insert(index, line.clone());
+            failed.push(index);
+        } else {
+            missing.push(index);
         }
     }
     manifest::replace(&folder.join(WHOLE), &merged)?;
@@ -44,34 +41,26 @@ pub fn run(frames: &Frames, folder: &Path) -> Result<bool, Failure> {
             count => counted(count, "shard", "shards"),
         }
     ));
-    let missing_texts = [
+    tell_of(
+        &missing,
         "frame is missing or damaged",
         "frames are missing or damaged",
-    ];
-    for (list, [one, many]) in [
-        (&missing, missing_texts),
-        (&failed, ["frame failed", "frames failed"]),
-    ] {
-        if !list.is_empty() {
-            let count = counted(list.len() as u64, one, many);
-            tell(&format!("{count}: {}", some(list)));
-        }
-    }
+    );
+    tell_of(&failed, "frame failed", "frames failed");
     Ok(missing.is_empty() && failed.is_empty())
 }
 
-fn some(indices: &[u64]) -> String {
-    let named: Vec<String> = indices
-        .iter()
-        .take(MOST_NAMED)
-        .map(u64::to_string)
-        .collect();
-    let rest = if indices.len() > MOST_NAMED {
-        ", ..."
-    } else {
-        ""
-    };
-    named.join(", ") + rest
+fn tell_of(indices: &[u64], one: &str, many: &str) {
+    if indices.is_empty() {
+        return;
+    }
+    let mut named: Vec<String> = indices.iter().map(u64::to_string).collect();
+    if named.len() > MOST_NAMED {
+        named.truncate(MOST_NAMED);
+        named.push("...".into());
+    }
+    let count = counted(indices.len() as u64, one, many);
+    tell(&format!("{count}: {}", named.join(", ")));
 }
 
 /// All manifests of the folder, those of shards first, and how many of these there are.

@@ -19,11 +19,10 @@ mod work;
 use std::collections::HashSet;
 use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
-
-use camlux::output::ExrCompression;
 
 use crate::options::DeviceArgs;
 use crate::output::create_folder;
@@ -32,12 +31,9 @@ use crate::{Failure, counted, tell, warn};
 use contact_sheet::ContactSheet;
 use frames::Frames;
 use job::Job;
-use manifest::{Journal, Lines, WHOLE};
-use selection::{FrameRange, Selection, Shard};
+use manifest::{Journal, Line, Lines, WHOLE};
+use selection::Shard;
 use work::WorkOptions;
-
-/// Where a job does not say.
-const DEFAULT_COMPRESSION: ExrCompression = ExrCompression::Rle;
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -53,10 +49,10 @@ pub struct Args {
     )]
     pub output: Option<PathBuf>,
     /// These frames only, without the last one
-    #[arg(long, value_name = "FIRST..END")]
-    pub frames: Option<FrameRange>,
+    #[arg(long, value_name = "FIRST..END", value_parser = selection::range)]
+    pub frames: Option<Range<u64>>,
     /// The I-th of N equal shares: frames I-1, I-1+N, I-1+2N, ...; the manifest is manifest-I-of-N.jsonl
-    #[arg(long, value_name = "I/N")]
+    #[arg(long, value_name = "I/N", value_parser = selection::shard)]
     pub shard: Option<Shard>,
     /// List the frames, and estimate time and disk from a few of them
     #[arg(long)]
@@ -79,11 +75,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let mut frames = Frames::load(Job::load(&args.job)?)?;
-    let selection = Selection {
-        range: args.frames,
-        shard: args.shard,
-    };
-    let indices: Vec<u64> = selection.frames(frames.count())?.collect();
+    let indices = selection::frames(args.frames.clone(), args.shard, frames.count())?;
     let device = args.device.options();
     if args.dry_run {
         dry_run::run(&mut frames, &indices, &device)?;
@@ -94,22 +86,23 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let sheet = args.contact_sheet.as_deref();
     let sheet = sheet.map(|path| ContactSheet::create(path, &frames));
     let sheet = sheet.transpose()?;
-    let show = |frames: &Frames| match sheet {
-        Some(sheet) => sheet.write(frames, &indices, folder),
-        None => Ok(()),
-    };
+    let show = |frames: &Frames| sheet.map_or(Ok(()), |s| s.write(frames, &indices, folder));
     if args.merge {
         let _lock = lock(&folder.join(WHOLE))?;
         let is_whole = merge::run(&frames, folder)?;
         dataset::write(&frames, folder)?;
         show(&frames)?;
-        return Ok(exit_code(is_whole));
+        return Ok(ExitCode::from(u8::from(!is_whole)));
     }
     stop_on_signals();
     for scene in &frames.scenes {
         create_folder(&folder.join("frames").join(&scene.folder))?;
     }
-    let manifest = folder.join(selection.manifest_name());
+    // Shards have their own, so that each can be written where the others cannot be seen.
+    let manifest = folder.join(match args.shard {
+        None => WHOLE.into(),
+        Some(Shard { number, count }) => format!("manifest-{number}-of-{count}.jsonl"),
+    });
     let _lock = lock(&manifest)?;
     dataset::write(&frames, folder)?;
     let (kept, missing) = sort_out(&frames, &indices, folder, &manifest)?;
@@ -159,7 +152,8 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
             counted(left, "frame", "frames")
         ));
     }
-    Ok(exit_code(done.is_whole && done.failed == 0))
+    let is_success = done.is_whole && done.failed == 0;
+    Ok(ExitCode::from(u8::from(!is_success)))
 }
 
 /// Keeps a manifest to one run, until it ends: also where that is by a kill.
@@ -192,13 +186,6 @@ fn lock(manifest: &Path) -> Result<File, Failure> {
     Ok(file)
 }
 
-fn exit_code(is_success: bool) -> ExitCode {
-    match is_success {
-        true => ExitCode::SUCCESS,
-        false => ExitCode::FAILURE,
-    }
-}
-
 /// The lines of the manifest that stay, and the frames of this run that are to be rendered: those without a line, whose file is not
 /// what the line says, whose job or scene has changed, and those that failed.
 fn sort_out(
@@ -209,30 +196,21 @@ fn sort_out(
 ) -> Result<(Lines, Vec<u64>), Failure> {
     let mut lines = manifest::read(manifest)?;
     lines.retain(|&index, _| index < frames.count());
-    let mut missing = Vec::new();
-    for &index in indices {
-        let is_there = lines
-            .get(&index)
-            .is_some_and(|line| line.is_proved_by(&frames.plan(index), folder));
-        if !is_there {
-            lines.remove(&index);
-            missing.push(index);
-        }
+    let is_there = |index, line: &Line| line.is_proved_by(&frames.plan(index), folder);
+    let mut missing = indices.to_vec();
+    missing.retain(|&index| !lines.get(&index).is_some_and(|line| is_there(index, line)));
+    for index in &missing {
+        lines.remove(index);
     }
     Ok((lines, missing))
 }
 
 /// Removes what a killed run has left under construction of these frames and of this manifest; others may be at work on other ones.
 fn remove_unfinished(frames: &Frames, missing: &[u64], folder: &Path, manifest: &Path) {
-    let mut own: HashSet<PathBuf> = missing
-        .iter()
-        .map(|&index| frames.plan(index).path(folder))
-        .collect();
-    own.insert(manifest.to_owned());
-    let of_scenes = frames
-        .scenes
-        .iter()
-        .map(|scene| folder.join("frames").join(&scene.folder));
+    let paths = missing.iter().map(|&index| frames.plan(index).path(folder));
+    let own: HashSet<PathBuf> = paths.chain([manifest.to_owned()]).collect();
+    let of_scenes = frames.scenes.iter();
+    let of_scenes = of_scenes.map(|scene| folder.join("frames").join(&scene.folder));
     for folder in of_scenes.chain([folder.to_owned()]) {
         let Ok(entries) = fs::read_dir(&folder) else {
             continue;

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use camlux::Result;
 use camlux::glam::DVec3;
 use camlux::keys::{Keys, Value};
 
@@ -13,34 +14,24 @@ use crate::Failure;
 /// The keys that say it.
 pub const KEYS: [&str; 4] = ["poses", "keyframes", "trajectory", "random"];
 
-#[derive(Debug)]
 pub enum Motion {
     /// One pose a frame.
     Listed(Vec<Pose>),
     /// In rising order of frames; before the first and behind the last nothing moves.
     Keyed(Vec<(u32, Pose)>),
-    Random(Placement),
-}
-
-/// Anywhere in a box.
-#[derive(Debug)]
-pub struct Placement {
-    min_m: DVec3,
-    max_m: DVec3,
-    aim: PlacementAim,
-}
-
-#[derive(Debug)]
-enum PlacementAim {
-    Kept,
-    /// Any rotation, all as likely.
-    Any,
-    Fixed(Aim),
+    /// Anywhere in a box.
+    Random {
+        min_m: DVec3,
+        max_m: DVec3,
+        aim: Option<Aim>,
+        /// In any rotation, all as likely.
+        turns: bool,
+    },
 }
 
 impl Motion {
     /// Reads what one table says of a motion; `None` where it says nothing.
-    pub fn read(keys: &mut Keys, folder: &Path) -> Result<Option<Motion>, Failure> {
+    pub fn read(keys: &mut Keys, folder: &Path) -> std::result::Result<Option<Motion>, Failure> {
         let Some((kind, value)) = keys.take_one(&KEYS)? else {
             return Ok(None);
         };
@@ -51,7 +42,7 @@ impl Motion {
                 let file = folder.join(value.text()?);
                 Motion::Listed(trajectory::read(&file, &value.at)?)
             }
-            _ => Motion::Random(placement(value)?),
+            _ => random(value)?,
         }))
     }
 
@@ -61,64 +52,53 @@ impl Motion {
             Motion::Listed(poses) => poses[frame as usize],
             Motion::Keyed(keyframes) => {
                 let next = keyframes.partition_point(|&(at, _)| at <= frame);
-                match (next.checked_sub(1), keyframes.get(next)) {
-                    (Some(before), Some(&(to, pose))) => {
-                        let (from, first) = keyframes[before];
-                        match frame - from {
-                            0 => first,
-                            passed => first.between(pose, f64::from(passed) / f64::from(to - from)),
-                        }
+                let (from, pose) = keyframes[next.saturating_sub(1)];
+                match keyframes.get(next) {
+                    Some(&(to, next)) if frame > from => {
+                        pose.between(next, f64::from(frame - from) / f64::from(to - from))
                     }
-                    (Some(last), None) => keyframes[last].1,
-                    (None, _) => keyframes[0].1,
+                    _ => pose,
                 }
             }
-            Motion::Random(placement) => Pose {
-                position_m: draws.inside(placement.min_m, placement.max_m),
-                aim: match placement.aim {
-                    PlacementAim::Kept => None,
-                    PlacementAim::Any => Some(Aim::Rotation(draws.rotation())),
-                    PlacementAim::Fixed(aim) => Some(aim),
-                },
+            &Motion::Random {
+                min_m,
+                max_m,
+                aim,
+                turns,
+            } => Pose {
+                position_m: draws.inside(min_m, max_m),
+                aim: aim.or_else(|| turns.then(|| Aim::Rotation(draws.rotation()))),
                 time_s: None,
             },
         }
     }
 }
 
-fn listed(value: Value) -> Result<Vec<Pose>, Failure> {
-    let at = value.at.clone();
-    let poses = value.tables()?.into_iter().map(|mut keys| {
+fn listed(value: Value) -> Result<Vec<Pose>> {
+    let tables = value.filled("list one pose a frame")?.tables()?;
+    let poses = tables.into_iter().map(|mut keys| {
         keys.only(&["position", "rotation", "look_at", "up"])?;
         pose(&mut keys)
     });
-    let poses = poses.collect::<Result<Vec<_>, Failure>>()?;
-    match poses.is_empty() {
-        true => Err(format!("{at}: \"poses\" is empty; list one pose a frame").into()),
-        false => Ok(poses),
-    }
+    poses.collect()
 }
 
-fn keyed(value: Value) -> Result<Vec<(u32, Pose)>, Failure> {
-    let at = value.at.clone();
+fn keyed(value: Value) -> Result<Vec<(u32, Pose)>> {
     let mut keyframes: Vec<(u32, Pose)> = Vec::new();
-    for mut keys in value.tables()? {
+    for mut keys in value.filled("give two or more")?.tables()? {
         keys.only(&["frame", "position", "rotation", "look_at", "up"])?;
         let frame = keys.need("frame", "frame = 0")?;
         let number = frame.count()?;
         if keyframes.last().is_some_and(|&(last, _)| last >= number) {
             let problem = format!("is {number}, not behind the keyframe before it");
-            return Err(frame.error(problem, "give rising frames").into());
+            return Err(frame.error(problem, "give rising frames"));
         }
         keyframes.push((number, pose(&mut keys)?));
     }
-    match keyframes.is_empty() {
-        true => Err(format!("{at}: \"keyframes\" is empty; give two or more").into()),
-        false => Ok(keyframes),
-    }
+    Ok(keyframes)
 }
 
-fn pose(keys: &mut Keys) -> Result<Pose, Failure> {
+fn pose(keys: &mut Keys) -> Result<Pose> {
     Ok(Pose {
         position_m: keys.need("position", "position = [x, y, z]")?.vec3()?,
         aim: aim(keys)?,
@@ -126,31 +106,28 @@ fn pose(keys: &mut Keys) -> Result<Pose, Failure> {
     })
 }
 
-fn aim(keys: &mut Keys) -> Result<Option<Aim>, Failure> {
-    let up = keys.take("up");
-    match (keys.take_one(&["rotation", "look_at"])?, up) {
-        (Some(("look_at", target)), up) => Ok(Some(Aim::LookAt {
+fn aim(keys: &mut Keys) -> Result<Option<Aim>> {
+    match keys.take_one(&["rotation", "look_at"])? {
+        Some(("look_at", target)) => Ok(Some(Aim::LookAt {
             target_m: target.vec3()?,
-            up: up.as_ref().map(Value::vec3).transpose()?,
+            up: keys.optional("up", Value::vec3)?,
         })),
-        (Some((_, rotation)), None) => {
+        Some((_, rotation)) => {
+            keys.refuse("up", "stands beside \"rotation\"", "leave it out")?;
             let quaternion = unit_quaternion(rotation.numbers()?).map_err(|problem| {
-                rotation.error(
-                    format!("cannot be: {problem}"),
-                    "give [x, y, z, w] of length 1",
-                )
+                let problem = format!("cannot be: {problem}");
+                rotation.error(problem, "give [x, y, z, w] of length 1")
             })?;
             Ok(Some(Aim::Rotation(quaternion)))
         }
-        (Some(_), Some(up)) => Err(up
-            .error("stands beside \"rotation\"", "leave it out")
-            .into()),
-        (None, Some(up)) => Err(up.error("stands without \"look_at\"", "add look_at").into()),
-        (None, None) => Ok(None),
+        None => {
+            keys.refuse("up", "stands without \"look_at\"", "add look_at")?;
+            Ok(None)
+        }
     }
 }
 
-fn placement(value: Value) -> Result<Placement, Failure> {
+fn random(value: Value) -> Result<Motion> {
     let mut keys = value.table("random")?;
     keys.only(&["min", "max", "turn", "rotation", "look_at", "up"])?;
     let min_m = keys.need("min", "min = [x, y, z]")?.vec3()?;
@@ -158,20 +135,18 @@ fn placement(value: Value) -> Result<Placement, Failure> {
     let max_m = max.vec3()?;
     if !min_m.cmple(max_m).all() {
         let problem = format!("is {max_m}, below \"min\" {min_m}");
-        return Err(max.error(problem, "give the larger corner").into());
+        return Err(max.error(problem, "give the larger corner"));
     }
-    let turn = keys.take("turn");
-    let aim = match (turn, aim(&mut keys)?) {
-        (None, None) => PlacementAim::Kept,
-        (None, Some(aim)) => PlacementAim::Fixed(aim),
-        (Some(turn), None) if turn.text()? == "any" => PlacementAim::Any,
-        (Some(turn), None) => {
-            return Err(keys.unknown_word(&turn, turn.text()?, &["any"]).into());
-        }
-        (Some(turn), Some(_)) => {
-            let problem = "stands beside a direction that is given";
-            return Err(turn.error(problem, "keep one of them").into());
-        }
-    };
-    Ok(Placement { min_m, max_m, aim })
+    let aim = aim(&mut keys)?;
+    if aim.is_some() {
+        let problem = "stands beside a direction that is given";
+        keys.refuse("turn", problem, "keep one of them")?;
+    }
+    let turn = keys.optional("turn", |turn| turn.choice(&["any"], |word| word))?;
+    Ok(Motion::Random {
+        min_m,
+        max_m,
+        aim,
+        turns: turn.is_some(),
+    })
 }

@@ -1,7 +1,7 @@
 //! Where something is and which way it looks, and how that becomes a camera, a light or a mesh.
 
 use camlux::glam::{DMat3, DQuat, DVec3};
-use camlux::scene::{Camera, CameraBasis, Light};
+use camlux::scene::{Camera, Light};
 
 /// A pose of the job.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,11 +70,9 @@ impl Pose {
     /// The camera at this pose.
     pub fn camera(&self, camera: &Camera) -> Camera {
         let position_m = self.position_m;
+        let view = camera.look_at_m - camera.position_m;
         let (look_at_m, up) = match self.aim {
-            None => (
-                position_m + (camera.look_at_m - camera.position_m),
-                camera.up,
-            ),
+            None => (position_m + view, camera.up),
             Some(Aim::LookAt { target_m, up }) => (target_m, up.unwrap_or(camera.up)),
             Some(Aim::Rotation(rotation)) => {
                 // Far enough away that the digits lost in the sum do not show in the direction.
@@ -99,17 +97,11 @@ impl Pose {
             Some(Aim::LookAt { target_m, .. }) => target_m - self.position_m,
         };
         let mut light = *light;
-        match &mut light {
-            Light::Point { position_m, .. } => *position_m = self.position_m,
-            Light::Spot {
-                position_m,
-                direction,
-                ..
-            } => {
-                *direction = aimed(*direction);
-                *position_m = self.position_m;
-            }
-            Light::Directional { direction, .. } => *direction = aimed(*direction),
+        if let Light::Spot { direction, .. } | Light::Directional { direction, .. } = &mut light {
+            *direction = aimed(*direction);
+        }
+        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = &mut light {
+            *position_m = self.position_m;
         }
         light
     }
@@ -117,12 +109,8 @@ impl Pose {
 
 /// A camera's own axes as a rotation to the world.
 pub fn rotation_of(camera: &Camera) -> DQuat {
-    let CameraBasis {
-        right,
-        down,
-        forward,
-    } = camera.basis();
-    DQuat::from_mat3(&DMat3::from_cols(right, down, forward))
+    let axes = camera.basis();
+    DQuat::from_mat3(&DMat3::from_cols(axes.right, axes.down, axes.forward))
 }
 
 #[cfg(test)]

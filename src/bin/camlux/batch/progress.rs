@@ -41,10 +41,9 @@ impl FrameProgress {
             return;
         }
         self.last_line = (tenth, Instant::now());
-        let elapsed_s = self.start.elapsed().as_secs_f64();
-        let rate = self.done as f64 / elapsed_s;
-        let left_s = (self.count - self.done) as f64 / rate;
         let (done, count) = (self.done, self.count);
+        let rate = done as f64 / self.start.elapsed().as_secs_f64();
+        let left_s = (count - done) as f64 / rate;
         tell(&format!(
             "{done}/{count} frames, {rate:.2} frames/s, {left_s:.0} s to go"
         ));

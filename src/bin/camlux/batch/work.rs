@@ -1,7 +1,7 @@
 //! Renders frames and writes them: while one renders, the last is packed and written by a thread of its own.
 
 use std::path::Path;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{channel, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -68,15 +68,6 @@ impl Engine {
         }
         rendered
     }
-
-    /// Takes a frame that was written.
-    pub fn return_buffers(&mut self, frame: Frame) {
-        self.renderer.return_buffers(frame);
-    }
-
-    pub fn device_name(&self) -> &str {
-        &self.device.info().name
-    }
 }
 
 /// A frame on its way to the disk.
@@ -100,64 +91,55 @@ pub fn render(
     let mut writer = Writer {
         exr: frames.job.exr.clone(),
         folder: options.folder,
-        device: engine.device_name().to_owned(),
+        device: engine.device.info().name.clone(),
         journal,
         progress: FrameProgress::new(indices.len() as u64),
         done: Done::default(),
     };
-    // Returns a frame that was written, where there is one.
-    type Take<'t> = dyn FnMut(Rendered) -> Result<Option<Frame>, Failure> + 't;
-    let mut source = |take: &mut Take| {
+    let (sender, rendered) = sync_channel(options.queue);
+    let (give_back, written) = channel();
+    thread::scope(|scope| {
+        let writing = scope.spawn(move || {
+            for rendered in rendered {
+                // The renderer may be at its end.
+                let _ = give_back.send(writer.write(rendered)?);
+            }
+            Ok::<_, Error>(writer)
+        });
+        let mut rendered_count = 0;
         for &index in indices {
             if is_interrupted() {
-                return Ok(false);
+                break;
             }
             let planned = frames.plan(index);
             let start = Instant::now();
             let frame = engine.render(frames, &planned);
-            let stops = frame.is_err() && options.fail_fast;
             let time = start.elapsed();
-            let written = take(Rendered {
+            let stops = frame.is_err() && options.fail_fast;
+            let rendered = Rendered {
                 planned,
                 frame,
                 time,
-            })?;
-            if let Some(written) = written {
-                engine.return_buffers(written);
+            };
+            // Where nobody takes it, the error that ended the writer comes below.
+            if sender.send(rendered).is_err() || stops {
+                break;
             }
-            if stops {
-                return Ok(false);
+            rendered_count += 1;
+            let back = match options.queue {
+                0 => written.recv().ok().flatten(),
+                _ => written.try_iter().flatten().last(),
+            };
+            if let Some(frame) = back {
+                engine.renderer.return_buffers(frame);
             }
         }
-        Ok::<bool, Failure>(true)
-    };
-    let is_whole = if options.queue == 0 {
-        source(&mut |rendered| Ok(writer.write(rendered)?))?
-    } else {
-        let (sender, receiver) = sync_channel(options.queue);
-        // Those that nobody takes back are dropped.
-        let (give_back, written) = sync_channel(1);
-        thread::scope(|scope| {
-            let writing = scope.spawn(|| writer.write_all(receiver, give_back));
-            let ended = source(&mut |rendered| {
-                send(&sender, rendered)?;
-                Ok(written.try_recv().ok())
-            });
-            drop(sender);
-            match writing.join() {
-                // Its error is the cause of the other.
-                Ok(written) => written.map_err(Failure::from).and(ended),
-                Err(_) => Err("the thread that writes has ended by a bug".into()),
-            }
-        })?
-    };
-    writer.done.is_whole = is_whole;
-    Ok((writer.done, writer.journal))
-}
-
-fn send(sender: &SyncSender<Rendered>, rendered: Rendered) -> Result<(), Failure> {
-    let closed = |_| "the thread that writes has ended".into();
-    sender.send(rendered).map_err(closed)
+        drop(sender);
+        let ended = writing.join();
+        let mut writer = ended.map_err(|_| "the thread that writes has ended by a bug")??;
+        writer.done.is_whole = rendered_count == indices.len();
+        Ok((writer.done, writer.journal))
+    })
 }
 
 struct Writer<'w> {
@@ -170,50 +152,38 @@ struct Writer<'w> {
 }
 
 impl Writer<'_> {
-    fn write_all(
-        &mut self,
-        rendered: Receiver<Rendered>,
-        give_back: SyncSender<Frame>,
-    ) -> Result<(), Error> {
-        for rendered in rendered {
-            if let Some(written) = self.write(rendered)? {
-                let _ = give_back.try_send(written);
-            }
-        }
-        Ok(())
-    }
-
     /// Returns the frame, where it did not fail.
     fn write(&mut self, rendered: Rendered) -> Result<Option<Frame>, Error> {
         let Rendered {
-            mut planned,
+            planned,
             frame,
             time,
         } = rendered;
-        let mut line = serde_json::Map::new();
-        line.insert("index".into(), json!(planned.index));
-        line.append(&mut planned.description);
+        let Planned { index, inputs, .. } = &planned;
+        let description = planned.description.as_object().cloned().unwrap_or_default();
+        let mut line = json!({ "index": index });
+        description
+            .into_iter()
+            .for_each(|(key, value)| line[key] = value);
         self.done.rendering += time;
+        let ms = (time.as_secs_f64() * 1e6).round() * 1e-3;
         let written = match frame {
             Ok(frame) => {
                 let start = Instant::now();
                 self.exr.attributes = planned.attributes();
                 let output = OutputFile::create(planned.path(self.folder))?;
                 let written = write_exr_hashed(output, &frame, &self.exr)?;
-                line.insert("file".into(), json!(planned.file));
-                line.insert("blake3".into(), json!(written.blake3));
-                line.insert("bytes".into(), json!(written.bytes));
-                line.insert("ms".into(), json!(rounded_ms(time)));
-                let estimated_error = frame.stats.estimated_error;
-                line.insert("estimated_error".into(), json!(estimated_error));
-                let interpolation_error = frame.stats.estimated_interpolation_error;
-                if interpolation_error.is_some() {
-                    let key = "estimated_interpolation_error".into();
-                    line.insert(key, json!(interpolation_error));
+                line["file"] = json!(planned.file);
+                line["blake3"] = json!(written.blake3);
+                line["bytes"] = json!(written.bytes);
+                line["ms"] = json!(ms);
+                line["estimated_error"] = json!(frame.stats.estimated_error);
+                if let Some(error) = frame.stats.estimated_interpolation_error {
+                    line["estimated_interpolation_error"] = json!(error);
                 }
                 let warnings = [frame.warnings(), self.exr.warnings(&frame)].concat();
                 self.done.warned += u64::from(!warnings.is_empty());
-                line.insert("warnings".into(), json!(warnings));
+                line["warnings"] = json!(warnings);
                 self.done.written += 1;
                 self.done.bytes += written.bytes;
                 let gpu_ms: f64 = frame.stats.passes.iter().map(|p| p.milliseconds).sum();
@@ -222,25 +192,20 @@ impl Writer<'_> {
                 Some(frame)
             }
             Err(error) => {
-                let index = planned.index;
-                self.progress
-                    .say(&format!("camlux: frame {index} failed: {error}"));
-                line.insert("error".into(), json!(error.to_string()));
-                line.insert("ms".into(), json!(rounded_ms(time)));
+                let failed = format!("camlux: frame {index} failed: {error}");
+                self.progress.say(&failed);
+                line["error"] = json!(error.to_string());
+                line["ms"] = json!(ms);
                 self.done.failed += 1;
                 None
             }
         };
-        line.insert("device".into(), json!(self.device));
-        line.insert("inputs".into(), json!(planned.inputs));
-        self.journal.append(&line.into())?;
+        line["device"] = json!(self.device);
+        line["inputs"] = json!(inputs);
+        self.journal.append(&line)?;
         self.progress.step();
         Ok(written)
     }
-}
-
-fn rounded_ms(time: Duration) -> f64 {
-    (time.as_secs_f64() * 1e6).round() * 1e-3
 }
 
 /// What was done, for people.
@@ -248,13 +213,11 @@ pub fn tell_summary(done: &Done, wall: Duration) {
     let wall_s = wall.as_secs_f64();
     let rate = done.written as f64 / wall_s;
     let share = |part: Duration| 100.0 * part.as_secs_f64() / wall_s;
+    let [gpu, rendering, writing] = [done.gpu, done.rendering, done.writing].map(share);
     tell(&format!(
-        "rendered {} in {wall_s:.2} s: {rate:.2} frames/s, {:.1} MB; of the wall time GPU {:.0} %, rendering {:.0} %, writing {:.0} %",
+        "rendered {} in {wall_s:.2} s: {rate:.2} frames/s, {:.1} MB; of the wall time GPU {gpu:.0} %, rendering {rendering:.0} %, writing {writing:.0} %",
         counted(done.written, "frame", "frames"),
         done.bytes as f64 * 1e-6,
-        share(done.gpu),
-        share(done.rendering),
-        share(done.writing),
     ));
 }
 
