@@ -25,7 +25,7 @@ const NO_TRIANGLE: u32 = u32::MAX;
 pub struct Triangles {
     tree: Bvh2,
     /// In the order of the tree's leaves: corners, and place in the order in which they were given.
-    triangles: Vec<([DVec3; 3], u32)>,
+    triangles: Vec<([[f64; 3]; 3], u32)>,
 }
 
 /// A segment or a half line.
@@ -60,16 +60,15 @@ impl Triangles {
         }
         let boxes: Vec<Aabb> = corners.iter().map(widened_bounds).collect();
         let parameters = BvhBuildParams {
-            max_prims_per_leaf: 4,
+            max_prims_per_leaf: 2,
             ..BvhBuildParams::medium_build()
         };
         let mut tree = build_bvh2(&boxes, parameters, &mut Duration::default());
         // Room for a search: the builder sets it before it moves nodes about.
         tree.max_depth = depth_of(&tree);
-        let places = tree.primitive_indices.iter();
-        let triangles = places.map(|&place| (corners[place as usize], place));
+        let triangle = |&place: &u32| (corners[place as usize].map(|c| c.to_array()), place);
         Triangles {
-            triangles: triangles.collect(),
+            triangles: tree.primitive_indices.iter().map(triangle).collect(),
             tree,
         }
     }
@@ -155,15 +154,22 @@ struct Search<'r> {
     /// The ray's main axis is the last. A shear of the other two turns the ray into it.
     axes: [usize; 3],
     shear: DVec2,
+    /// In the order of `axes`.
+    origin: [f64; 3],
+    main_slope: f64,
 }
 
 impl Search<'_> {
     /// `None` for a ray that passes the scene by.
     fn new(ray: &Ray) -> Option<Search<'_>> {
-        let direction = ray.direction.try_normalize()?;
         let length = ray.direction.length();
+        let direction = ray.direction / length;
+        if !direction.is_finite() {
+            return None;
+        }
         let bound = DVec3::splat(1.0 + 2.0 * f64::from(BOX_SLACK));
-        let [low, high] = [-bound, bound].map(|bound| (bound - ray.origin) / direction);
+        let inverse = direction.recip();
+        let [low, high] = [-bound, bound].map(|bound| (bound - ray.origin) * inverse);
         let (mut start, mut end) = (0.0, length * ray.end);
         for axis in 0..3 {
             // Along a face of these bounds a ray gives NaN and is culled; they are wider than the scene, so nothing is there.
@@ -184,6 +190,8 @@ impl Search<'_> {
             start,
             axes,
             shear: DVec2::new(x, y) / z,
+            origin: axes.map(|axis| ray.origin[axis]),
+            main_slope: z,
         };
         search.box_ray.tmax = search.box_distance(end);
         Some(search)
@@ -195,22 +203,27 @@ impl Search<'_> {
     }
 
     /// Where the ray meets a triangle before `end`.
-    fn hit(&self, (corners, triangle): &([DVec3; 3], u32), end: f64) -> Option<Hit> {
+    fn hit(&self, (corners, triangle): &([[f64; 3]; 3], u32), end: f64) -> Option<Hit> {
         let [x, y, z] = self.axes;
-        let offsets = corners.map(|corner| corner - self.ray.origin);
-        let sheared = |offset: DVec3| DVec2::new(offset[x], offset[y]) - self.shear * offset[z];
-        let [a, b, c] = offsets.map(sheared);
+        let depths = corners.map(|corner| corner[z] - self.origin[2]);
+        let [a, b, c] = [0, 1, 2].map(|i| {
+            let offset = DVec2::new(
+                corners[i][x] - self.origin[0],
+                corners[i][y] - self.origin[1],
+            );
+            offset - self.shear * depths[i]
+        });
         let weights @ [u, v, w] = [c.perp_dot(b), a.perp_dot(c), b.perp_dot(a)];
         // On an edge, both of its triangles are hit.
-        let is_inside = u.min(v).min(w) >= 0.0 || u.max(v).max(w) <= 0.0;
+        let is_inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
         let determinant = u + v + w;
         let is_own = [self.ray.from_triangle, self.ray.to_triangle].contains(triangle);
         if !is_inside || determinant == 0.0 || is_own {
             return None;
         }
         let inverse = 1.0 / determinant;
-        let depth = u * offsets[0][z] + v * offsets[1][z] + w * offsets[2][z];
-        let distance = depth * inverse / self.ray.direction[z];
+        let depth = u * depths[0] + v * depths[1] + w * depths[2];
+        let distance = depth * inverse / self.main_slope;
         (distance > 0.0 && distance < end).then(|| Hit {
             distance,
             triangle: *triangle,
