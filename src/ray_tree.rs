@@ -89,13 +89,11 @@ impl RayTree {
 
     /// Adds the tree over some triangles.
     fn grow(&mut self, corners: &[[Vec3; 3]], places: &[u32]) {
-        let inputs: Vec<Triangle> = places
-            .iter()
-            .map(|&place| {
-                let [v0, v1, v2] = corners[place as usize].map(Into::into);
-                Triangle { v0, v1, v2 }
-            })
-            .collect();
+        let triangle = |&place: &u32| {
+            let [v0, v1, v2] = corners[place as usize].map(Into::into);
+            Triangle { v0, v1, v2 }
+        };
+        let inputs: Vec<Triangle> = places.iter().map(triangle).collect();
         let parameters = BvhBuildParams {
             max_prims_per_leaf: 1,
             ..BvhBuildParams::medium_build()
@@ -142,34 +140,30 @@ fn facets_and_others(corners: &[[Vec3; 3]]) -> (Vec<u32>, Vec<u32>) {
 }
 
 fn flatten(tree: &Bvh2, first_triangle: u32, low: Vec3, step: Vec3) -> Vec<Texel> {
-    enum Step {
-        Enter(usize),
-        /// Every node of this node's subtree is there.
-        Leave(usize),
-    }
-    let mut nodes: Vec<Texel> = Vec::with_capacity(tree.nodes.len());
+    let mut depth_first = Vec::with_capacity(tree.nodes.len());
     // Not by recursion: a tree may be as deep as it has triangles.
-    let mut steps = vec![Step::Enter(0)];
-    while let Some(next) = steps.pop() {
-        match next {
-            Step::Enter(index) => {
-                let node = &tree.nodes[index];
-                let first = node.first_index;
-                let [x, y, z] = box_words(&node.aabb, low, step);
-                if node.prim_count == 0 {
-                    steps.push(Step::Leave(nodes.len()));
-                    steps.push(Step::Enter(first as usize + 1));
-                    steps.push(Step::Enter(first as usize));
-                    nodes.push([x, y, z, 0.0]);
-                } else {
-                    let word = LEAF | (first_triangle + first);
-                    nodes.push([x, y, z, f32::from_bits(word)]);
-                }
-            }
-            Step::Leave(index) => nodes[index][3] = f32::from_bits(nodes.len() as u32),
+    let mut open = vec![0];
+    while let Some(index) = open.pop() {
+        let node = &tree.nodes[index as usize];
+        depth_first.push(node);
+        if !node.is_leaf() {
+            open.extend([node.first_index + 1, node.first_index]);
         }
     }
-    nodes
+    let mut texels = vec![[0.0; 4]; depth_first.len()];
+    let mut next: Vec<usize> = (1..=depth_first.len()).collect();
+    for (i, node) in depth_first.into_iter().enumerate().rev() {
+        let [x, y, z] = box_words(&node.aabb, low, step);
+        let word = if node.is_leaf() {
+            LEAF | (first_triangle + node.first_index)
+        } else {
+            // The first child comes next; behind its subtree lies the second, and behind that one's what follows both.
+            next[i] = next[next[i + 1]];
+            next[i] as u32
+        };
+        texels[i] = [x, y, z, f32::from_bits(word)];
+    }
+    texels
 }
 
 /// A box rounded outwards to the grid.
@@ -195,20 +189,17 @@ fn triangle_texels(corners: [Vec3; 3], place: u32) -> [Texel; TRIANGLE_TEXELS] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::vec3;
 
     const HEADER: usize = 3;
 
     /// Small triangles in a row, and a large one.
     fn corners() -> Vec<[Vec3; 3]> {
         let small = |i: usize| {
-            let at = Vec3::new(i as f32 / 100.0 - 0.5, 0.1, 0.0);
+            let at = vec3(i as f32 / 100.0 - 0.5, 0.1, 0.0);
             [at, at + 0.005 * Vec3::X, at + 0.005 * Vec3::Y]
         };
-        let large = [
-            -Vec3::ONE,
-            Vec3::new(1.0, -1.0, 1.0),
-            Vec3::new(0.0, 1.0, 1.0),
-        ];
+        let large = [-Vec3::ONE, vec3(1.0, -1.0, 1.0), vec3(0.0, 1.0, 1.0)];
         (0..100).map(small).chain([large]).collect()
     }
 
@@ -231,7 +222,8 @@ mod tests {
         let word = |node: usize| tree.boxes[HEADER + node][3].to_bits();
         let mut leaves = 0;
         for node in 0..node_count {
-            let end = if word(node) & LEAF != 0 {
+            let is_leaf = word(node) & LEAF != 0;
+            let end = if is_leaf {
                 node + 1
             } else {
                 word(node) as usize
@@ -255,10 +247,8 @@ mod tests {
     fn large_triangles_stand_alone_in_full_groups() {
         let tree = RayTree::over(&corners());
         assert_eq!(tree.triangles[3][0], 100.0);
-        assert_eq!(
-            tree.triangles[TRIANGLE_TEXELS..GROUP * TRIANGLE_TEXELS],
-            [[0.0; 4]; 28]
-        );
+        let filled_up = &tree.triangles[TRIANGLE_TEXELS..GROUP * TRIANGLE_TEXELS];
+        assert_eq!(filled_up, [[0.0; 4]; 28]);
         let few = RayTree::over(&corners()[..9]);
         assert_eq!(few.boxes[0][..2], [2.0, 0.0]);
         assert_eq!(few.triangles.len(), 2 * GROUP * TRIANGLE_TEXELS);
@@ -270,12 +260,8 @@ mod tests {
     #[test]
     fn words_are_numbers() {
         let tree = RayTree::over(&corners());
-        assert!(
-            tree.boxes
-                .as_flattened()
-                .iter()
-                .all(|word| word.is_finite())
-        );
+        let mut words = tree.boxes.as_flattened().iter();
+        assert!(words.all(|word| word.is_finite()));
     }
 
     /// The tree is as bad as can be, but there is one.

@@ -48,7 +48,7 @@ impl Work {
             for (list, coordinate) in receivers.iter_mut().zip(coordinates) {
                 list.push(coordinate);
             }
-            reflectance.push(point.kd.map(|kd| kd / PI));
+            reflectance.push(point.brdf.kd.map(|kd| kd / PI));
         }
         let padded = reflectance.len().next_multiple_of(CHUNK);
         for list in &mut receivers {
@@ -72,7 +72,7 @@ impl Work {
                 position: q.position_m.as_vec3().to_array(),
                 normal: q.normal.as_vec3().to_array(),
                 diffuse: std::array::from_fn(|band| {
-                    (q.kd[band] / PI * incident * domain.axial_intensity[band]) as f32
+                    (q.brdf.kd[band] / PI * incident * domain.axial_intensity[band]) as f32
                 }),
             });
         }

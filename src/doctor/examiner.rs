@@ -1,19 +1,18 @@
 //! Renders the scenes of the cases, and compares what comes out with the truth.
 
-use std::ops::ControlFlow;
+use std::{mem, ops::ControlFlow};
 
 use super::{
-    Measurement,
-    scenes::{with_rays, with_shadow, with_sum},
+    Case, Measurement, Part,
+    scenes::{with_each_estimator, with_rays, with_shadow, with_sum},
 };
 use crate::{
     Device, RenderOptions, Renderer, Result, Scene,
-    internals::Intermediates,
-    internals::f64_kernels,
+    internals::{Intermediates, f64_kernels},
     metrics::{Comparison, Pixels},
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Bands, Shadow, VplSum},
+    scene::{Shadow, VplSum},
 };
 
 /// relRMSE of sums and of direct light against the same formulas in f64: the rounding of some thirty f32 operations a
@@ -30,13 +29,14 @@ pub(super) const TARGET_SLACK: f64 = 1.3;
 /// Rounds of a reference: from their spread comes its standard error.
 const REFERENCE_ROUNDS: u32 = 8;
 /// Samples of a round in each pixel: enough for a noise well below [`TARGET_ERROR`].
-const REFERENCE_SAMPLES: u32 = 256;
+pub(super) const REFERENCE_SAMPLES: u32 = 256;
 
-/// What runs the cases on a device.
+/// What runs the cases on a device. The checks of a case record one error or more each.
 pub struct Examiner {
     pub(super) device: Device,
     pub(super) renderer: Renderer,
     last_scene: Option<Scene>,
+    measured: Measurement,
 }
 
 impl Examiner {
@@ -49,12 +49,33 @@ impl Examiner {
             device: device.clone(),
             renderer: Renderer::new(device)?,
             last_scene: None,
+            measured: Measurement::default(),
         })
+    }
+
+    /// Renders the scenes of a case and measures.
+    ///
+    /// # Errors
+    /// As [`Renderer::render`].
+    pub fn examine(&mut self, case: &Case) -> Result<Measurement> {
+        self.measured = Measurement::default();
+        (case.run)(self)?;
+        Ok(mem::take(&mut self.measured))
     }
 
     /// The scene that was rendered last, of those that were handed over as they are: for a picture of the case.
     pub fn last_scene(&self) -> Option<&Scene> {
         self.last_scene.as_ref()
+    }
+
+    /// One error of the case beside its bound: [`Part`].
+    pub(super) fn record(&mut self, of: &str, quantity: &str, error: f64, bound: f64) {
+        self.measured.parts.push(Part {
+            of: of.into(),
+            quantity: quantity.into(),
+            error: if error.is_nan() { f64::INFINITY } else { error },
+            bound,
+        });
     }
 
     pub(super) fn render(&mut self, scene: &Scene) -> Result<Frame> {
@@ -68,159 +89,151 @@ impl Examiner {
         self.renderer.render_with_intermediates(scene, options)
     }
 
+    /// The largest absolute value of a layer.
+    pub(super) fn largest(&mut self, scene: &Scene, layer: Layer) -> Result<f64> {
+        Ok(largest(values(&self.render(scene)?, layer)))
+    }
+
+    /// The largest radiance of a scene in which no way to compute it may find any light.
+    pub(super) fn all_black(&mut self, what: &str, scene: &Scene) -> Result<()> {
+        for (_, scene) in with_each_estimator(scene, 16, 0.1) {
+            let radiance = self.largest(&scene, Layer::Radiance)?;
+            self.record(what, "radiance", radiance, 0.0);
+        }
+        Ok(())
+    }
+
+    /// relRMSE of a layer against a reference, without the noise of the latter and but for pixels whose centre lies on an edge.
+    pub(super) fn error_against(
+        &mut self,
+        truth: &Frame,
+        scene: &Scene,
+        layer: Layer,
+    ) -> Result<f64> {
+        let frame = self.render(scene)?;
+        let is_set = |layer: Layer| -> Vec<bool> {
+            let ids = truth.ids(layer).unwrap_or_default();
+            ids.iter().map(|&id| id != 0).collect()
+        };
+        Ok(relative_rmse(&Pixels {
+            image: values(&frame, layer),
+            reference: values(truth, layer),
+            image_standard_error: None,
+            reference_standard_error: match layer {
+                Layer::Indirect => truth.values(Layer::StandardError),
+                _ => None,
+            },
+            valid: &is_set(Layer::InstanceId),
+            edges: Some(&is_set(Layer::Edge)),
+            channels: layer.channel_names().len(),
+        }))
+    }
+
+    /// relRMSE between the indirect light of two scenes that ought to look the same, relative to the first.
+    pub(super) fn apart(&mut self, [one, other]: [&Scene; 2]) -> Result<f64> {
+        let [truth, frame] = [self.render(one)?, self.render(other)?];
+        let image = values(&frame, Layer::Indirect);
+        Ok(error_of(image, values(&truth, Layer::Indirect)))
+    }
+
     /// relRMSE of the direct light against the reference.
-    pub(super) fn direct(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<Measurement> {
-        self.layer(what, scene, (scene, Layer::Direct), bound)
+    pub(super) fn direct(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
+        let error = self.error_against(&unsampled(scene)?, scene, Layer::Direct)?;
+        self.record(what, "direct", error, bound);
+        Ok(())
     }
 
     /// The same with shadows from a map.
-    pub(super) fn direct_by_map(
-        &mut self,
-        what: &str,
-        scene: &Scene,
-        bound: f64,
-    ) -> Result<Measurement> {
-        let truth = Reference::new(scene, 1)?.frame();
-        let frame = self.render(&with_shadow(scene, Shadow::Map))?;
-        let error = error_against(&frame, &truth, Layer::Direct);
-        let what = format!("{what}, direct by shadow map");
-        Ok(Measurement::new(what, error, bound))
+    pub(super) fn direct_by_map(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
+        let by_map = with_shadow(scene, Shadow::Map);
+        let error = self.error_against(&unsampled(scene)?, &by_map, Layer::Direct)?;
+        self.record(what, "direct by shadow map", error, bound);
+        Ok(())
     }
 
-    /// relRMSE of a layer without noise against the reference of a scene that ought to look the same.
-    pub(super) fn layer(
-        &mut self,
-        what: &str,
-        scene: &Scene,
-        (same, layer): (&Scene, Layer),
-        bound: f64,
-    ) -> Result<Measurement> {
-        let truth = Reference::new(same, 1)?.frame();
-        let error = error_against(&self.render(scene)?, &truth, layer);
-        let what = format!("{what}, {}", layer.name());
-        Ok(Measurement::new(what, error, bound))
-    }
-
-    /// Root mean square of the pixels' relative errors of depth: near ones count as much as far ones.
-    pub(super) fn depth(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<Measurement> {
-        let truth = Reference::new(scene, 1)?.frame();
-        let frame = self.render(scene)?;
-        let [depths, true_depths] = [&frame, &truth].map(|frame| values(frame, Layer::Depth));
-        let is_edge = truth.ids(Layer::Edge).unwrap_or_default();
-        let squares: Vec<f64> = depths
-            .iter()
-            .zip(true_depths)
-            .zip(is_edge)
-            .filter(|((_, truth), is_edge)| truth.is_finite() && **is_edge == 0)
-            .map(|((depth, truth), _)| (f64::from(*depth) / f64::from(*truth) - 1.0).powi(2))
-            .collect();
-        let error = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
-        Ok(Measurement::new(format!("{what}, depth"), error, bound))
-    }
-
-    /// relRMSE of a plain sum against that of the f64 kernels, over the same G-buffer and VPLs.
-    pub(super) fn sum(
-        &mut self,
-        what: &str,
-        scene: &Scene,
-        (estimator, rsm_size): (VplSum, u32),
-        bound: f64,
-    ) -> Result<Measurement> {
-        let (frame, kept) = self.render_keeping(&with_sum(scene, estimator, rsm_size))?;
-        let truth = f64_kernels::indirect(scene, estimator, &kept);
-        let error = error_of(values(&frame, Layer::Indirect), &truth);
-        Ok(Measurement::new(
-            format!("{what}, {}", estimator.name()),
-            error,
-            bound,
-        ))
-    }
-
-    /// Both sums over VPLs.
+    /// relRMSE of both plain sums against those of the f64 kernels, over the same G-buffer and VPLs.
     pub(super) fn sums(
         &mut self,
         what: &str,
         scene: &Scene,
         rsm_size: u32,
         bound: f64,
-    ) -> Result<Measurement> {
-        let parts: Result<Vec<_>> = VplSum::ALL
-            .into_iter()
-            .map(|estimator| self.sum(what, scene, (estimator, rsm_size), bound))
-            .collect();
-        Ok(Measurement::of(parts?))
+    ) -> Result<()> {
+        for sum in VplSum::ALL {
+            let (frame, kept) = self.render_keeping(&with_sum(scene, sum, rsm_size))?;
+            let truth = f64_kernels::indirect(scene, sum, &kept);
+            let error = error_of(values(&frame, Layer::Indirect), truth.as_flattened());
+            self.record(what, sum.name(), error, bound);
+        }
+        Ok(())
     }
 
-    /// relRMSE of final gathering against the reference, without the noise of the latter.
-    pub(super) fn bounce(&mut self, what: &str, scene: &Scene) -> Result<Measurement> {
-        self.bounce_within(what, scene, TARGET_ERROR, REFERENCE_SAMPLES)
+    /// relRMSE of final gathering against the reference.
+    pub(super) fn bounce(&mut self, what: &str, scene: &Scene) -> Result<()> {
+        let truth = sampled(scene, REFERENCE_SAMPLES)?;
+        self.bounce_against(&truth, what, scene, TARGET_ERROR)
     }
 
-    /// The same against the reference of a scene that ought to look the same.
-    pub(super) fn bounce_like(
+    /// The same against a given reference.
+    pub(super) fn bounce_against(
         &mut self,
-        what: &str,
-        scene: &Scene,
-        same: &Scene,
-    ) -> Result<Measurement> {
-        self.bounce_against(what, scene, (TARGET_ERROR, same, REFERENCE_SAMPLES))
-    }
-
-    /// The same for another target, with a reference of so many samples a round.
-    pub(super) fn bounce_within(
-        &mut self,
+        truth: &Frame,
         what: &str,
         scene: &Scene,
         target_error: f64,
-        samples: u32,
-    ) -> Result<Measurement> {
-        self.bounce_against(what, scene, (target_error, scene, samples))
-    }
-
-    fn bounce_against(
-        &mut self,
-        what: &str,
-        scene: &Scene,
-        (target_error, same, samples): (f64, &Scene, u32),
-    ) -> Result<Measurement> {
-        let mut reference = Reference::new(same, samples)?;
-        for _ in 0..REFERENCE_ROUNDS {
-            reference.add_round(&mut |_| ControlFlow::Continue(()))?;
-        }
-        let frame = self.render(&with_rays(scene, target_error))?;
-        let error = error_against(&frame, &reference.frame(), Layer::Indirect);
-        Ok(Measurement::new(
-            format!("{what}, final-gather"),
-            error,
-            TARGET_SLACK * target_error,
-        ))
+    ) -> Result<()> {
+        let by_rays = with_rays(scene, target_error);
+        let error = self.error_against(truth, &by_rays, Layer::Indirect)?;
+        self.record(what, "final-gather", error, TARGET_SLACK * target_error);
+        Ok(())
     }
 
     /// The most light, over `bright`, that any pixel of a scene shows in which all must be dark: direct, and by the bounce.
-    pub(super) fn leaks(&mut self, scene: &Scene, bright: f64) -> Result<Measurement> {
-        let mut parts = Vec::new();
+    pub(super) fn leaks(&mut self, scene: &Scene, bright: f64) -> Result<()> {
+        let quantity = "leak over lit radiance";
         for shadow in Shadow::ALL {
-            let frame = self.render(&with_shadow(scene, shadow))?;
-            let leak = largest(values(&frame, Layer::Direct)) / bright;
-            let what = format!("shadow by {}, leak over lit radiance", shadow.name());
-            parts.push(Measurement::new(what, leak, 0.0));
+            let leak = self.largest(&with_shadow(scene, shadow), Layer::Direct)? / bright;
+            let what = format!("shadow by {}", shadow.name());
+            self.record(&what, quantity, leak, 0.0);
         }
-        let frame = self.render(&with_rays(scene, 0.1))?;
-        let leak = largest(values(&frame, Layer::Indirect)) / bright;
-        let what = "final-gather, leak over lit radiance";
-        parts.push(Measurement::new(what, leak, 0.0));
-        Ok(Measurement::of(parts))
+        let leak = self.largest(&with_rays(scene, 0.1), Layer::Indirect)? / bright;
+        self.record("final-gather", quantity, leak, 0.0);
+        Ok(())
     }
 
-    /// Everything against the truth: direct light, both sums over VPLs, final gathering.
-    pub(super) fn all(&mut self, what: &str, scene: &Scene, rsm_size: u32) -> Result<Measurement> {
-        Ok(Measurement::of([
-            self.direct(what, scene, DIRECT_BOUND)?,
-            self.direct_by_map(what, scene, DIRECT_BOUND)?,
-            self.sums(what, scene, rsm_size, KERNEL_BOUND)?,
-            self.bounce(what, scene)?,
-        ]))
+    /// Direct light by shadow rays, both sums over VPLs, final gathering.
+    pub(super) fn by_rays(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
+        self.direct(what, scene, bound)?;
+        self.sums(what, scene, 24, KERNEL_BOUND)?;
+        self.bounce(what, scene)
     }
+
+    /// Everything against the truth, with a bound for direct light.
+    pub(super) fn all_within(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
+        self.direct(what, scene, bound)?;
+        self.direct_by_map(what, scene, bound)?;
+        self.sums(what, scene, 24, KERNEL_BOUND)?;
+        self.bounce(what, scene)
+    }
+
+    /// Everything against the truth.
+    pub(super) fn all(&mut self, what: &str, scene: &Scene) -> Result<()> {
+        self.all_within(what, scene, DIRECT_BOUND)
+    }
+}
+
+/// The reference but for its indirect light: what needs no samples.
+pub(super) fn unsampled(scene: &Scene) -> Result<Frame> {
+    Ok(Reference::new(scene, 1)?.frame())
+}
+
+/// The reference with so many samples a pixel in each of its rounds.
+pub(super) fn sampled(scene: &Scene, samples_per_round: u32) -> Result<Frame> {
+    let mut reference = Reference::new(scene, samples_per_round)?;
+    for _ in 0..REFERENCE_ROUNDS {
+        reference.add_round(&mut |_| ControlFlow::Continue(()))?;
+    }
+    Ok(reference.frame())
 }
 
 /// The values of a layer; none where the frame has no such layer, which no comparison passes.
@@ -228,76 +241,40 @@ pub(super) fn values(frame: &Frame, layer: Layer) -> &[f32] {
     frame.values(layer).unwrap_or_default()
 }
 
-/// The values of a layer of three bands in f64, times a factor.
-pub(super) fn bands_of(values: &[f32], factor: f64) -> Vec<Bands> {
-    let pixels = values.as_chunks().0.iter();
-    pixels
-        .map(|pixel: &[f32; 3]| pixel.map(|value| f64::from(value) * factor))
-        .collect()
-}
-
 /// The largest absolute value; infinite where one is no finite number, or where there is none.
 pub(super) fn largest(values: &[f32]) -> f64 {
-    let largest = values.iter().map(|&value| f64::from(value).abs());
-    let of_all = largest.fold(f64::NEG_INFINITY, |most, value| {
-        if value.is_nan() {
-            f64::INFINITY
-        } else {
-            most.max(value)
-        }
-    });
-    if of_all < 0.0 { f64::INFINITY } else { of_all }
+    if values.is_empty() || values.iter().any(|value| value.is_nan()) {
+        return f64::INFINITY;
+    }
+    values
+        .iter()
+        .fold(0.0, |most, value| f64::from(value.abs()).max(most))
 }
 
-/// relRMSE against values without noise; infinite where a value is no finite number or the truth is black.
-pub(super) fn error_of(image: &[f32], truth: &[Bands]) -> f64 {
-    let comparison = Comparison::new(&Pixels {
+/// relRMSE of a layer of three bands against values without noise; infinite where a value is no finite number or the truth is black.
+pub(super) fn error_of<T: Copy + Into<f64>>(image: &[f32], truth: &[T]) -> f64 {
+    relative_rmse(&Pixels {
         image,
-        reference: truth.as_flattened(),
+        reference: truth,
         image_standard_error: None,
         reference_standard_error: None,
-        valid: &vec![true; truth.len()],
+        valid: &vec![true; truth.len() / 3],
         edges: None,
         channels: 3,
-    });
-    match comparison {
+    })
+}
+
+fn relative_rmse<T: Copy + Into<f64>>(pixels: &Pixels<T>) -> f64 {
+    match Comparison::new(pixels) {
         Ok(Comparison {
             non_finite_image: 0,
             errors: Some(errors),
+            noise,
             ..
-        }) => errors.rmse,
+        }) => {
+            let corrected = noise.and_then(|noise| noise.rmse.value_or_bound());
+            corrected.unwrap_or(errors.rmse)
+        }
         _ => f64::INFINITY,
     }
-}
-
-/// relRMSE against a reference, without the noise of the latter and but for pixels whose centre lies on an edge.
-fn error_against(frame: &Frame, truth: &Frame, layer: Layer) -> f64 {
-    let is_set = |layer: Layer| -> Vec<bool> {
-        let ids = truth.ids(layer).unwrap_or_default();
-        ids.iter().map(|&id| id != 0).collect()
-    };
-    let noise = match layer {
-        Layer::Indirect => truth.values(Layer::StandardError),
-        _ => None,
-    };
-    let comparison = Comparison::new(&Pixels {
-        image: values(frame, layer),
-        reference: values(truth, layer),
-        image_standard_error: None,
-        reference_standard_error: noise,
-        valid: &is_set(Layer::InstanceId),
-        edges: Some(&is_set(Layer::Edge)),
-        channels: layer.channel_names().len(),
-    });
-    let Ok(comparison) = comparison else {
-        return f64::INFINITY;
-    };
-    if comparison.non_finite_image > 0 {
-        return f64::INFINITY;
-    }
-    let corrected = comparison
-        .noise
-        .and_then(|noise| noise.rmse.value_or_bound());
-    let plain = comparison.errors.map(|errors| errors.rmse);
-    corrected.or(plain).unwrap_or(f64::INFINITY)
 }

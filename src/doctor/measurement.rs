@@ -34,36 +34,6 @@ impl Part {
 }
 
 impl Measurement {
-    /// One part. What comes after the last comma of `what` is the quantity.
-    pub(super) fn new(what: impl Into<String>, error: f64, bound: f64) -> Measurement {
-        let what = what.into();
-        let (of, quantity) = what.rsplit_once(", ").unwrap_or(("", &what));
-        Measurement {
-            parts: vec![Part {
-                of: of.into(),
-                quantity: quantity.into(),
-                error: if error.is_nan() { f64::INFINITY } else { error },
-                bound,
-            }],
-        }
-    }
-
-    /// All parts of some measurements.
-    pub(super) fn of(measurements: impl IntoIterator<Item = Measurement>) -> Measurement {
-        let parts = measurements.into_iter().flat_map(|m| m.parts);
-        Measurement {
-            parts: parts.collect(),
-        }
-    }
-
-    /// With the same words before what each part is of.
-    pub(super) fn prefixed(mut self, words: &str) -> Measurement {
-        for part in &mut self.parts {
-            part.of = format!("{words}: {}", part.of);
-        }
-        self
-    }
-
     /// Whether every error is within its bound. A case that measures nothing does not pass.
     pub fn is_met(&self) -> bool {
         !self.parts.is_empty() && self.parts.iter().all(Part::is_met)

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DVec3, dvec3};
 
 use crate::scene::{
     Bands, Camera, Direct, IndirectLight, Lens, Light, Material, Mesh, Scene, Shadow, Shared,
@@ -24,12 +24,17 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         shininess: 20.0,
         ..Material::lambert("glossy", [0.3, 0.4, 0.5])
     };
+    let view = (look_at_m - position_m).normalize();
     Scene {
         camera: Camera {
             resolution_px: [24, 24],
             position_m,
             look_at_m,
-            up: upright(look_at_m - position_m),
+            up: if view.y.abs() > 0.99 {
+                DVec3::Z
+            } else {
+                DVec3::Y
+            },
             lens: Lens::FovY { fov_y_deg: 70.0 },
         },
         sensor: None,
@@ -45,16 +50,6 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
             shadow: Some(Shadow::Rays),
         },
         indirect: None,
-    }
-}
-
-/// Y, or Z where the view runs along Y.
-fn upright(view: DVec3) -> DVec3 {
-    let view = view.normalize();
-    if view.y.abs() > 0.99 {
-        DVec3::Z
-    } else {
-        DVec3::Y
     }
 }
 
@@ -92,14 +87,10 @@ pub fn amplified(light: Light, factors: Bands) -> Light {
 
 /// A parallelogram of two triangles.
 pub fn quad(name: &str, corner_m: DVec3, edge1_m: DVec3, edge2_m: DVec3, material: u32) -> Mesh {
-    let corners = [
-        corner_m,
-        corner_m + edge1_m,
-        corner_m + edge1_m + edge2_m,
-        corner_m + edge2_m,
-    ];
-    let triangles = [[0, 1, 2], [0, 2, 3]];
-    Mesh::from_slices(name, &corners.map(|c| c.to_array()), &triangles, material)
+    let far_m = corner_m + edge1_m + edge2_m;
+    let corners = [corner_m, corner_m + edge1_m, far_m, corner_m + edge2_m];
+    let positions = corners.map(|corner| corner.to_array());
+    Mesh::from_slices(name, &positions, &[[0, 1, 2], [0, 2, 3]], material)
 }
 
 /// A parallelogram cut into `columns` x `rows` cells of two triangles.
@@ -130,7 +121,7 @@ pub fn grid(
 /// A box from its lowest corner, its faces along the axes.
 pub fn cuboid(name: &str, corner_m: DVec3, size_m: DVec3, material: u32) -> Mesh {
     let corners: Vec<[f64; 3]> = (0..8)
-        .map(|i| DVec3::new((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into()))
+        .map(|i| dvec3((i & 1).into(), (i >> 1 & 1).into(), (i >> 2).into()))
         .map(|unit| (corner_m + unit * size_m).to_array())
         .collect();
     let sides = [
@@ -154,49 +145,42 @@ pub fn sphere(centre_m: DVec3, radius_m: f64, steps: u32, material: u32) -> Mesh
         name: "sphere".into(),
         ..Mesh::default()
     };
-    let axes = [DVec3::X, DVec3::Y, DVec3::Z];
     for axis in 0..3 {
+        let [normal, along, across] = [0, 1, 2].map(|turn| DVec3::AXES[(axis + turn) % 3]);
         for side in [1.0, -1.0] {
-            let edges = [axes[(axis + 1) % 3], axes[(axis + 2) % 3]].map(|edge| 2.0 * edge);
-            let corner = side * axes[axis] - 0.5 * (edges[0] + edges[1]);
-            let face = grid("", [corner, edges[0], edges[1]], [steps; 2], material);
-            let first = sphere.positions_m.len() as u32;
-            // Cells of nearly equal size: equal angles along the cube's edges.
-            let bent = |p: f64| (p * PI / 4.0).tan();
-            let outwards = face.positions_m.iter().map(|p| {
-                let on_face = DVec3::from(p.to_array().map(bent));
-                centre_m + radius_m * on_face.normalize()
-            });
-            sphere.positions_m.extend(outwards);
-            let triangles = face.triangles.iter().map(|t| t.map(|i| first + i));
-            sphere.triangles.extend(triangles);
-            sphere.triangle_materials.extend(face.triangle_materials);
+            let corner = side * normal - along - across;
+            let plane = [corner, 2.0 * along, 2.0 * across];
+            append(&mut sphere, grid("", plane, [steps; 2], material));
         }
+    }
+    // Cells of nearly equal size: equal angles along the cube's edges.
+    for p in &mut sphere.positions_m {
+        let on_face = DVec3::from(p.to_array().map(|p| (p * PI / 4.0).tan()));
+        *p = centre_m + radius_m * on_face.normalize();
     }
     sphere
 }
 
+/// Adds the triangles of another mesh.
+pub fn append(mesh: &mut Mesh, other: Mesh) {
+    let first = mesh.positions_m.len() as u32;
+    mesh.positions_m.extend(other.positions_m);
+    let triangles = other.triangles.iter().map(|t| t.map(|i| first + i));
+    mesh.triangles.extend(triangles);
+    mesh.triangle_materials.extend(other.triangle_materials);
+}
+
 /// A convex ball around 0: meridians and parallels `turn / (2 * steps)` apart, whose cells are flat.
 pub fn globe(radius_m: f64, steps: u32, material: u32) -> Mesh {
-    let columns = 2 * steps;
-    let place = |row: u32, column: u32| {
-        let (polar, turn) = (PI / f64::from(steps), PI / f64::from(steps));
-        let (sine, cosine) = (f64::from(row) * polar).sin_cos();
-        let (y, x) = (f64::from(column % columns) * turn).sin_cos();
-        (radius_m * DVec3::new(sine * x, cosine, sine * y)).to_array()
-    };
-    let positions: Vec<_> = (0..=steps)
-        .flat_map(|row| (0..=columns).map(move |column| place(row, column)))
-        .collect();
-    let cells = (0..steps).flat_map(|row| (0..columns).map(move |column| (row, column)));
-    let triangles: Vec<_> = cells
-        .flat_map(|(row, column)| {
-            let first = row * (columns + 1) + column;
-            let below = first + columns + 1;
-            [[first, first + 1, below + 1], [first, below + 1, below]]
-        })
-        .collect();
-    Mesh::from_slices("globe", &positions, &triangles, material)
+    let columns = f64::from(2 * steps);
+    let map = [DVec3::ZERO, columns * DVec3::X, f64::from(steps) * DVec3::Y];
+    let mut globe = grid("globe", map, [2 * steps, steps], material);
+    for p in &mut globe.positions_m {
+        let [turn, polar] = [p.x % columns, p.y].map(|cells| cells * PI / f64::from(steps));
+        let (sine, cosine) = polar.sin_cos();
+        *p = radius_m * dvec3(sine * turn.cos(), cosine, sine * turn.sin());
+    }
+    globe
 }
 
 /// The mesh with shading normals that point away from a point.
@@ -208,36 +192,29 @@ pub fn rounded(mut mesh: Mesh, centre_m: DVec3) -> Mesh {
 
 /// A closed room of 2 m around 0 with two boxes in it, camera and point light inside.
 pub fn room() -> Scene {
-    let meshes = vec![
-        cuboid("room", DVec3::splat(-1.0), DVec3::splat(2.0), GREY),
-        cuboid(
-            "tall box",
-            DVec3::new(-0.6, -0.999, -0.7),
-            DVec3::new(0.5, 1.1, 0.4),
-            COLOURED,
-        ),
-        cuboid(
-            "low box",
-            DVec3::new(0.2, -0.999, -0.3),
-            DVec3::new(0.45, 0.4, 0.5),
-            GREY,
-        ),
-    ];
-    scene_of(
-        meshes,
-        point_light(DVec3::new(0.23, 0.71, 0.17)),
-        DVec3::new(0.13, 0.09, 0.93),
-        DVec3::new(-0.04, -0.31, -0.6),
-    )
+    let (tall, low) = (dvec3(0.5, 1.1, 0.4), dvec3(0.45, 0.4, 0.5));
+    let mut room = empty_room();
+    room.meshes.extend([
+        cuboid("tall box", dvec3(-0.6, -0.999, -0.7), tall, COLOURED).into(),
+        cuboid("low box", dvec3(0.2, -0.999, -0.3), low, GREY).into(),
+    ]);
+    room
+}
+
+/// The same without the boxes.
+pub fn empty_room() -> Scene {
+    let room = cuboid("room", DVec3::splat(-1.0), DVec3::splat(2.0), GREY);
+    let light = point_light(dvec3(0.23, 0.71, 0.17));
+    let look_at_m = dvec3(-0.04, -0.31, -0.6);
+    scene_of(vec![room], light, dvec3(0.13, 0.09, 0.93), look_at_m)
 }
 
 /// A floor and a wall of 2 m that meet at right angles in the line x = y = 0, without anything else.
 pub fn two_walls(light: Light, camera_m: DVec3, look_at_m: DVec3) -> Scene {
-    let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| 2.0 * axis);
-    let from = -DVec3::Z;
+    let [x, y, z] = DVec3::AXES.map(|axis| 2.0 * axis);
     let meshes = vec![
-        quad("floor", from, z, x, GREY),
-        quad("wall", from, y, z, COLOURED),
+        quad("floor", -DVec3::Z, z, x, GREY),
+        quad("wall", -DVec3::Z, y, z, COLOURED),
     ];
     scene_of(meshes, light, camera_m, look_at_m)
 }
@@ -252,9 +229,8 @@ pub fn moved(scene: &Scene, scale: f64, shift_m: DVec3) -> Scene {
     place(&mut scene.camera.position_m);
     place(&mut scene.camera.look_at_m);
     for light in &mut scene.lights {
-        match light {
-            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => place(position_m),
-            Light::Directional { .. } => {}
+        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = light {
+            place(position_m);
         }
     }
     scene
@@ -269,21 +245,19 @@ pub fn turned(scene: &Scene, turn: DMat3) -> Scene {
         mesh.normals.iter_mut().for_each(rotate);
     }
     let camera = &mut scene.camera;
-    rotate(&mut camera.position_m);
-    rotate(&mut camera.look_at_m);
-    rotate(&mut camera.up);
+    for vector in [
+        &mut camera.position_m,
+        &mut camera.look_at_m,
+        &mut camera.up,
+    ] {
+        rotate(vector);
+    }
     for light in &mut scene.lights {
-        match light {
-            Light::Point { position_m, .. } => rotate(position_m),
-            Light::Spot {
-                position_m,
-                direction,
-                ..
-            } => {
-                rotate(position_m);
-                rotate(direction);
-            }
-            Light::Directional { direction, .. } => rotate(direction),
+        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = light {
+            rotate(position_m);
+        }
+        if let Light::Spot { direction, .. } | Light::Directional { direction, .. } = light {
+            rotate(direction);
         }
     }
     scene
@@ -299,26 +273,37 @@ pub fn lit_by(scene: &Scene, lights: Vec<Light>) -> Scene {
 
 /// The scene with a plain sum over an RSM.
 pub fn with_sum(scene: &Scene, sum: VplSum, rsm_size: u32) -> Scene {
-    Scene {
-        indirect: Some(IndirectLight::vpl_sum(sum, rsm_size)),
-        ..scene.clone()
-    }
+    with_indirect(scene, IndirectLight::vpl_sum(sum, rsm_size))
 }
 
 /// The scene with final gathering.
 pub fn with_rays(scene: &Scene, target_error: f64) -> Scene {
+    with_indirect(scene, IndirectLight::final_gather(target_error))
+}
+
+/// The scene with each way to compute indirect light, and its name.
+pub fn with_each_estimator(
+    scene: &Scene,
+    rsm_size: u32,
+    target_error: f64,
+) -> [(&'static str, Scene); 3] {
+    let sums = VplSum::ALL.map(|sum| IndirectLight::vpl_sum(sum, rsm_size));
+    [sums[0], sums[1], IndirectLight::final_gather(target_error)]
+        .map(|indirect| (indirect.name(), with_indirect(scene, indirect)))
+}
+
+fn with_indirect(scene: &Scene, indirect: IndirectLight) -> Scene {
     Scene {
-        indirect: Some(IndirectLight::final_gather(target_error)),
+        indirect: Some(indirect),
         ..scene.clone()
     }
 }
 
 /// The scene with another way to find shadows.
 pub fn with_shadow(scene: &Scene, shadow: Shadow) -> Scene {
+    let shadow = Some(shadow);
     Scene {
-        direct: Direct {
-            shadow: Some(shadow),
-        },
+        direct: Direct { shadow },
         ..scene.clone()
     }
 }

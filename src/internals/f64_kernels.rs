@@ -3,40 +3,14 @@
 //! The difference between a frame and what these give is the *kernel error*: rounding, and nothing else. How far the formulas
 //! are from the light that arrives, the *model error*, is another question.
 
-use std::thread;
+use rayon::prelude::*;
 
-use super::{Intermediates, LightIntermediates, SurfacePoint};
+use super::{Intermediates, LightIntermediates};
 use crate::{
     Scene,
-    model::{self, Brdf, Receiver, Vpl},
+    model::{self, Receiver, Vpl},
     scene::{Bands, Light, VplSum},
 };
-
-/// f_P of a point of the G-buffer, or f_Q of one of an RSM.
-pub fn brdf(point: &SurfacePoint) -> Brdf {
-    Brdf {
-        kd: point.kd,
-        ks: point.ks,
-        shininess: point.shininess,
-    }
-}
-
-/// L_{P→C} of one light per pixel in W/sr/m², with V = 1; 0 for the background. Row by row from the top.
-pub fn unshadowed_direct(scene: &Scene, light: &Light, kept: &Intermediates) -> Vec<Bands> {
-    let camera_m = scene.camera.position_m;
-    let shade = |point: &Option<SurfacePoint>| {
-        point.map_or([0.0; 3], |point| {
-            model::direct_radiance(
-                light,
-                &brdf(&point),
-                point.position_m,
-                point.normal,
-                camera_m,
-            )
-        })
-    };
-    kept.gbuffer.iter().map(shade).collect()
-}
 
 /// The VPLs of a light: one for each texel of its RSM that shows a surface and lies in the emission domain.
 pub fn vpls(light: &Light, kept: &LightIntermediates) -> Vec<Vpl> {
@@ -50,7 +24,7 @@ pub fn vpls(light: &Light, kept: &LightIntermediates) -> Vec<Vpl> {
                 position_m: seen.point.position_m,
                 normal: seen.point.normal,
                 to_light: model::direction_to_light(light, seen.point.position_m),
-                brdf: brdf(&seen.point),
+                brdf: seen.point.brdf,
                 irradiance_facing_w_m2: intensity.map(|i| i * seen.irradiance_per_intensity),
                 incident_power_w: kept.domain.incident_power_w(emission),
                 domain_share: emission.measure / total,
@@ -76,7 +50,7 @@ pub fn indirect_at(
 ) -> Vec<Bands> {
     let lights = scene.lights.iter().zip(&kept.lights);
     let vpls: Vec<Vpl> = lights.flat_map(|(light, kept)| vpls(light, kept)).collect();
-    let shade = |pixel: usize| {
+    let shade = |&pixel: &usize| {
         let Some(point) = kept.gbuffer.get(pixel).copied().flatten() else {
             return [0.0; 3];
         };
@@ -84,22 +58,9 @@ pub fn indirect_at(
             position_m: point.position_m,
             normal: point.normal,
             to_camera: (scene.camera.position_m - point.position_m).normalize_or_zero(),
-            brdf: brdf(&point),
+            brdf: point.brdf,
         };
         model::indirect_radiance(sum, &vpls, &receiver, |_| true)
     };
-    let mut radiance = vec![[0.0; 3]; pixels.len()];
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    let share = pixels.len().div_ceil(threads).max(1);
-    thread::scope(|scope| {
-        for (radiance, pixels) in radiance.chunks_mut(share).zip(pixels.chunks(share)) {
-            let shade = &shade;
-            scope.spawn(move || {
-                for (radiance, &pixel) in radiance.iter_mut().zip(pixels) {
-                    *radiance = shade(pixel);
-                }
-            });
-        }
-    });
-    radiance
+    pixels.par_iter().map(shade).collect()
 }

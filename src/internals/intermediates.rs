@@ -7,8 +7,8 @@ use crate::{
     Device, LocalSpace, Result, ShadowPlan,
     emission::{EmissionDomain, Projection},
     frame::Lights,
+    model::Brdf,
     passes::{Context, gbuffer::GBuffer},
-    scene::Bands,
     vulkan::{Image, Readback},
 };
 
@@ -31,9 +31,7 @@ pub struct SurfacePoint {
     pub normal: DVec3,
     /// Unit normal of the triangle, on the side that is seen, within 1.1e-3 rad.
     pub geometric_normal: DVec3,
-    pub kd: Bands,
-    pub ks: Bands,
-    pub shininess: f64,
+    pub brdf: Brdf,
 }
 
 /// What was kept of one light.
@@ -60,56 +58,23 @@ pub struct RsmTexel {
     pub irradiance_per_intensity: f64,
 }
 
-impl Intermediates {
-    pub(super) fn read_gbuffer(
-        &mut self,
-        device: &Device,
-        gbuffer: &GBuffer,
-        space: &LocalSpace,
-    ) -> Result<()> {
-        let images = read_images(device, &gbuffer.colors())?;
-        self.space = *space;
-        self.gbuffer = (0..images[0].len())
-            .map(|i| {
-                let (position, normal) = (images[0][i], images[1][i]);
-                let ks = images.get(3).map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]);
-                (position[3] != 0.0)
-                    .then(|| surface_point(space, position, normal, normal[3], images[2][i], ks))
-            })
-            .collect();
-        Ok(())
-    }
-}
-
 impl LightIntermediates {
     pub(super) fn read(context: &Context, lights: &Lights, index: usize) -> Result<Self> {
         let Context { device, space, .. } = *context;
         let (light, rsm_images, shadow_map) = lights.light(index)?;
         let mut rsm = Vec::new();
         if let Some(images) = rsm_images {
-            let read = read_images(device, &images.colors())?;
-            let is_parallel = light.domain.projection == Projection::Orthographic;
-            let unit = if is_parallel {
-                1.0
-            } else {
-                space.metres_per_unit.powi(2)
+            let images = read_images(device, &images.colors())?;
+            let unit = match light.domain.projection {
+                Projection::Orthographic => 1.0,
+                Projection::Perspective => space.metres_per_unit.powi(2),
             };
-            rsm = (0..light.texel_count as usize)
-                .map(|i| {
-                    let position = read[0][i];
-                    (position[3] >= 0.0).then(|| RsmTexel {
-                        point: surface_point(
-                            space,
-                            position,
-                            read[1][i],
-                            read[1][i][3],
-                            read[2][i],
-                            read.get(3).map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]),
-                        ),
-                        irradiance_per_intensity: f64::from(read[2][i][3]) / unit,
-                    })
+            rsm.extend((0..light.texel_count as usize).map(|i| {
+                (images[0][i][3] >= 0.0).then(|| RsmTexel {
+                    point: surface_point(space, &images, i),
+                    irradiance_per_intensity: f64::from(images[2][i][3]) / unit,
                 })
-                .collect();
+            }));
         }
         let shadow_map = match light.plan.shadow {
             ShadowPlan::Rsm { .. } => rsm_images.map(|rsm| &rsm.position),
@@ -136,6 +101,17 @@ impl LightIntermediates {
     }
 }
 
+/// [`Intermediates::gbuffer`]
+pub(super) fn read_gbuffer(
+    device: &Device,
+    gbuffer: &GBuffer,
+    space: &LocalSpace,
+) -> Result<Vec<Option<SurfacePoint>>> {
+    let images = read_images(device, &gbuffer.colors())?;
+    let seen = |i: usize| (images[0][i][3] != 0.0).then(|| surface_point(space, &images, i));
+    Ok((0..images[0].len()).map(seen).collect())
+}
+
 /// The pixels of images of one shape.
 fn read_images(device: &Device, images: &[&Image]) -> Result<Vec<Vec<[f32; 4]>>> {
     let Some(first) = images.first() else {
@@ -148,21 +124,21 @@ fn read_images(device: &Device, images: &[&Image]) -> Result<Vec<Vec<[f32; 4]>>>
         .collect()
 }
 
-fn surface_point(
-    space: &LocalSpace,
-    [x, y, z, _]: [f32; 4],
-    [nx, ny, nz, _]: [f32; 4],
-    packed_normal: f32,
-    [r, g, b, _]: [f32; 4],
-    [kr, kg, kb, shininess]: [f32; 4],
-) -> SurfacePoint {
+/// A pixel of the images of a G-buffer or an RSM.
+fn surface_point(space: &LocalSpace, images: &[Vec<[f32; 4]>], i: usize) -> SurfacePoint {
+    let [x, y, z, _] = images[0][i];
+    let [nx, ny, nz, packed_normal] = images[1][i];
+    let [r, g, b, _] = images[2][i];
+    let [kr, kg, kb, shininess] = images.get(3).map_or([0.0, 0.0, 0.0, 1.0], |ks| ks[i]);
     SurfacePoint {
         position_m: space.to_world([x, y, z]),
         normal: DVec3::from([nx, ny, nz].map(f64::from)).normalize_or_zero(),
         geometric_normal: unpack_direction(packed_normal),
-        kd: [r, g, b].map(f64::from),
-        ks: [kr, kg, kb].map(f64::from),
-        shininess: shininess.into(),
+        brdf: Brdf {
+            kd: [r, g, b].map(f64::from),
+            ks: [kr, kg, kb].map(f64::from),
+            shininess: shininess.into(),
+        },
     }
 }
 

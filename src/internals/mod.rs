@@ -4,13 +4,18 @@ pub mod f64_kernels;
 mod intermediates;
 #[cfg(feature = "test-hooks")]
 pub mod ray_probe;
-mod shuffle;
 
 pub use intermediates::{Intermediates, LightIntermediates, RsmTexel, SurfacePoint};
 
 pub use crate::lattice::rank1;
 
-use crate::{RenderOptions, Renderer, Result, Scene, frame::BufferPool, output::Frame};
+use crate::{
+    Device, RenderOptions, Renderer, Result, Scene,
+    frame::BufferPool,
+    output::Frame,
+    passes::{gather::ListedVpls, vpl::VplLists},
+    vulkan::{Buffer, Readback, Recorder},
+};
 
 impl Renderer {
     /// Renders a frame and keeps what its passes hand to each other. Everything is made anew.
@@ -22,16 +27,19 @@ impl Renderer {
         scene: &Scene,
         options: &mut RenderOptions,
     ) -> Result<(Frame, Intermediates)> {
-        let mut intermediates = Intermediates::default();
-        let drawn = self.draw_observed(scene, options, &mut |context, lights, index| {
-            let light = LightIntermediates::read(context, lights, index)?;
-            intermediates.lights.push(light);
+        let mut lights = Vec::new();
+        let drawn = self.draw_observed(scene, options, &mut |context, of_frame, index| {
+            lights.push(LightIntermediates::read(context, of_frame, index)?);
             Ok(())
         })?;
-        let device = &self.device;
-        intermediates.read_gbuffer(device, &drawn.images.gbuffer, &drawn.space)?;
-        let frame = drawn.read(device, BufferPool::default())?;
-        Ok((frame, intermediates))
+        let space = drawn.space;
+        let gbuffer = intermediates::read_gbuffer(&self.device, &drawn.images.gbuffer, &space)?;
+        let kept = Intermediates {
+            space,
+            gbuffer,
+            lights,
+        };
+        Ok((drawn.read(&self.device, BufferPool::default())?, kept))
     }
 
     /// Renders a frame whose plain sums take the VPLs of each light in an order that `seed` decides, to see what the order makes of
@@ -45,15 +53,38 @@ impl Renderer {
         options: &mut RenderOptions,
         seed: u64,
     ) -> Result<Frame> {
-        let drawn = self.draw_observed(scene, options, &mut |context, lights, index| match (
-            &lights.vpls,
-            lights.vpls_of(index),
-        ) {
-            (Some(vpls), Some(listed)) if !context.plan.has_final_gather() => {
-                shuffle::shuffle(context.device, vpls, listed, seed)
+        let drawn = self.draw_observed(scene, options, &mut |context, lights, index| {
+            if let (Some(vpls), Some(listed)) = (&lights.vpls, lights.vpls_of(index))
+                && !context.plan.has_final_gather()
+            {
+                shuffle(context.device, vpls, listed, seed)?;
             }
-            _ => Ok(()),
+            Ok(())
         })?;
         drawn.read(&self.device, BufferPool::default())
     }
+}
+
+/// Puts a light's VPLs, matte and glossy, into an order that a seed decides.
+fn shuffle(device: &Device, vpls: &VplLists, listed: ListedVpls, seed: u64) -> Result<()> {
+    let lists = [
+        (Some(&vpls.matte), listed.lengths.matte),
+        (vpls.glossy.as_ref(), listed.lengths.glossy),
+    ];
+    for (list, length) in lists {
+        let Some(list) = list else { continue };
+        let mut readback = Readback::new(device, list.shape)?;
+        let mut texels = readback.pixels(list)?.to_vec();
+        let texels_per_layer = texels.len() / list.shape.layer_count() as usize;
+        for layer in texels.chunks_exact_mut(texels_per_layer) {
+            let of_light = &mut layer[listed.first as usize..][..length as usize];
+            // A VPL has a texel in each layer: all of them in the same order.
+            fastrand::Rng::with_seed(seed).shuffle(of_light);
+        }
+        let buffer = Buffer::upload(device, "shuffled VPLs", &texels)?;
+        let mut recorder = Recorder::new(device, 1)?;
+        recorder.copy_to_image(&buffer, list);
+        recorder.submit()?;
+    }
+    Ok(())
 }

@@ -4,13 +4,12 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::scene::Bands;
-
 /// f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s (Lafortune & Willems 1994).
 #[derive(Debug, Clone, Copy)]
 pub struct Brdf {
-    pub kd: Bands,
-    pub ks: Bands,
+    /// Band by band, like all light here.
+    pub kd: DVec3,
+    pub ks: DVec3,
     pub shininess: f64,
 }
 
@@ -27,36 +26,27 @@ pub struct Lobes {
 
 impl Brdf {
     pub fn is_black(&self) -> bool {
-        self.kd == [0.0; 3] && self.ks == [0.0; 3]
+        self.kd == DVec3::ZERO && self.ks == DVec3::ZERO
     }
 
     /// f(l, n, v), 1/sr; unit vectors.
-    pub fn eval(&self, l: DVec3, n: DVec3, v: DVec3) -> Bands {
-        let diffuse = self.kd.map(|kd| kd / PI);
-        if self.ks == [0.0; 3] {
+    pub fn eval(&self, l: DVec3, n: DVec3, v: DVec3) -> DVec3 {
+        let diffuse = self.kd / PI;
+        if self.ks == DVec3::ZERO {
             return diffuse;
         }
-        let cosine = mirror(l, n).dot(v);
-        let lobe = if cosine > 0.0 {
-            (self.shininess + 2.0) / TAU * cosine.powf(self.shininess)
-        } else {
-            0.0
-        };
-        std::array::from_fn(|band| diffuse[band] + self.ks[band] * lobe)
+        let lobe = (self.shininess + 2.0) / TAU * phong(mirror(l, n).dot(v), self.shininess);
+        diffuse + self.ks * lobe
     }
 
     pub fn lobes(&self, n: DVec3, v: DVec3) -> Lobes {
-        let diffuse: f64 = self.kd.iter().sum();
-        let specular: f64 = self.ks.iter().sum();
+        let (diffuse, specular) = (self.kd.element_sum(), self.ks.element_sum());
         Lobes {
             normal: n,
             mirror: mirror(v, n),
             shininess: self.shininess,
-            specular_share: if specular > 0.0 {
-                specular / (diffuse + specular)
-            } else {
-                0.0
-            },
+            // 0 for a black surface, too.
+            specular_share: specular / (diffuse + specular).max(f64::MIN_POSITIVE),
         }
     }
 }
@@ -74,16 +64,21 @@ impl Lobes {
 
     /// Probability density of [`Lobes::sample`], 1/sr.
     pub fn density(&self, direction: DVec3) -> f64 {
-        let cosine = self.normal.dot(direction).max(0.0);
-        let mut density = (1.0 - self.specular_share) * cosine / PI;
-        if self.specular_share > 0.0 {
-            let cosine = self.mirror.dot(direction);
-            if cosine > 0.0 {
-                density += self.specular_share * (self.shininess + 1.0) / TAU
-                    * cosine.powf(self.shininess);
-            }
+        let diffuse = (1.0 - self.specular_share) * self.normal.dot(direction).max(0.0) / PI;
+        if self.specular_share == 0.0 {
+            return diffuse;
         }
-        density
+        let lobe = phong(self.mirror.dot(direction), self.shininess);
+        diffuse + self.specular_share * (self.shininess + 1.0) / TAU * lobe
+    }
+}
+
+/// max(0, cosine)^s, which is 0 below the horizon of the lobe for s = 0, too.
+fn phong(cosine: f64, shininess: f64) -> f64 {
+    if cosine > 0.0 {
+        cosine.powf(shininess)
+    } else {
+        0.0
     }
 }
 

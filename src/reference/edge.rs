@@ -14,10 +14,11 @@ const PLANE_ROUNDING: f64 = 1e-6;
 
 /// Whether the places next to a point of the image plane do not all show what that point shows.
 pub fn is_edge(transport: &Transport, [x_px, y_px]: [f64; 2], centre: Option<&Hit>) -> bool {
-    let camera = &transport.scene().camera;
+    let camera = &transport.surfaces.scene.camera;
     let origin = transport.to_local(camera.position_m);
     let surface_at = |hit: &Hit, [x_px, y_px]: [f64; 2]| {
-        transport.surface_at(hit, view_ray(camera, x_px, y_px).0)
+        let direction = view_ray(camera, x_px, y_px).0;
+        transport.surfaces.at(hit, direction)
     };
     let mut at_centre = None;
     let steps = [
@@ -37,7 +38,7 @@ pub fn is_edge(transport: &Transport, [x_px, y_px]: [f64; 2], centre: Option<&Hi
             return false;
         }
         let [mesh_and_material, of_near] =
-            [centre.triangle, near.triangle].map(|triangle| transport.mesh_and_material(triangle));
+            [centre, &near].map(|hit| transport.surfaces.mesh_and_material(hit.triangle));
         let at_centre = at_centre.get_or_insert_with(|| surface_at(centre, [x_px, y_px]));
         mesh_and_material != of_near || !is_continued(at_centre, &surface_at(&near, near_px))
     })

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use super::{Reference, RoundProgress};
+use super::Reference;
 use crate::{Result, Scene};
 
 /// Rounds that a goal is cut into. Few and large ones have the least error, for the points of a round know of each other;
@@ -41,7 +41,7 @@ impl Reference {
     pub fn start(
         scene: &Scene,
         goal: Goal,
-        progress: &mut dyn FnMut(RoundProgress) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(f32) -> ControlFlow<()>,
     ) -> Result<Reference> {
         let mut reference = Reference::new(scene, PILOT_SAMPLES_PER_ROUND)?;
         let samples_per_pixel = match goal {
@@ -57,54 +57,50 @@ impl Reference {
                 (rounds * f64::from(PILOT_SAMPLES_PER_ROUND) * growth) as u32
             }
         };
-        let samples_per_round = reference.round_for(samples_per_pixel);
-        reference.set_samples_per_round(samples_per_round);
+        reference.samples_per_round = reference.round_for(samples_per_pixel);
+        reference.rounds = 0;
+        for pixel in &mut reference.pixels {
+            pixel.indirect = Default::default();
+        }
         Ok(reference)
     }
 
     /// The power of two that cuts so many samples into enough rounds of a bearable length.
     fn round_for(&self, samples_per_pixel: u32) -> u32 {
-        let paths_per_sample = self.paths_per_round() / u64::from(self.samples_per_round());
+        let paths_per_sample = self.paths_per_round() / u64::from(self.samples_per_round);
         let bearable = MOST_PATHS_PER_ROUND / paths_per_sample.max(1);
-        let most = u64::from(samples_per_pixel / ROUNDS).min(bearable);
-        let most = most.clamp(
-            FEWEST_SAMPLES_PER_ROUND.into(),
-            MOST_SAMPLES_PER_ROUND.into(),
-        );
-        1 << most.ilog2()
+        let most = bearable.min(MOST_SAMPLES_PER_ROUND.into()) as u32;
+        let samples = (samples_per_pixel / ROUNDS).min(most);
+        1 << samples.max(FEWEST_SAMPLES_PER_ROUND).ilog2()
     }
 
     /// Share of the way to the goal, 0 to 1; 1 where it is reached.
     pub fn progress_to(&self, goal: Goal) -> f64 {
-        self.progress_with(goal, self.rounds())
+        self.progress_with(goal, self.rounds)
     }
 
     /// The same after the next round, as far as that can be said: noise falls with the root of the number of rounds.
     pub fn progress_after_round(&self, goal: Goal) -> f64 {
-        self.progress_with(goal, self.rounds() + 1)
+        self.progress_with(goal, self.rounds + 1)
     }
 
     fn progress_with(&self, goal: Goal, rounds: u32) -> f64 {
+        let by_rounds = |due: u32| f64::from(rounds) / f64::from(due);
         let share = match goal {
             Goal::SamplesPerPixel(samples) => {
-                f64::from(rounds) * f64::from(self.samples_per_round()) / f64::from(samples.max(1))
+                by_rounds(samples.max(1)) * f64::from(self.samples_per_round)
             }
             Goal::StandardError(_) if self.has_no_indirect_light() => {
-                f64::from(rounds) / f64::from(FEWEST_ROUNDS_FOR_ERROR)
+                by_rounds(FEWEST_ROUNDS_FOR_ERROR)
             }
             Goal::StandardError(target) => {
-                let by_error = self
-                    .relative_standard_error()
-                    .map_or(0.0, |error| (target / error).powi(2))
-                    * f64::from(rounds)
-                    / f64::from(self.rounds().max(1));
-                let by_rounds = f64::from(rounds) / f64::from(FEWEST_ROUNDS_FOR_ERROR);
-                by_error.min(by_rounds)
+                let error = self.relative_standard_error();
+                let by_error = error.map_or(0.0, |error| (target / error).powi(2));
+                let by_error = by_error * by_rounds(self.rounds.max(1));
+                by_error.min(by_rounds(FEWEST_ROUNDS_FOR_ERROR))
             }
         };
-        share
-            .min(f64::from(rounds) / f64::from(FEWEST_ROUNDS))
-            .min(1.0)
+        share.min(by_rounds(FEWEST_ROUNDS)).min(1.0)
     }
 
     /// Whether the goal is reached.

@@ -4,11 +4,8 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use glam::DVec3;
 
-use super::{
-    brdf::around,
-    rays::{NO_TRIANGLE, Ray},
-};
-use crate::scene::{Bands, Light, SpotCone};
+use super::{brdf::around, rays::Ray};
+use crate::scene::{Bands, Light};
 
 /// Radius of a sphere around the local space.
 const SCENE_RADIUS: f64 = 1.733;
@@ -28,11 +25,11 @@ pub enum Emitter {
         inner_rad: f64,
         outer_rad: f64,
         /// I_0 over the local unit squared: I_0/d² is W/m².
-        intensity: Bands,
+        intensity: DVec3,
     },
     Parallel {
         travel: DVec3,
-        irradiance: Bands,
+        irradiance: DVec3,
     },
 }
 
@@ -42,7 +39,7 @@ pub struct Illumination {
     /// Unit vector to the light.
     pub to_light: DVec3,
     /// Irradiance of a surface that faces the light, W/m².
-    pub facing: Bands,
+    pub facing: DVec3,
     /// Density of [`Emitter::sample`] over a surface that faces the light, per square unit.
     pub density: f64,
     /// To just before the light.
@@ -51,41 +48,38 @@ pub struct Illumination {
 
 impl Emitter {
     pub fn new(light: &Light, to_local: impl Fn(DVec3) -> DVec3, metres_per_unit: f64) -> Emitter {
+        let lamp = |position_m: DVec3, axis: DVec3, half_angles_rad: [f64; 2], power_w: Bands| {
+            let solid_angle = weighted_solid_angle(half_angles_rad) * metres_per_unit.powi(2);
+            let [inner_rad, outer_rad] = half_angles_rad;
+            Emitter::Cone {
+                position: to_local(position_m),
+                axis,
+                inner_rad,
+                outer_rad,
+                intensity: DVec3::from(power_w) / solid_angle,
+            }
+        };
         match *light {
             Light::Point {
                 position_m,
                 power_w,
-            } => Emitter::Cone {
-                position: to_local(position_m),
-                axis: DVec3::Z,
-                inner_rad: PI,
-                outer_rad: PI,
-                intensity: power_w
-                    .map(|power| power / (4.0 * PI) / metres_per_unit / metres_per_unit),
-            },
+            } => lamp(position_m, DVec3::Z, [PI; 2], power_w),
             Light::Spot {
                 position_m,
                 direction,
                 cone,
                 power_w,
             } => {
-                let weighted_solid_angle = weighted_solid_angle(cone);
-                Emitter::Cone {
-                    position: to_local(position_m),
-                    axis: direction.normalize(),
-                    inner_rad: cone.inner_half_angle_deg.to_radians(),
-                    outer_rad: cone.outer_half_angle_deg.to_radians(),
-                    intensity: power_w.map(|power| {
-                        power / weighted_solid_angle / metres_per_unit / metres_per_unit
-                    }),
-                }
+                let half_angles_deg = [cone.inner_half_angle_deg, cone.outer_half_angle_deg];
+                let half_angles_rad = half_angles_deg.map(f64::to_radians);
+                lamp(position_m, direction.normalize(), half_angles_rad, power_w)
             }
             Light::Directional {
                 direction,
                 irradiance_w_m2,
             } => Emitter::Parallel {
                 travel: direction.normalize(),
-                irradiance: irradiance_w_m2,
+                irradiance: irradiance_w_m2.into(),
             },
         }
     }
@@ -120,7 +114,7 @@ impl Emitter {
                 };
                 (falloff > 0.0).then(|| Illumination {
                     to_light,
-                    facing: intensity.map(|intensity| intensity * falloff / distance_squared),
+                    facing: intensity * falloff / distance_squared,
                     density: 1.0 / (cap_solid_angle(outer_rad) * distance_squared),
                     distance: distance - clearance(position),
                 })
@@ -153,13 +147,7 @@ impl Emitter {
                 (position + clearance(position) * direction, direction)
             }
         };
-        Ray {
-            origin,
-            direction,
-            end: f64::INFINITY,
-            from_triangle: NO_TRIANGLE,
-            to_triangle: NO_TRIANGLE,
-        }
+        Ray::half_line(origin, direction)
     }
 }
 
@@ -184,30 +172,17 @@ fn cap_solid_angle(theta_rad: f64) -> f64 {
     4.0 * PI * half_sine * half_sine
 }
 
-/// ∫ s(θ) dω: the cap within θ_i, and the rest by Gauss-Legendre quadrature, whose integrand is smooth and keeps its digits for
-/// narrow cones because it is a sum of like signs.
-fn weighted_solid_angle(cone: SpotCone) -> f64 {
-    // Nodes and weights of five points on −1 to 1 (Abramowitz & Stegun 25.4.30).
-    const NODES: [(f64, f64); 3] = [
-        (0.0, 0.568_888_888_888_888_9),
-        (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
-        (0.906_179_845_938_664, 0.236_926_885_056_189_1),
-    ];
-    const PARTS: usize = 32;
-    let inner_rad = cone.inner_half_angle_deg.to_radians();
-    let outer_rad = cone.outer_half_angle_deg.to_radians();
-    let half_part = 0.5 * (outer_rad - inner_rad) / PARTS as f64;
-    let ring = |theta: f64| falloff(theta, inner_rad, outer_rad) * theta.sin();
-    let penumbra: f64 = (0..PARTS)
-        .map(|part| {
-            let middle = inner_rad + half_part * (2 * part + 1) as f64;
-            let pairs = NODES[1..].iter().map(|(node, weight)| {
-                weight * (ring(middle - half_part * node) + ring(middle + half_part * node))
-            });
-            half_part * (NODES[0].1 * ring(middle) + pairs.sum::<f64>())
-        })
-        .sum();
-    cap_solid_angle(inner_rad) + TAU * penumbra
+/// ∫ s(θ) dω: the cap within θ_i, and the rest by Simpson's rule, whose integrand is smooth and keeps its digits for narrow
+/// cones because it is a sum of like signs.
+fn weighted_solid_angle([inner_rad, outer_rad]: [f64; 2]) -> f64 {
+    const PARTS: u32 = 1024;
+    let half_part = 0.5 * (outer_rad - inner_rad) / f64::from(PARTS);
+    let ring = |half_parts: u32| {
+        let theta = inner_rad + half_part * f64::from(half_parts);
+        falloff(theta, inner_rad, outer_rad) * theta.sin()
+    };
+    let parts = (0..PARTS).map(|i| ring(2 * i) + 4.0 * ring(2 * i + 1) + ring(2 * i + 2));
+    cap_solid_angle(inner_rad) + TAU * half_part / 3.0 * parts.sum::<f64>()
 }
 
 /// Angle between unit vectors, rad; also small ones keep their digits.

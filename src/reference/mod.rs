@@ -48,13 +48,6 @@ pub struct Reference {
     wall_milliseconds: f64,
 }
 
-/// How far a round is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RoundProgress {
-    /// Share of the round that is done, 0 to 1.
-    pub fraction: f32,
-}
-
 impl Reference {
     /// Finds what each pixel sees and its direct light. There is no indirect light before the first round. Rounds have a
     /// power of two of samples, 65 536 at most; other sizes are rounded up to one. [`Reference::start`] chooses.
@@ -154,20 +147,6 @@ impl Reference {
         self.rounds
     }
 
-    /// Samples of a round in each pixel.
-    pub fn samples_per_round(&self) -> u32 {
-        self.samples_per_round
-    }
-
-    /// Begins anew with rounds of another size.
-    fn set_samples_per_round(&mut self, samples_per_round: u32) {
-        self.samples_per_round = samples_per_round;
-        self.rounds = 0;
-        for pixel in &mut self.pixels {
-            pixel.indirect = Default::default();
-        }
-    }
-
     /// Samples of the indirect light in each pixel so far.
     pub fn samples_per_pixel(&self) -> u32 {
         self.rounds.saturating_mul(self.samples_per_round)
@@ -202,14 +181,12 @@ impl Reference {
         (square > 0.0).then(|| (variance / square).sqrt())
     }
 
-    /// Adds a round to every pixel. The image does not depend on the number of threads.
+    /// Adds a round to every pixel, and reports the share of it that is done, 0 to 1. The image does not depend on the number of
+    /// threads.
     ///
     /// # Errors
     /// [`Error::Cancelled`] when `progress` breaks: the image is as it was before the round.
-    pub fn add_round(
-        &mut self,
-        progress: &mut dyn FnMut(RoundProgress) -> ControlFlow<()>,
-    ) -> Result<()> {
+    pub fn add_round(&mut self, progress: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<()> {
         let start = Instant::now();
         let (round, samples) = (self.rounds, self.samples_per_round);
         let transport = &self.transport;
@@ -222,7 +199,7 @@ impl Reference {
                 pixel.sample_round(transport, samples, (first + i) as u32, round)
             }));
             let fraction = means.len() as f32 / self.pixels.len() as f32;
-            if progress(RoundProgress { fraction }).is_break() {
+            if progress(fraction).is_break() {
                 return Err(Error::Cancelled);
             }
         }
@@ -238,55 +215,33 @@ impl Reference {
 
     /// The image so far: the layers of a rendered frame, the pixels on edges and, from two rounds on, the standard error of the indirect light.
     pub fn frame(&self) -> Frame {
-        let float = |value: &dyn Fn(&Pixel) -> [f64; 3]| {
-            let values = self.pixels.iter().flat_map(value);
-            LayerData::Float(values.map(|value| value as f32).collect())
-        };
-        let scalar = |value: &dyn Fn(&Pixel) -> f64| {
-            LayerData::Float(
-                self.pixels
-                    .iter()
-                    .map(|pixel| value(pixel) as f32)
-                    .collect(),
-            )
-        };
-        let id =
-            |value: &dyn Fn(&Pixel) -> u32| LayerData::Id(self.pixels.iter().map(value).collect());
         let indirect = |pixel: &Pixel| pixel.indirect.map(|moments| moments.mean);
-        let to_world = |pixel: &Pixel| {
-            let position = pixel.point.as_ref().map(|point| point.surface.position);
-            position.map_or([0.0; 3], |p| self.transport.to_world_m(p).to_array())
+        let radiance = |pixel: &Pixel| {
+            let indirect = indirect(pixel);
+            [0, 1, 2].map(|band| pixel.direct[band] + indirect[band])
         };
+        let seen = |pixel: &Pixel| pixel.point.as_ref().map(|point| point.surface);
+        let position = |pixel: &Pixel| {
+            let local = seen(pixel).map(|surface| surface.position);
+            local.map_or([0.0; 3], |p| self.transport.to_world_m(p).to_array())
+        };
+        let normal = |pixel: &Pixel| seen(pixel).map_or([0.0; 3], |seen| seen.normal.to_array());
         let mut layers = vec![
-            (
-                Layer::Radiance,
-                float(&|pixel| {
-                    let indirect = indirect(pixel);
-                    std::array::from_fn(|band| pixel.direct[band] + indirect[band])
-                }),
-            ),
-            (Layer::Direct, float(&|pixel| pixel.direct)),
-            (Layer::Indirect, float(&indirect)),
-            (Layer::Position, float(&to_world)),
-            (
-                Layer::Normal,
-                float(&|pixel| {
-                    let point = pixel.point.as_ref();
-                    point.map_or([0.0; 3], |point| point.surface.normal.to_array())
-                }),
-            ),
-            (Layer::Depth, scalar(&|pixel| pixel.depth_m)),
-            (Layer::Range, scalar(&|pixel| pixel.range_m)),
-            (Layer::InstanceId, id(&|pixel| pixel.mesh_id)),
-            (Layer::MaterialId, id(&|pixel| pixel.material_id)),
-            (Layer::Edge, id(&|pixel| pixel.is_edge.into())),
+            (Layer::Radiance, self.floats(radiance)),
+            (Layer::Direct, self.floats(|pixel| pixel.direct)),
+            (Layer::Indirect, self.floats(indirect)),
+            (Layer::Position, self.floats(position)),
+            (Layer::Normal, self.floats(normal)),
+            (Layer::Depth, self.floats(|pixel| [pixel.depth_m])),
+            (Layer::Range, self.floats(|pixel| [pixel.range_m])),
+            (Layer::InstanceId, self.ids(|pixel| pixel.mesh_id)),
+            (Layer::MaterialId, self.ids(|pixel| pixel.material_id)),
+            (Layer::Edge, self.ids(|pixel| pixel.is_edge.into())),
         ];
         if self.rounds >= 2 {
-            let standard_error = |pixel: &Pixel| {
-                let of = |moments: Moments| moments.variance_of_mean(self.rounds).sqrt();
-                pixel.indirect.map(of)
-            };
-            layers.insert(3, (Layer::StandardError, float(&standard_error)));
+            let of_mean = |moments: Moments| moments.variance_of_mean(self.rounds).sqrt();
+            let standard_error = self.floats(|pixel| pixel.indirect.map(of_mean));
+            layers.insert(3, (Layer::StandardError, standard_error));
         }
         Frame {
             resolution_px: self.scene.camera.resolution_px,
@@ -305,5 +260,14 @@ impl Reference {
                 ..FrameDescription::new(&self.scene, self.scene.hash())
             },
         }
+    }
+
+    fn floats<const N: usize>(&self, value: impl Fn(&Pixel) -> [f64; N]) -> LayerData {
+        let values = self.pixels.iter().flat_map(value);
+        LayerData::Float(values.map(|value| value as f32).collect())
+    }
+
+    fn ids(&self, value: impl Fn(&Pixel) -> u32) -> LayerData {
+        LayerData::Id(self.pixels.iter().map(value).collect())
     }
 }

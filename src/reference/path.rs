@@ -10,10 +10,10 @@ use glam::DVec3;
 use super::{
     brdf::Lobes,
     light::{Emitter, Illumination},
-    rays::{Hit, NO_TRIANGLE, Ray, Triangles},
+    rays::{Hit, Ray, Triangles},
     surface::{Surface, Surfaces},
 };
-use crate::{Scene, scene::Bands};
+use crate::Scene;
 
 /// Over the scene's size: nearer to a camera is what it lies in, but for the rounding of f64.
 const OWN_SURFACE: f64 = 1e-13;
@@ -21,9 +21,7 @@ const OWN_SURFACE: f64 = 1e-13;
 /// A scene in local space: coordinates of its surfaces lie within −1 and 1.
 #[derive(Debug)]
 pub struct Transport {
-    /// Its meshes stay in world space; here for materials, normals and textures.
-    scene: Scene,
-    surfaces: Surfaces,
+    pub surfaces: Surfaces,
     triangles: Triangles,
     emitters: Vec<Emitter>,
     origin_m: DVec3,
@@ -77,14 +75,9 @@ impl Transport {
             emitters: lights
                 .map(|light| Emitter::new(light, to_local, metres_per_unit))
                 .collect(),
-            scene: scene.clone(),
             origin_m,
             metres_per_unit,
         }
-    }
-
-    pub fn scene(&self) -> &Scene {
-        &self.scene
     }
 
     pub fn to_local(&self, world_m: DVec3) -> DVec3 {
@@ -98,68 +91,50 @@ impl Transport {
     /// What a half line meets first. A surface that its origin lies in is not in its way: rounding would decide where.
     pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let start = OWN_SURFACE / direction.length();
-        let hit = self.triangles.nearest(&Ray {
-            origin: origin + start * direction,
-            direction,
-            end: f64::INFINITY,
-            from_triangle: NO_TRIANGLE,
-            to_triangle: NO_TRIANGLE,
-        })?;
+        let ray = Ray::half_line(origin + start * direction, direction);
+        let hit = self.triangles.nearest(&ray)?;
         Some(Hit {
             distance: start + hit.distance,
             ..hit
         })
     }
 
-    /// The surface at a hit of a ray in this direction.
-    pub fn surface_at(&self, hit: &Hit, direction: DVec3) -> Surface {
-        self.surfaces.at(&self.scene, hit, direction)
-    }
-
-    /// Indices into the scene's meshes and materials.
-    pub fn mesh_and_material(&self, triangle: u32) -> [u32; 2] {
-        self.surfaces.mesh_and_material(&self.scene, triangle)
-    }
-
     fn follow(&self, ray: &Ray) -> Option<Surface> {
         let hit = self.triangles.nearest(ray)?;
-        Some(self.surface_at(&hit, ray.direction))
+        Some(self.surfaces.at(&hit, ray.direction))
     }
 
     /// L_{P→C} of all lights, W/sr/m².
-    pub fn direct(&self, receiver: &Receiver) -> Bands {
-        let mut radiance = [0.0; 3];
+    pub fn direct(&self, receiver: &Receiver) -> DVec3 {
+        let mut radiance = DVec3::ZERO;
         for emitter in &self.emitters {
             let surface = &receiver.surface;
             let sent = self.reflected(emitter, surface, receiver.to_camera);
             if let Some((sent, illumination)) = sent
                 && self.is_lit(surface, &illumination)
             {
-                add(&mut radiance, sent);
+                radiance += sent;
             }
         }
         radiance
     }
 
     /// One sample of the single bounce, W/sr/m²: its expected value is the indirect radiance from P to C.
-    pub fn indirect(&self, receiver: &Receiver, draws: &Draws) -> Bands {
-        let mut radiance = [0.0; 3];
+    pub fn indirect(&self, receiver: &Receiver, draws: &Draws) -> DVec3 {
+        let mut radiance = DVec3::ZERO;
         let p = &receiver.surface;
         let direction = receiver.lobes.sample(draws.lobe, draws.direction);
         if is_above(p, direction) {
             let ray = Ray {
-                origin: p.start(),
-                direction,
-                end: f64::INFINITY,
                 from_triangle: p.triangle,
-                to_triangle: NO_TRIANGLE,
+                ..Ray::half_line(p.start(), direction)
             };
             if let Some(q) = self.follow(&ray) {
                 for emitter in &self.emitters {
                     if let Some((contribution, illumination)) = self.bounce(receiver, &q, emitter)
                         && self.is_lit(&q, &illumination)
                     {
-                        add(&mut radiance, contribution);
+                        radiance += contribution;
                     }
                 }
             }
@@ -172,7 +147,7 @@ impl Transport {
             if let Some((contribution, _)) = self.bounce(receiver, &q, emitter)
                 && self.is_between_free(p, &q)
             {
-                add(&mut radiance, contribution);
+                radiance += contribution;
             }
         }
         radiance
@@ -185,12 +160,12 @@ impl Transport {
         receiver: &Receiver,
         q: &Surface,
         emitter: &Emitter,
-    ) -> Option<(Bands, Illumination)> {
+    ) -> Option<(DVec3, Illumination)> {
         let p = &receiver.surface;
         let offset = q.position - p.position;
         let distance_squared = offset.length_squared();
         let to_q = offset / distance_squared.sqrt();
-        if !is_above(p, to_q) || !is_above_geometrically(q, -to_q) {
+        if !is_above(p, to_q) || q.geometric_normal.dot(-to_q) <= 0.0 {
             return None;
         }
         // L_{Q→P}
@@ -201,8 +176,7 @@ impl Transport {
         let from_light = illumination.density * q.geometric_normal.dot(illumination.to_light);
         let f_p = p.brdf.eval(to_q, p.normal, receiver.to_camera);
         let scale = p.normal.dot(to_q) * area_to_angle / (from_p + from_light);
-        let contribution = std::array::from_fn(|band| f_p[band] * radiance[band] * scale);
-        Some((contribution, illumination))
+        Some((f_p * radiance * scale, illumination))
     }
 
     /// Radiance of a surface towards a unit direction by an unobstructed light: f · L_{L→P} · cosθ. `None` where it is 0.
@@ -211,7 +185,7 @@ impl Transport {
         emitter: &Emitter,
         surface: &Surface,
         to_viewer: DVec3,
-    ) -> Option<(Bands, Illumination)> {
+    ) -> Option<(DVec3, Illumination)> {
         let illumination = emitter.illuminate(surface.position)?;
         let to_light = illumination.to_light;
         if surface.brdf.is_black() || !is_above(surface, to_light) {
@@ -219,45 +193,31 @@ impl Transport {
         }
         let f = surface.brdf.eval(to_light, surface.normal, to_viewer);
         let cosine = surface.normal.dot(to_light);
-        let radiance = std::array::from_fn(|band| f[band] * illumination.facing[band] * cosine);
-        Some((radiance, illumination))
+        Some((f * illumination.facing * cosine, illumination))
     }
 
     /// V(L,P)
     fn is_lit(&self, surface: &Surface, illumination: &Illumination) -> bool {
         self.triangles.is_free(&Ray {
-            origin: surface.start(),
-            direction: illumination.to_light,
             end: illumination.distance,
             from_triangle: surface.triangle,
-            to_triangle: NO_TRIANGLE,
+            ..Ray::half_line(surface.start(), illumination.to_light)
         })
     }
 
     /// V(P,Q)
     fn is_between_free(&self, p: &Surface, q: &Surface) -> bool {
-        let origin = p.start();
+        let (start, end) = (p.start(), q.start());
         self.triangles.is_free(&Ray {
-            origin,
-            direction: q.start() - origin,
             end: 1.0,
             from_triangle: p.triangle,
             to_triangle: q.triangle,
+            ..Ray::half_line(start, end - start)
         })
     }
 }
 
 /// Whether a direction leaves on the surface's side, by both of its normals.
 fn is_above(surface: &Surface, direction: DVec3) -> bool {
-    surface.normal.dot(direction) > 0.0 && is_above_geometrically(surface, direction)
-}
-
-fn is_above_geometrically(surface: &Surface, direction: DVec3) -> bool {
-    surface.geometric_normal.dot(direction) > 0.0
-}
-
-fn add(sum: &mut Bands, value: Bands) {
-    for band in 0..3 {
-        sum[band] += value[band];
-    }
+    surface.normal.dot(direction) > 0.0 && surface.geometric_normal.dot(direction) > 0.0
 }

@@ -65,36 +65,36 @@ impl Moments {
 impl Pixel {
     /// What a point of the image plane shows.
     pub fn new(transport: &Transport, x_px: f64, y_px: f64) -> Pixel {
-        let scene = transport.scene();
+        let scene = &transport.surfaces.scene;
         let (direction, per_depth) = view_ray(&scene.camera, x_px, y_px);
         let origin = transport.to_local(scene.camera.position_m);
         let hit = transport.trace(origin, direction);
         let is_edge = is_edge(transport, [x_px, y_px], hit.as_ref());
-        let Some(hit) = hit else {
-            return Pixel {
-                point: None,
-                mesh_id: 0,
-                material_id: 0,
-                depth_m: f64::INFINITY,
-                range_m: f64::INFINITY,
-                is_edge,
-                direct: [0.0; 3],
-                indirect: [Moments::default(); 3],
-            };
+        let background = Pixel {
+            point: None,
+            mesh_id: 0,
+            material_id: 0,
+            depth_m: f64::INFINITY,
+            range_m: f64::INFINITY,
+            is_edge,
+            direct: [0.0; 3],
+            indirect: [Moments::default(); 3],
         };
-        let surface = transport.surface_at(&hit, direction);
+        let Some(hit) = hit else {
+            return background;
+        };
+        let surface = transport.surfaces.at(&hit, direction);
         let receiver = Receiver::new(surface, -direction, hit.distance);
-        let [mesh, material] = transport.mesh_and_material(hit.triangle);
+        let [mesh, material] = transport.surfaces.mesh_and_material(hit.triangle);
         let range_m = hit.distance * transport.metres_per_unit;
         Pixel {
-            direct: transport.direct(&receiver),
             point: Some(receiver),
             mesh_id: 1 + mesh,
             material_id: 1 + material,
             depth_m: range_m / per_depth,
             range_m,
-            is_edge,
-            indirect: [Moments::default(); 3],
+            direct: transport.direct(&receiver).to_array(),
+            ..background
         }
     }
 
@@ -110,7 +110,7 @@ impl Pixel {
             return [0.0; 3];
         };
         let seed = mix(index, round);
-        let mut sum = [0.0; 3];
+        let mut sum = DVec3::ZERO;
         for sample in 0..samples {
             let draw = |set: u32, seed: u32| sample_4d(sample, set, seed).map(f64::from);
             let [u0, u1, lobe, _] = draw(0, seed);
@@ -119,19 +119,14 @@ impl Pixel {
                 let [a, b, c, d] = draw(1, mix(seed, light as u32 / 2));
                 [[a, b], [c, d]][light % 2]
             };
-            let radiance = transport.indirect(
-                receiver,
-                &Draws {
-                    lobe,
-                    direction: [u0, u1],
-                    emission: &emission,
-                },
-            );
-            for band in 0..3 {
-                sum[band] += radiance[band];
-            }
+            let draws = Draws {
+                lobe,
+                direction: [u0, u1],
+                emission: &emission,
+            };
+            sum += transport.indirect(receiver, &draws);
         }
-        sum.map(|sum| sum / f64::from(samples))
+        (sum / f64::from(samples)).to_array()
     }
 }
 

@@ -1,28 +1,31 @@
-//! Rays among triangles: a tree of boxes with four children, whose boxes are f32 and whose triangles are f64.
+//! Rays among triangles: a tree of boxes in f32, and triangles in f64.
 //!
 //! Boxes only cull. They are widened by more than the rounding of f32 rays, so no hit is lost, and what is hit is decided
 //! in f64 by a watertight test: Woop, Benthin, Wald, "Watertight Ray/Triangle Intersection" (JCGT 2013).
 
-use std::time::Duration;
+use std::{fmt, time::Duration};
 
-use glam::{DVec3, Vec3A, Vec4};
-use obvhs::{BvhBuildParams, aabb::Aabb, bvh2::Bvh2, bvh2::builder::build_bvh2};
-
-/// Triangles of a leaf, tested side by side.
-const LANES: usize = 4;
+use glam::{DVec2, DVec3};
+use obvhs::{
+    BvhBuildParams,
+    aabb::Aabb,
+    bvh2::{Bvh2, builder::build_bvh2},
+    ray::{Ray as BoxRay, RayHit},
+};
 
 /// By how much the boxes are larger than what they hold, in units of the scene's size: f32 rays within the scene are
 /// off by up to 2⁻²⁴ in origin, direction and each step of the slab test.
 const BOX_SLACK: f32 = 1e-6;
 
-/// Marks a triangle that is not there, and a ray that starts on none.
-pub const NO_TRIANGLE: u32 = u32::MAX;
+/// A ray that starts on no triangle, or leads to none.
+const NO_TRIANGLE: u32 = u32::MAX;
 
 /// The triangles of a scene, coordinates within −1 and 1.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub struct Triangles {
-    nodes: Vec<Node>,
-    packs: Vec<Pack>,
+    tree: Bvh2,
+    /// In the order of the tree's leaves: corners, and place in the order in which they were given.
+    triangles: Vec<([[f64; 3]; 3], u32)>,
 }
 
 /// A segment or a half line.
@@ -50,389 +53,59 @@ pub struct Hit {
     pub weights: [f64; 3],
 }
 
-/// Up to four children.
-#[derive(Debug, Clone, Copy)]
-struct Node {
-    low: [Vec4; 3],
-    high: [Vec4; 3],
-    children: [Child; LANES],
-    /// Bits of the children that are there.
-    present: u32,
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Child {
-    Node(u32),
-    Packs { first: u32, count: u32 },
-}
-
-/// Corners by axis and lane.
-#[derive(Debug, Clone, Copy)]
-struct Pack {
-    corners: [[[f64; LANES]; 3]; 3],
-    triangles: [u32; LANES],
-}
-
 impl Triangles {
     pub fn new(corners: &[[DVec3; 3]]) -> Triangles {
-        let mut triangles = Triangles::default();
         if corners.is_empty() {
-            return triangles;
+            return Triangles::default();
         }
-        let boxes: Vec<Aabb> = corners.iter().map(bounds).collect();
+        let boxes: Vec<Aabb> = corners.iter().map(widened_bounds).collect();
         let parameters = BvhBuildParams {
-            max_prims_per_leaf: LANES as u32,
+            max_prims_per_leaf: 2,
             ..BvhBuildParams::medium_build()
         };
-        let tree = build_bvh2(&boxes, parameters, &mut Duration::default());
-        triangles.add_node(&tree, &[0], corners);
-        triangles
-    }
-
-    /// Appends the node over up to four nodes of a binary tree, of which inner ones are opened while there is room.
-    fn add_node(&mut self, tree: &Bvh2, roots: &[usize], corners: &[[DVec3; 3]]) -> u32 {
-        let mut opened = roots.to_vec();
-        while opened.len() < LANES {
-            let half_area = |&slot: &usize| tree.nodes[opened[slot]].aabb().half_area();
-            let largest = (0..opened.len())
-                .filter(|&slot| !tree.nodes[opened[slot]].is_leaf())
-                .max_by(|a, b| half_area(a).total_cmp(&half_area(b)));
-            let Some(slot) = largest else { break };
-            let first = tree.nodes[opened[slot]].first_index as usize;
-            opened[slot] = first;
-            opened.push(first + 1);
-        }
-        let index = self.nodes.len();
-        self.nodes.push(Node {
-            low: [Vec4::ZERO; 3],
-            high: [Vec4::ZERO; 3],
-            children: [Child::Node(0); LANES],
-            present: (1 << opened.len()) - 1,
-        });
-        for (slot, &binary) in opened.iter().enumerate() {
-            let source = &tree.nodes[binary];
-            let (min, max) = (source.aabb().min, source.aabb().max);
-            for axis in 0..3 {
-                self.nodes[index].low[axis][slot] = min[axis] - BOX_SLACK;
-                self.nodes[index].high[axis][slot] = max[axis] + BOX_SLACK;
-            }
-            let first = source.first_index as usize;
-            self.nodes[index].children[slot] = if source.is_leaf() {
-                let range = first..first + source.prim_count as usize;
-                self.add_packs(&tree.primitive_indices[range], corners)
-            } else {
-                Child::Node(self.add_node(tree, &[first, first + 1], corners))
-            };
-        }
-        index as u32
-    }
-
-    fn add_packs(&mut self, members: &[u32], corners: &[[DVec3; 3]]) -> Child {
-        let first = self.packs.len() as u32;
-        for members in members.chunks(LANES) {
-            let mut pack = Pack {
-                // Triangles of no area are never hit.
-                corners: [[[0.0; LANES]; 3]; 3],
-                triangles: [NO_TRIANGLE; LANES],
-            };
-            for (lane, &triangle) in members.iter().enumerate() {
-                pack.triangles[lane] = triangle;
-                for (corner, position) in corners[triangle as usize].iter().enumerate() {
-                    for axis in 0..3 {
-                        pack.corners[corner][axis][lane] = position[axis];
-                    }
-                }
-            }
-            self.packs.push(pack);
-        }
-        Child::Packs {
-            first,
-            count: self.packs.len() as u32 - first,
+        let mut tree = build_bvh2(&boxes, parameters, &mut Duration::default());
+        // Room for a search: the builder sets it before it moves nodes about.
+        tree.max_depth = depth_of(&tree);
+        let triangle = |&place: &u32| (corners[place as usize].map(|c| c.to_array()), place);
+        Triangles {
+            triangles: tree.primitive_indices.iter().map(triangle).collect(),
+            tree,
         }
     }
 
     /// The first triangle on the ray.
     pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
+        let search = Search::new(ray)?;
         let mut nearest: Option<Hit> = None;
-        self.visit(ray, |hit| {
+        let test = |_: &BoxRay, leaf: usize| {
+            let end = nearest.map_or(ray.end, |hit| hit.distance);
+            let Some(hit) = search.hit(&self.triangles[leaf], end) else {
+                return f32::INFINITY;
+            };
             nearest = Some(hit);
-            Some(hit.distance)
-        });
+            search.box_distance(hit.distance * search.length)
+        };
+        self.tree
+            .ray_traverse(search.box_ray, &mut RayHit::none(), test);
         nearest
     }
 
     /// Whether nothing is between the two ends.
     pub fn is_free(&self, ray: &Ray) -> bool {
-        let mut is_free = true;
-        self.visit(ray, |_| {
-            is_free = false;
-            None
-        });
-        is_free
-    }
-
-    /// Calls `on_hit` for hits before the ray's end, which it may move nearer; `None` ends the search.
-    fn visit(&self, ray: &Ray, mut on_hit: impl FnMut(Hit) -> Option<f64>) {
-        let Some(slabs) = Slabs::new(ray).filter(|_| !self.nodes.is_empty()) else {
-            return;
+        let Some(search) = Search::new(ray) else {
+            return true;
         };
-        let shear = Shear::new(ray);
-        let mut end = ray.end;
-        let mut stack = Stack::default();
-        stack.push(Child::Node(0), 0.0);
-        while let Some((child, entry)) = stack.pop() {
-            if f64::from(entry) + slabs.start > end {
-                continue;
-            }
-            match child {
-                Child::Node(index) => {
-                    let node = &self.nodes[index as usize];
-                    let (entries, is_hit) = slabs.meet(node, end);
-                    stack.push_sorted(&node.children, entries, is_hit);
-                }
-                Child::Packs { first, count } => {
-                    for pack in &self.packs[first as usize..(first + count) as usize] {
-                        let Some(hit) = shear.nearest(pack, ray, end) else {
-                            continue;
-                        };
-                        match on_hit(hit) {
-                            Some(nearer) => end = nearer,
-                            None => return,
-                        }
-                    }
-                }
-            }
-        }
+        let test = |_: &BoxRay, leaf: usize| match search.hit(&self.triangles[leaf], ray.end) {
+            Some(_) => f32::NEG_INFINITY,
+            None => f32::INFINITY,
+        };
+        self.tree.ray_traverse_miss(search.box_ray, test)
     }
 }
 
-/// Rounded outwards.
-fn bounds(corners: &[DVec3; 3]) -> Aabb {
-    let [a, b, c] = corners;
-    let vec3a = |v: DVec3| Vec3A::new(v.x as f32, v.y as f32, v.z as f32);
-    // The slack of the nodes covers the rounding of these.
-    Aabb::new(vec3a(a.min(*b).min(*c)), vec3a(a.max(*b).max(*c)))
-}
-
-/// Nodes to be looked at. Trees of millions of triangles are 40 levels deep; what does not fit goes to the heap.
-struct Stack {
-    near: [(Child, f32); 64],
-    len: usize,
-    spilled: Vec<(Child, f32)>,
-}
-
-impl Default for Stack {
-    fn default() -> Self {
-        Stack {
-            near: [(Child::Node(0), 0.0); 64],
-            len: 0,
-            spilled: Vec::new(),
-        }
-    }
-}
-
-impl Stack {
-    fn push(&mut self, child: Child, entry: f32) {
-        match self.near.get_mut(self.len) {
-            Some(place) => {
-                *place = (child, entry);
-                self.len += 1;
-            }
-            None => self.spilled.push((child, entry)),
-        }
-    }
-
-    fn pop(&mut self) -> Option<(Child, f32)> {
-        if let Some(spilled) = self.spilled.pop() {
-            return Some(spilled);
-        }
-        self.len = self.len.checked_sub(1)?;
-        Some(self.near[self.len])
-    }
-
-    /// The nearest child comes to the top.
-    fn push_sorted(&mut self, children: &[Child; LANES], entries: [f32; LANES], is_hit: u32) {
-        let mut hit = is_hit;
-        while hit != 0 {
-            let mut farthest = hit.trailing_zeros() as usize;
-            let mut rest = hit & (hit - 1);
-            while rest != 0 {
-                let lane = rest.trailing_zeros() as usize;
-                if entries[lane] > entries[farthest] {
-                    farthest = lane;
-                }
-                rest &= rest - 1;
-            }
-            self.push(children[farthest], entries[farthest]);
-            hit &= !(1 << farthest);
-        }
-    }
-}
-
-/// A ray in f32 for boxes, from where it enters the scene's bounds.
-struct Slabs {
-    /// Distance at which the f32 ray starts.
-    start: f64,
-    origin: [Vec4; 3],
-    inverse_direction: [Vec4; 3],
-}
-
-impl Slabs {
-    /// `None` for a ray that passes the scene by.
-    fn new(ray: &Ray) -> Option<Slabs> {
-        let inverse = ray.direction.recip();
-        let bound = DVec3::splat(1.0 + 2.0 * f64::from(BOX_SLACK));
-        // Along a face of these bounds a ray gives NaN and is culled; they are wider than the scene, so nothing is there.
-        let (a, b) = (
-            (-bound - ray.origin) * inverse,
-            (bound - ray.origin) * inverse,
-        );
-        let pick = |f: fn(f64, f64) -> f64, axis: usize| f(a[axis], b[axis]);
-        let start = (0..3).map(|axis| pick(f64::min, axis)).fold(0.0, f64::max);
-        let end = (0..3)
-            .map(|axis| pick(f64::max, axis))
-            .fold(ray.end, f64::min);
-        if start > end {
-            return None;
-        }
-        let origin = ray.origin + start * ray.direction;
-        // The smallest slope whose inverse, times a length of 2, is still finite.
-        let steep = |slope: f64| (slope as f32).abs().max(1e-37).copysign(slope as f32);
-        Some(Slabs {
-            start,
-            origin: origin.to_array().map(|value| Vec4::splat(value as f32)),
-            inverse_direction: ray
-                .direction
-                .to_array()
-                .map(|slope| Vec4::splat(steep(slope).recip())),
-        })
-    }
-
-    /// Distances from `start` at which the ray enters the children, and bits of those that it meets.
-    fn meet(&self, node: &Node, end: f64) -> ([f32; LANES], u32) {
-        let mut entry = Vec4::ZERO;
-        // To the next larger f32; what is farther than the scene is wide does not matter.
-        let mut exit = Vec4::splat(((end - self.start) as f32) * (1.0 + f32::EPSILON));
-        for axis in 0..3 {
-            let a = (node.low[axis] - self.origin[axis]) * self.inverse_direction[axis];
-            let b = (node.high[axis] - self.origin[axis]) * self.inverse_direction[axis];
-            entry = entry.max(a.min(b));
-            exit = exit.min(a.max(b));
-        }
-        (entry.to_array(), entry.cmple(exit).bitmask() & node.present)
-    }
-}
-
-/// The transform that turns a ray into the z axis.
-struct Shear {
-    axes: [usize; 3],
-    slope_x: f64,
-    slope_y: f64,
-    scale_z: f64,
-}
-
-impl Shear {
-    fn new(ray: &Ray) -> Shear {
-        let magnitude = ray.direction.abs();
-        let z = (0..3).fold(0, |most, axis| {
-            if magnitude[axis] > magnitude[most] {
-                axis
-            } else {
-                most
-            }
-        });
-        let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let [dx, dy, dz] = axes.map(|axis| ray.direction[axis]);
-        Shear {
-            axes,
-            slope_x: dx / dz,
-            slope_y: dy / dz,
-            scale_z: 1.0 / dz,
-        }
-    }
-
-    /// The nearest hit of a pack before `end`.
-    fn nearest(&self, pack: &Pack, ray: &Ray, end: f64) -> Option<Hit> {
-        let [ox, oy, oz] = self.axes.map(|axis| ray.origin[axis]);
-        let mut x = [[0.0; LANES]; 3];
-        let mut y = [[0.0; LANES]; 3];
-        let mut z = [[0.0; LANES]; 3];
-        for corner in 0..3 {
-            let [cx, cy, cz] = self.axes.map(|axis| &pack.corners[corner][axis]);
-            for lane in 0..LANES {
-                z[corner][lane] = cz[lane] - oz;
-                x[corner][lane] = (cx[lane] - ox) - self.slope_x * z[corner][lane];
-                y[corner][lane] = (cy[lane] - oy) - self.slope_y * z[corner][lane];
-            }
-        }
-        let mut weights = [[0.0; LANES]; 3];
-        for (corner, weights) in weights.iter_mut().enumerate() {
-            let (next, after) = ((corner + 1) % 3, (corner + 2) % 3);
-            for lane in 0..LANES {
-                weights[lane] = x[after][lane] * y[next][lane] - y[after][lane] * x[next][lane];
-            }
-        }
-        let mut determinant = [0.0; LANES];
-        let mut depth = [0.0; LANES];
-        let mut is_inside = [false; LANES];
-        for lane in 0..LANES {
-            let [u, v, w] = [0, 1, 2].map(|corner| weights[corner][lane]);
-            determinant[lane] = u + v + w;
-            depth[lane] = u * z[0][lane] + v * z[1][lane] + w * z[2][lane];
-            // On an edge, both of its triangles are hit.
-            is_inside[lane] = (u.min(v).min(w) >= 0.0) | (u.max(v).max(w) <= 0.0);
-        }
-        if is_inside == [false; LANES] {
-            return None;
-        }
-        let mut nearest: Option<Hit> = None;
-        let mut end = end;
-        for lane in 0..LANES {
-            let triangle = pack.triangles[lane];
-            if !is_inside[lane]
-                || determinant[lane] == 0.0
-                || triangle == ray.from_triangle
-                || triangle == ray.to_triangle
-            {
-                continue;
-            }
-            let inverse = 1.0 / determinant[lane];
-            let distance = depth[lane] * inverse * self.scale_z;
-            if distance > 0.0 && distance < end {
-                end = distance;
-                nearest = Some(Hit {
-                    distance,
-                    triangle,
-                    weights: [0, 1, 2].map(|corner| weights[corner][lane] * inverse),
-                });
-            }
-        }
-        nearest
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Numbers in −1 to 1 that repeat from run to run.
-    struct Numbers(fastrand::Rng);
-
-    impl Numbers {
-        fn new(seed: u64) -> Self {
-            Numbers(fastrand::Rng::with_seed(seed))
-        }
-
-        fn next(&mut self) -> f64 {
-            2.0 * self.0.f64() - 1.0
-        }
-
-        fn vector(&mut self) -> DVec3 {
-            DVec3::new(self.next(), self.next(), self.next())
-        }
-    }
-
-    fn ray(origin: DVec3, direction: DVec3) -> Ray {
+impl Ray {
+    /// A half line that starts on no triangle.
+    pub fn half_line(origin: DVec3, direction: DVec3) -> Ray {
         Ray {
             origin,
             direction,
@@ -440,6 +113,132 @@ mod tests {
             from_triangle: NO_TRIANGLE,
             to_triangle: NO_TRIANGLE,
         }
+    }
+}
+
+impl fmt::Debug for Triangles {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.debug_struct("Triangles").finish_non_exhaustive()
+    }
+}
+
+/// Not by recursion: a tree may be as deep as it has triangles.
+fn depth_of(tree: &Bvh2) -> usize {
+    let mut depth = 0;
+    let mut level = vec![0];
+    while !level.is_empty() {
+        let nodes = level.iter().map(|&index: &u32| &tree.nodes[index as usize]);
+        let inner = nodes.filter(|node| !node.is_leaf());
+        level = inner
+            .flat_map(|node| [node.first_index, node.first_index + 1])
+            .collect();
+        depth += 1;
+    }
+    depth
+}
+
+fn widened_bounds([a, b, c]: &[DVec3; 3]) -> Aabb {
+    let [low, high] = [a.min(*b).min(*c), a.max(*b).max(*c)].map(|corner| corner.as_vec3a());
+    Aabb::new(low - BOX_SLACK, high + BOX_SLACK)
+}
+
+/// What is computed once for a ray.
+struct Search<'r> {
+    ray: &'r Ray,
+    /// Of the ray's direction.
+    length: f64,
+    /// A ray in f32, of unit direction, from where the ray enters the scene's bounds.
+    box_ray: BoxRay,
+    /// Distance at which that is.
+    start: f64,
+    /// The ray's main axis is the last. A shear of the other two turns the ray into it.
+    axes: [usize; 3],
+    shear: DVec2,
+    /// In the order of `axes`.
+    origin: [f64; 3],
+    main_slope: f64,
+}
+
+impl Search<'_> {
+    /// `None` for a ray that passes the scene by.
+    fn new(ray: &Ray) -> Option<Search<'_>> {
+        let length = ray.direction.length();
+        let direction = ray.direction / length;
+        if !direction.is_finite() {
+            return None;
+        }
+        let bound = DVec3::splat(1.0 + 2.0 * f64::from(BOX_SLACK));
+        let inverse = direction.recip();
+        let [low, high] = [-bound, bound].map(|bound| (bound - ray.origin) * inverse);
+        let (mut start, mut end) = (0.0, length * ray.end);
+        for axis in 0..3 {
+            // Along a face of these bounds a ray gives NaN and is culled; they are wider than the scene, so nothing is there.
+            start = f64::max(start, low[axis].min(high[axis]));
+            end = f64::min(end, low[axis].max(high[axis]));
+        }
+        if start > end {
+            return None;
+        }
+        let origin = ray.origin + start * direction;
+        let main = direction.abs().max_position();
+        let axes = [(main + 1) % 3, (main + 2) % 3, main];
+        let [x, y, z] = axes.map(|axis| ray.direction[axis]);
+        let mut search = Search {
+            ray,
+            length,
+            box_ray: BoxRay::new_inf(origin.as_vec3a(), direction.as_vec3a()),
+            start,
+            axes,
+            shear: DVec2::new(x, y) / z,
+            origin: axes.map(|axis| ray.origin[axis]),
+            main_slope: z,
+        };
+        search.box_ray.tmax = search.box_distance(end);
+        Some(search)
+    }
+
+    /// From the start of the f32 ray, to the next larger f32.
+    fn box_distance(&self, distance: f64) -> f32 {
+        ((distance - self.start) as f32).next_up()
+    }
+
+    /// Where the ray meets a triangle before `end`.
+    fn hit(&self, (corners, triangle): &([[f64; 3]; 3], u32), end: f64) -> Option<Hit> {
+        let [x, y, z] = self.axes;
+        let depths = corners.map(|corner| corner[z] - self.origin[2]);
+        let [a, b, c] = [0, 1, 2].map(|i| {
+            let offset = DVec2::new(
+                corners[i][x] - self.origin[0],
+                corners[i][y] - self.origin[1],
+            );
+            offset - self.shear * depths[i]
+        });
+        let weights @ [u, v, w] = [c.perp_dot(b), a.perp_dot(c), b.perp_dot(a)];
+        // On an edge, both of its triangles are hit.
+        let is_inside = (u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0);
+        let determinant = u + v + w;
+        let is_own = [self.ray.from_triangle, self.ray.to_triangle].contains(triangle);
+        if !is_inside || determinant == 0.0 || is_own {
+            return None;
+        }
+        let inverse = 1.0 / determinant;
+        let depth = u * depths[0] + v * depths[1] + w * depths[2];
+        let distance = depth * inverse / self.main_slope;
+        (distance > 0.0 && distance < end).then(|| Hit {
+            distance,
+            triangle: *triangle,
+            weights: weights.map(|weight| weight * inverse),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Coordinates in −1 to 1.
+    fn vector(random: &mut fastrand::Rng) -> DVec3 {
+        DVec3::from([0; 3].map(|_| 2.0 * random.f64() - 1.0))
     }
 
     /// Möller & Trumbore 1997.
@@ -456,24 +255,24 @@ mod tests {
 
     #[test]
     fn the_tree_finds_what_a_search_through_all_finds() {
-        let mut numbers = Numbers::new(1);
+        let random = &mut fastrand::Rng::with_seed(1);
         for size in [0.02, 0.2, 1.0] {
             let corners: Vec<[DVec3; 3]> = (0..500)
                 .map(|_| {
-                    let centre = numbers.vector() * (1.0 - size);
-                    [0; 3].map(|_| centre + size * numbers.vector())
+                    let centre = vector(random) * (1.0 - size);
+                    [0; 3].map(|_| centre + size * vector(random))
                 })
                 .collect();
             let triangles = Triangles::new(&corners);
             let mut hits = 0;
             for index in 0..4000 {
                 // From within, from outside, from far away, and along an axis.
-                let from = numbers.vector() * [0.9, 3.0, 1e4, 0.9][index % 4];
-                let mut direction = numbers.vector() - from * f64::from(index % 4 != 0);
+                let from = vector(random) * [0.9, 3.0, 1e4, 0.9][index % 4];
+                let mut direction = vector(random) - from * f64::from(index % 4 != 0);
                 if index % 4 == 3 {
                     direction = DVec3::AXES[index / 4 % 3] * direction.x.signum();
                 }
-                let ray = ray(from, direction);
+                let ray = Ray::half_line(from, direction);
                 let all = corners
                     .iter()
                     .filter_map(|corners| distance_to(corners, &ray));
@@ -506,7 +305,7 @@ mod tests {
     /// Rays from a point to the edges and corners of a closed mesh around it never slip out between its triangles.
     #[test]
     fn shared_edges_and_corners_are_tight() {
-        let mut numbers = Numbers::new(2);
+        let random = &mut fastrand::Rng::with_seed(2);
         // An octahedron whose faces are cut in four, with uneven corners.
         let mut faces = Vec::new();
         for signs in 0..8 {
@@ -521,10 +320,10 @@ mod tests {
         }
         let triangles = Triangles::new(&faces);
         for _ in 0..2000 {
-            let from = 0.2 * numbers.vector();
-            let [a, b, _] = faces[(numbers.next().abs() * 31.9) as usize];
-            for on_edge in [a, b, a.lerp(b, 0.5), a.lerp(b, numbers.next().abs())] {
-                assert!(!triangles.is_free(&ray(from, on_edge - from)));
+            let from = 0.2 * vector(random);
+            let [a, b, _] = faces[(random.f64() * 31.9) as usize];
+            for on_edge in [a, b, a.lerp(b, 0.5), a.lerp(b, random.f64())] {
+                assert!(!triangles.is_free(&Ray::half_line(from, on_edge - from)));
             }
         }
     }
@@ -537,19 +336,13 @@ mod tests {
             DVec3::new(0.0, 0.0, 0.5),
         ];
         let triangles = Triangles::new(&[corners]);
-        let down = ray(DVec3::new(0.0, 0.5, 0.0), DVec3::NEG_Y);
+        let down = Ray::half_line(0.5 * DVec3::Y, DVec3::NEG_Y);
         assert!(!triangles.is_free(&down));
-        for own in [
-            Ray {
-                from_triangle: 0,
-                ..down
-            },
-            Ray {
-                to_triangle: 0,
-                ..down
-            },
-            Ray { end: 0.5, ..down },
-        ] {
+        let [mut from, mut to, mut short] = [down; 3];
+        from.from_triangle = 0;
+        to.to_triangle = 0;
+        short.end = 0.5;
+        for own in [from, to, short] {
             assert!(triangles.is_free(&own), "{own:?}");
         }
         assert!(Triangles::new(&[]).nearest(&down).is_none());

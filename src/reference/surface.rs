@@ -1,9 +1,9 @@
 //! What a ray finds on a surface.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use super::{brdf::Brdf, rays::Hit};
-use crate::scene::{Bands, Mesh, Scene, Texture};
+use crate::scene::{Mesh, Scene, Texture};
 
 /// Rounding of a hit's position: γ(7) · Σ|weight · corner| of three coordinates within 1 (pbrt, "Managing rounding error")
 /// is 1.4e-15; and that of the triangle's plane is as large.
@@ -17,6 +17,8 @@ const MOST_STEPS: f64 = 1e6;
 /// The triangles of a scene in local space, and where they came from.
 #[derive(Debug)]
 pub struct Surfaces {
+    /// Its meshes stay in world space; here for materials, normals and textures.
+    pub scene: Scene,
     pub triangles: Vec<[DVec3; 3]>,
     /// Mesh, and triangle within it.
     sources: Vec<[u32; 2]>,
@@ -58,10 +60,8 @@ impl Surface {
 
 impl Surfaces {
     pub fn new(scene: &Scene, to_local: impl Fn(DVec3) -> DVec3) -> Surfaces {
-        let mut surfaces = Surfaces {
-            triangles: Vec::new(),
-            sources: Vec::new(),
-        };
+        let mut triangles = Vec::new();
+        let mut sources = Vec::new();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
             for (index, triangle) in mesh.triangles.iter().enumerate() {
                 let corners = triangle.map(|corner| to_local(mesh.positions_m[corner as usize]));
@@ -70,22 +70,27 @@ impl Surfaces {
                     // No area, no light, and no normal.
                     continue;
                 }
-                surfaces.triangles.push(corners);
-                surfaces.sources.push([mesh_index as u32, index as u32]);
+                triangles.push(corners);
+                sources.push([mesh_index as u32, index as u32]);
             }
         }
-        surfaces
+        Surfaces {
+            scene: scene.clone(),
+            triangles,
+            sources,
+        }
     }
 
     /// Indices into the scene's meshes and materials.
-    pub fn mesh_and_material(&self, scene: &Scene, triangle: u32) -> [u32; 2] {
+    pub fn mesh_and_material(&self, triangle: u32) -> [u32; 2] {
         let [mesh, index] = self.sources[triangle as usize];
-        let materials = &scene.meshes[mesh as usize].triangle_materials;
+        let materials = &self.scene.meshes[mesh as usize].triangle_materials;
         [mesh, materials[index as usize]]
     }
 
     /// The surface at a hit of a ray in this direction.
-    pub fn at(&self, scene: &Scene, hit: &Hit, direction: DVec3) -> Surface {
+    pub fn at(&self, hit: &Hit, direction: DVec3) -> Surface {
+        let scene = &self.scene;
         let [a, b, c] = self.triangles[hit.triangle as usize];
         let [wa, wb, wc] = hit.weights;
         let outward = (b - a).cross(c - a).normalize();
@@ -96,28 +101,23 @@ impl Surfaces {
         let corners = mesh.triangles[index as usize].map(|corner| corner as usize);
         let normal = interpolated_normal(mesh, corners, hit.weights);
         let material = &scene.materials[mesh.triangle_materials[index as usize] as usize];
-        let mut kd = material.kd;
+        let mut kd = DVec3::from(material.kd);
         if let Some(texture) = material.kd_texture
             && !mesh.texcoords.is_empty()
         {
-            let coordinate = |axis: usize| {
-                (0..3)
-                    .map(|i| hit.weights[i] * mesh.texcoords[corners[i]][axis])
-                    .sum()
-            };
-            let texel = sample_bilinear(&scene.textures[texture], [coordinate(0), coordinate(1)]);
-            kd = std::array::from_fn(|band| kd[band] * texel[band]);
+            let uv: DVec2 = (0..3)
+                .map(|i| hit.weights[i] * DVec2::from(mesh.texcoords[corners[i]]))
+                .sum();
+            kd *= sample_bilinear(&scene.textures[texture], uv.to_array());
         }
         Surface {
             position: wa * a + wb * b + wc * c,
             geometric_normal,
-            normal: normal.map_or(geometric_normal, |normal| {
-                turned_to(normal, geometric_normal)
-            }),
+            normal: turned_to(normal.unwrap_or(geometric_normal), geometric_normal),
             triangle: hit.triangle,
             brdf: Brdf {
                 kd,
-                ks: material.ks,
+                ks: material.ks.into(),
                 shininess: material.shininess,
             },
         }
@@ -144,7 +144,7 @@ fn interpolated_normal(mesh: &Mesh, corners: [usize; 3], weights: [f64; 3]) -> O
 }
 
 /// Repeating, v up, texel centres at half texels.
-fn sample_bilinear(texture: &Texture, [u, v]: [f64; 2]) -> Bands {
+fn sample_bilinear(texture: &Texture, [u, v]: [f64; 2]) -> DVec3 {
     let [width, height] = texture.size_px.map(|size| size as usize);
     let place = |coordinate: f64, size: usize| {
         let texels = coordinate.rem_euclid(1.0) * size as f64 - 0.5;
@@ -154,12 +154,9 @@ fn sample_bilinear(texture: &Texture, [u, v]: [f64; 2]) -> Bands {
     };
     let (left, right, x) = place(u, width);
     let (top, bottom, y) = place(1.0 - v, height);
-    let texel = |column: usize, row: usize, band: usize| {
-        f64::from(texture.linear_rgb[row * width + column][band])
+    let texel = |column: usize, row: usize| {
+        DVec3::from(texture.linear_rgb[row * width + column].map(f64::from))
     };
-    std::array::from_fn(|band| {
-        let above = texel(left, top, band) * (1.0 - x) + texel(right, top, band) * x;
-        let below = texel(left, bottom, band) * (1.0 - x) + texel(right, bottom, band) * x;
-        above * (1.0 - y) + below * y
-    })
+    let [above, below] = [top, bottom].map(|row| texel(left, row).lerp(texel(right, row), x));
+    above.lerp(below, y)
 }

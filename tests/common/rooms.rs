@@ -128,7 +128,7 @@ pub fn marked_room() -> Scene {
 }
 
 pub fn has_kd(point: &SurfacePoint, kd: Bands) -> bool {
-    point.kd == kd
+    point.brdf.kd == kd
 }
 
 /// Whether a point lies on an axis-aligned mesh, within 1e-5 m.

@@ -7,13 +7,13 @@ use camlux::{
     RenderOptions, Scene,
     emission::{EmissionDomain, EmissionFace, Projection},
     internals::SurfacePoint,
-    internals::f64_kernels,
     output::Layer,
     scene::{Light, Mesh, SpotCone},
 };
 use glam::DVec3;
 
 use super::{
+    direct::unshadowed_direct,
     gpu::{Gpu, demo_scene},
     ray_caster::RayCaster,
     rooms,
@@ -66,7 +66,7 @@ pub fn shadows_of(gpu: &mut Gpu, scene: &Scene, light: &Light) -> Shadows {
     let rays = LightRays::new(&alone, &kept.lights[0].domain, kept.lights[0].shadow_size);
 
     let mut shadows = Shadows::default();
-    let mut truth = f64_kernels::unshadowed_direct(&alone, light, &kept);
+    let mut truth = unshadowed_direct(&alone, light, &kept);
     let mut errors = [0.0; 2];
     for ((point, truth), seen) in kept.gbuffer.iter().zip(&mut truth).zip(direct.chunks(3)) {
         let Some(point) = point.as_ref().filter(|_| *truth != [0.0; 3]) else {

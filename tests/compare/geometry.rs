@@ -65,11 +65,11 @@ impl Errors {
             .geometric_normal
             .max(seen.geometric_normal.distance(hit.normal));
         for band in 0..3 {
-            self.kd = self.kd.max((seen.kd[band] - surface.kd[band]).abs());
-            assert!((seen.ks[band] - surface.ks[band]).abs() < 1e-7);
+            self.kd = self.kd.max((seen.brdf.kd[band] - surface.kd[band]).abs());
+            assert!((seen.brdf.ks[band] - surface.ks[band]).abs() < 1e-7);
         }
         let is_specular = surface.ks.iter().any(|&ks| ks > 0.0);
-        assert!(!is_specular || (seen.shininess - surface.shininess).abs() < 1e-4);
+        assert!(!is_specular || (seen.brdf.shininess - surface.shininess).abs() < 1e-4);
         Some(hit)
     }
 

@@ -1,6 +1,7 @@
 //! Kernel error: the GPU's f32 against the same formulas in f64 on the same G-buffer and VPLs, for every demo scene,
 //! estimator and kernel that the device can run. Model error, against path-traced truth, is another question.
 
+use crate::common::direct::unshadowed_direct;
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
 use crate::common::rmse::relative_rmse;
 use camlux::{
@@ -33,7 +34,7 @@ fn direct_light_matches_the_model() {
                 .render_with_intermediates(&alone, &mut RenderOptions::default())
                 .expect("the scene renders");
             let direct = frame.values(Layer::Direct).expect("every frame has it");
-            let mut truth = f64_kernels::unshadowed_direct(&alone, light, &kept);
+            let mut truth = unshadowed_direct(&alone, light, &kept);
             for (pixel, truth) in direct.chunks_exact(3).zip(&mut truth) {
                 if pixel == [0.0; 3] {
                     *truth = [0.0; 3];
@@ -96,7 +97,7 @@ fn direct_light_on_every_kind_of_surface_matches_the_model() {
                 .render_with_intermediates(&scene, &mut RenderOptions::default())
                 .expect("the scene renders");
             let direct = frame.values(Layer::Direct).expect("every frame has it");
-            let mut truth = f64_kernels::unshadowed_direct(&scene, &light, &kept);
+            let mut truth = unshadowed_direct(&scene, &light, &kept);
             for (pixel, truth) in direct.chunks_exact(3).zip(&mut truth) {
                 if pixel == [0.0; 3] {
                     *truth = [0.0; 3];

@@ -1,21 +1,21 @@
 //! The cases of `camlux doctor` as tests: one of each name, under the Khronos validation layer.
 
-use camlux::doctor::{Examiner, Group, Part};
+use camlux::doctor::{Case, Examiner, Part};
 
 use crate::common::gpu::Gpu;
 
 /// What the tests of cases that are not met have before the case's name.
 const KNOWN_ISSUE: &str = "known_issue_";
 
-/// Runs a case of a group and holds it against its bound; one of a known issue must not be met.
+/// Runs one of some cases and holds it against its bound; one of a known issue must not be met.
 #[track_caller]
-pub fn check(group: Group, test: &str) {
+pub fn check(cases: &[Case], test: &str) {
     let name = test.strip_prefix(KNOWN_ISSUE).unwrap_or(test);
-    let case = group.cases().iter().find(|case| case.name == name);
+    let case = cases.iter().find(|case| case.name == name);
     let case = case.expect("the group has a case of this name");
     let gpu = Gpu::open();
     let mut examiner = Examiner::new(&gpu.device).expect("a renderer");
-    let measured = case.run(&mut examiner).expect("the scenes render");
+    let measured = examiner.examine(case).expect("the scenes render");
     let mut unmet = Vec::new();
     for Part {
         of,
@@ -41,9 +41,9 @@ pub fn check(group: Group, test: &str) {
 
 /// Every case of the group has its test, under its own name or that of a known issue.
 #[track_caller]
-pub fn check_list(group: Group, tests: &[&str]) {
-    let cases = group.cases().iter();
+pub fn check_list(cases: &[Case], tests: &[&str]) {
     let expected: Vec<String> = cases
+        .iter()
         .map(|case| match case.known_issue {
             None => case.name.into(),
             Some(_) => format!("{KNOWN_ISSUE}{}", case.name),
@@ -54,17 +54,17 @@ pub fn check_list(group: Group, tests: &[&str]) {
 
 /// A test for each case of a group, in the group's order; `known_issue_` before the names of those that are not met.
 macro_rules! hard_cases {
-    ($group:expr; $($name:ident,)*) => {
+    ($cases:expr; $($name:ident,)*) => {
         $(
             #[test]
             fn $name() {
-                $crate::cases::check($group, stringify!($name));
+                $crate::cases::check($cases, stringify!($name));
             }
         )*
 
         #[test]
         fn every_case_has_its_test() {
-            $crate::cases::check_list($group, &[$(stringify!($name)),*]);
+            $crate::cases::check_list($cases, &[$(stringify!($name)),*]);
         }
     };
 }

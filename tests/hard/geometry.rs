@@ -2,7 +2,7 @@
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::Group::Geometry;
+    camlux::doctor::geometry::CASES;
     corner_of_two_walls_down_to_a_millionth,
     light_that_follows_into_the_corner,
     receiver_inside_the_texel_of_its_own_vpl,

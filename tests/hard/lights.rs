@@ -2,7 +2,7 @@
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::Group::Lights;
+    camlux::doctor::lights::CASES;
     light_a_millimetre_above_a_surface,
     light_on_a_surface_along_the_axes,
     light_on_a_tilted_surface,

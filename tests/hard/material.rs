@@ -2,7 +2,7 @@
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::Group::Material;
+    camlux::doctor::material::CASES;
     diffuse_reflectance_of_zero_and_one,
     mirror_like_reflectance_of_one,
     shininess_of_zero,

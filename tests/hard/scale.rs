@@ -2,7 +2,7 @@
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::Group::Scale;
+    camlux::doctor::scale::CASES;
     scene_of_a_millimetre,
     scene_of_ten_kilometres,
     scene_a_hundred_kilometres_away,

@@ -4,7 +4,7 @@
 use crate::common::gpu::{Gpu, several_gather_kernels};
 
 hard_cases! {
-    camlux::doctor::Group::Sums;
+    camlux::doctor::sums::CASES;
     vpls_shuffled,
     lights_in_another_order,
     one_light_as_sixteen,

@@ -2,7 +2,7 @@
 #![cfg(feature = "reference")]
 
 hard_cases! {
-    camlux::doctor::Group::Transport;
+    camlux::doctor::transport::CASES;
     sphere_lit_from_its_centre,
     no_vpl_above_the_horizon,
     no_vpl_at_all,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use camlux::doctor::{Case, Examiner, Group, Measurement, Part};
+use camlux::doctor::{Case, Examiner, GROUPS, Measurement};
 use camlux::output::{OutputFile, PngView, write_png};
 use camlux::{Device, RenderOptions, Renderer};
 
@@ -44,16 +44,10 @@ impl Args {
 
 /// Exit code 0 if every case is met but those that are known not to be, else 1.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let picked = |group: Group| group.cases().iter().filter(|case| args.picks(case));
-    if !Group::ALL
-        .into_iter()
-        .any(|group| picked(group).next().is_some())
-    {
-        return Err(format!(
-            "no case has a name with {}; leave it out for all",
-            args.words.join(" or ")
-        )
-        .into());
+    let mut cases = GROUPS.iter().flat_map(|(_, cases)| *cases);
+    if !cases.any(|case| args.picks(case)) {
+        let words = args.words.join(" or ");
+        return Err(format!("no case has a name with {words}; leave it out for all").into());
     }
     let device = Device::open(&args.device.options())?;
     let info = device.info();
@@ -63,27 +57,27 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     if !args.markdown {
         print(&row(["case", "error", "bound", "", "ms"]))?;
     }
-    for group in Group::ALL {
-        if args.markdown && picked(group).next().is_some() {
-            print(&markdown_head(group))?;
+    for (heading, cases) in GROUPS {
+        let mut picked = cases.iter().filter(|case| args.picks(case)).peekable();
+        if args.markdown && picked.peek().is_some() {
+            print(&format!("\n## {heading}\n\n{MARKDOWN_HEAD}"))?;
         }
-        for case in picked(group) {
+        for case in picked {
             let start = Instant::now();
             let result = examine(case, &mut examiner);
-            if let (Some(folder), Ok(_)) = (&args.pictures, &result) {
-                write_picture(folder, case, &examiner, &device)?;
-            }
-            if result.is_err() {
+            match (&result, &args.pictures) {
+                (Ok(_), Some(folder)) => write_picture(folder, case, &examiner, &device)?,
+                (Ok(_), None) => {}
                 // What a panic leaves behind is not to be relied on.
-                examiner = Examiner::new(&device)?;
+                (Err(_), _) => examiner = Examiner::new(&device)?,
             }
-            let milliseconds = start.elapsed().as_secs_f64() * 1e3;
-            let verdict = Verdict::new(case, &result);
-            failed += usize::from(verdict == Verdict::Failed);
+            let verdict = verdict(case, &result);
+            failed += usize::from(verdict == FAILED);
+            let time = format!("{:.0}", start.elapsed().as_secs_f64() * 1e3);
             print(&if args.markdown {
                 markdown_row(case, &result)
             } else {
-                text_row(case, &result, verdict, milliseconds)
+                text_row(case, &result, verdict, &time)
             })?;
         }
     }
@@ -115,12 +109,8 @@ fn write_picture(
     scene.camera = resize(scene.camera, size_px);
     let frame = Renderer::new(device)?.render(&scene, &mut RenderOptions::default())?;
     create_folder(folder)?;
-    let path = folder.join(format!("{}.png", case.name));
-    write_png(
-        OutputFile::create(&path)?,
-        &frame,
-        PngView::for_frame(&frame),
-    )?;
+    let file = OutputFile::create(folder.join(format!("{}.png", case.name)))?;
+    write_png(file, &frame, PngView::for_frame(&frame))?;
     Ok(())
 }
 
@@ -128,36 +118,21 @@ fn write_picture(
 type Examination = Result<Measurement, String>;
 
 fn examine(case: &Case, examiner: &mut Examiner) -> Examination {
-    match catch_unwind(AssertUnwindSafe(|| case.run(examiner))) {
+    match catch_unwind(AssertUnwindSafe(|| examiner.examine(case))) {
         Ok(Ok(measured)) => Ok(measured),
         Ok(Err(error)) => Err(error.to_string()),
         Err(_) => Err("panicked".into()),
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Verdict {
-    Ok,
-    KnownIssue,
-    Failed,
-}
+const KNOWN_ISSUE: &str = "known issue";
+const FAILED: &str = "FAILED";
 
-impl Verdict {
-    fn new(case: &Case, result: &Examination) -> Verdict {
-        let is_met = result.as_ref().is_ok_and(Measurement::is_met);
-        match (is_met, case.known_issue) {
-            (true, _) => Verdict::Ok,
-            (false, Some(_)) => Verdict::KnownIssue,
-            (false, None) => Verdict::Failed,
-        }
-    }
-
-    fn word(self) -> &'static str {
-        match self {
-            Verdict::Ok => "ok",
-            Verdict::KnownIssue => "known issue",
-            Verdict::Failed => "FAILED",
-        }
+fn verdict(case: &Case, result: &Examination) -> &'static str {
+    match case.known_issue {
+        _ if result.as_ref().is_ok_and(Measurement::is_met) => "ok",
+        Some(_) => KNOWN_ISSUE,
+        None => FAILED,
     }
 }
 
@@ -166,26 +141,20 @@ fn row([case, error, bound, verdict, milliseconds]: [&str; 5]) -> String {
 }
 
 /// The part nearest to its bound; of a case that is not met, a line for each part that is not.
-fn text_row(case: &Case, result: &Examination, verdict: Verdict, milliseconds: f64) -> String {
+fn text_row(case: &Case, result: &Examination, verdict: &str, milliseconds: &str) -> String {
     let worst = result.as_ref().ok().and_then(Measurement::worst);
-    let [error, bound] = match worst {
-        Some(part) => [number(part.error), number(part.bound)],
-        None => ["-".into(), "-".into()],
-    };
-    let time = format!("{milliseconds:.0}");
-    let mut text = row([case.name, &error, &bound, verdict.word(), &time]);
-    if let Some(issue) = case.known_issue.filter(|_| verdict == Verdict::KnownIssue) {
+    let [error, bound] = worst.map_or(["-".into(), "-".into()], |part| {
+        [part.error, part.bound].map(number)
+    });
+    let mut text = row([case.name, &error, &bound, verdict, milliseconds]);
+    if let Some(issue) = case.known_issue.filter(|_| verdict == KNOWN_ISSUE) {
         text += &format!("    {issue}\n");
     }
     match result {
         Ok(measured) => {
             for part in measured.parts.iter().filter(|part| !part.is_met()) {
-                let Part {
-                    of,
-                    quantity,
-                    error,
-                    bound,
-                } = part;
+                let (of, quantity) = (&part.of, &part.quantity);
+                let (error, bound) = (part.error, part.bound);
                 text += &format!("    {of}, {quantity}: {error:.1e} is over {bound:.1e}\n");
             }
         }
@@ -203,42 +172,30 @@ fn number(value: f64) -> String {
     }
 }
 
-fn markdown_head(group: Group) -> String {
-    format!(
-        "\n## {}\n\n| case | what breaks a naive implementation | what camlux does | error (bound) |\n|---|---|---|---|\n",
-        group.name()
-    )
-}
+const MARKDOWN_HEAD: &str = "\
+| case | what breaks a naive implementation | what camlux does | error (bound) |
+|---|---|---|---|
+";
 
 fn markdown_row(case: &Case, result: &Examination) -> String {
     let errors = match result {
         Ok(measured) => {
             let parts = measured.worst_of_each_quantity().into_iter();
-            let texts: Vec<String> = parts
-                .map(
-                    |Part {
-                         quantity,
-                         error,
-                         bound,
-                         ..
-                     }| {
-                        format!("{quantity} {} ({})", number(*error), number(*bound))
-                    },
-                )
-                .collect();
-            texts.join("; ")
+            let texts = parts.map(|part| {
+                let [error, bound] = [part.error, part.bound].map(number);
+                format!("{} {error} ({bound})", part.quantity)
+            });
+            texts.collect::<Vec<_>>().join("; ")
         }
         Err(problem) => problem.clone(),
     };
     let issue = match case.known_issue {
-        Some(issue) if !result.as_ref().is_ok_and(Measurement::is_met) => {
+        Some(issue) if verdict(case, result) == KNOWN_ISSUE => {
             format!(" **Known issue**: {issue}.")
         }
         _ => String::new(),
     };
     let name = case.name.replace('_', " ");
-    format!(
-        "| {name} | {} | {}.{issue} | {errors} |\n",
-        case.hazard, case.remedy
-    )
+    let (hazard, remedy) = (case.hazard, case.remedy);
+    format!("| {name} | {hazard} | {remedy}.{issue} | {errors} |\n")
 }

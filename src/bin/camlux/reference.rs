@@ -92,8 +92,8 @@ pub fn refine(
     while !reference.meets(goal) {
         let now = reference.progress_to(goal);
         let then = reference.progress_after_round(goal);
-        let added = reference.add_round(&mut |round| {
-            bar.show(now + (then - now) * f64::from(round.fraction));
+        let added = reference.add_round(&mut |fraction| {
+            bar.show(now + (then - now) * f64::from(fraction));
             go_on()
         });
         if let Err(error) = added {
