@@ -11,7 +11,7 @@ use crate::{
     scene::{Scene, Shadow},
     vulkan::{
         Allocate, BufferUse, DeviceInfo, DeviceKind, GrowsWith, Requirements,
-        shaders::{BindingKind, MODULES, Module},
+        shaders::{MODULES, Module},
     },
 };
 
@@ -169,7 +169,7 @@ fn storage_images_of_bounce() -> u64 {
     let images = |module: &Module| {
         let kinds = module.bindings.iter().map(|binding| binding.kind);
         kinds
-            .filter(|kind| *kind == BindingKind::StorageImage)
+            .filter(|kind| *kind == ash::vk::DescriptorType::STORAGE_IMAGE)
             .count()
     };
     kernels.map(images).max().unwrap_or_default() as u64
