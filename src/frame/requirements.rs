@@ -153,7 +153,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         of_scene().with_hint(hint("")).check(
             "lists that a kernel of the bounce reads (storage images)",
             storage_images_of_bounce(),
-            |device| device.limits.max_storage_images.into(),
+            |limits| limits.max_storage_images.into(),
         )?;
         let fewer = hint("simplify the meshes, use fewer materials, ");
         hits::declare(&of_scene().with_hint(fewer), scene)?;

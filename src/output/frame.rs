@@ -139,18 +139,18 @@ pub struct Frame {
 impl Frame {
     /// The pixels of a layer; `None` where the frame has no such layer or it holds ids.
     pub fn values(&self, layer: Layer) -> Option<&[f32]> {
-        match self.data(layer)? {
-            LayerData::Float(values) => Some(values),
-            LayerData::Id(_) => None,
-        }
+        self.layers.iter().find_map(|(kind, data)| match data {
+            LayerData::Float(values) if *kind == layer => Some(&values[..]),
+            _ => None,
+        })
     }
 
     /// The ids of a layer; `None` where the frame has no such layer or it holds values.
     pub fn ids(&self, layer: Layer) -> Option<&[u32]> {
-        match self.data(layer)? {
-            LayerData::Id(ids) => Some(ids),
-            LayerData::Float(_) => None,
-        }
+        self.layers.iter().find_map(|(kind, data)| match data {
+            LayerData::Id(ids) if *kind == layer => Some(&ids[..]),
+            _ => None,
+        })
     }
 
     /// What is probably not meant and only the finished frame shows, one sentence each: nothing in view, a layer without light.
@@ -171,11 +171,6 @@ impl Frame {
             return Vec::new();
         };
         vec![warning.into()]
-    }
-
-    fn data(&self, layer: Layer) -> Option<&LayerData> {
-        let (_, data) = self.layers.iter().find(|(kind, _)| *kind == layer)?;
-        Some(data)
     }
 
     /// Checks what the writers rely on, for a frame may have been put together by hand: some pixels, no layer twice, and
