@@ -47,7 +47,7 @@ mod compile {
     };
 
     use naga::{
-        AddressSpace, Module, StorageAccess, TypeInner,
+        AddressSpace, Module, TypeInner,
         back::spv,
         proc::{BoundsCheckPolicies, BoundsCheckPolicy},
         valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
@@ -366,14 +366,11 @@ mod compile {
                 continue;
             };
             let kind = match (&module.types[variable.ty].inner, variable.space) {
-                (_, AddressSpace::Uniform) => "Uniform",
-                (_, AddressSpace::Storage { access }) if access.contains(StorageAccess::STORE) => {
-                    "StorageWrite"
-                }
-                (_, AddressSpace::Storage { .. }) => "StorageRead",
+                (_, AddressSpace::Uniform) => "UNIFORM_BUFFER",
+                (_, AddressSpace::Storage { .. }) => "STORAGE_BUFFER",
                 (TypeInner::Image { class, .. }, _) => match class {
-                    naga::ImageClass::Storage { .. } => "StorageImage",
-                    _ => "SampledImage",
+                    naga::ImageClass::Storage { .. } => "STORAGE_IMAGE",
+                    _ => "SAMPLED_IMAGE",
                 },
                 (inner, _) => return Err(format!("{name}: binding of kind {inner:?}")),
             };
@@ -381,7 +378,7 @@ mod compile {
             bindings.insert(
                 place.binding,
                 format!(
-                    "            Binding {{ binding: {}, name: \"{label}\", kind: BindingKind::{kind} }},\n",
+                    "            Binding {{ binding: {}, name: \"{label}\", kind: DescriptorType::{kind} }},\n",
                     place.binding
                 ),
             );
@@ -460,9 +457,7 @@ mod compile {
             }
             pad_to(&mut fields, at, *span);
             let definition = format!(
-                "#[repr(C)]\n#[derive(Debug, Clone, Copy, Default, PartialEq)]\npub struct {name} {{\n{fields}}}\n\
-                 // SAFETY: `repr(C)`, only f32, u32 and arrays of them, all padding is a named field.\n\
-                 unsafe impl Plain for {name} {{}}\n\
+                "#[repr(C)]\n#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]\npub struct {name} {{\n{fields}}}\n\
                  const _: () = {{\n    assert!(size_of::<{name}>() == {span});\n{asserts}}};\n\n"
             );
             if let Some(other) = all.insert(name.clone(), definition.clone())

@@ -13,7 +13,7 @@ use crate::{
     scene::{Scene, Shadow},
     vulkan::{
         Allocate, BufferUse, DeviceInfo, DeviceKind, GrowsWith, Requirements,
-        shaders::{BindingKind, MODULES, Module},
+        shaders::{MODULES, Module},
     },
 };
 
@@ -146,7 +146,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         of_scene().with_hint(hint("")).check(
             "lists that a kernel of final gathering reads (storage images)",
             storage_images_of_final_gather(),
-            |device| device.limits.max_storage_images.into(),
+            |limits| limits.max_storage_images.into(),
         )?;
         let fewer = hint("simplify the meshes, use fewer materials, ");
         hits::declare(&of_scene().with_hint(fewer), scene)?;
@@ -164,7 +164,7 @@ fn storage_images_of_final_gather() -> u64 {
     let images = |module: &Module| {
         let kinds = module.bindings.iter().map(|binding| binding.kind);
         kinds
-            .filter(|kind| *kind == BindingKind::StorageImage)
+            .filter(|kind| *kind == ash::vk::DescriptorType::STORAGE_IMAGE)
             .count()
     };
     kernels.map(images).max().unwrap_or_default() as u64

@@ -1,5 +1,7 @@
 //! A file that appears under its name whole, or not at all.
 
+use std::ffi::OsString;
+use std::fmt::Display;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -33,21 +35,14 @@ impl OutputFile {
         let Some(name) = target.file_name() else {
             return Err(output_error(&path, "it names no file", "add a file name"));
         };
-        let mut prefix = std::ffi::OsString::from(".");
+        let mut prefix = OsString::from(".");
         prefix.push(name);
         prefix.push(".");
-        // Not the private file that `tempfile` makes by itself: the finished one is for whom the user's umask says.
-        let open = |path: &Path| {
-            File::options()
-                .read(true)
-                .write(true)
-                .create_new(true)
-                .open(path)
-        };
         let temporary = tempfile::Builder::new()
             .prefix(&prefix)
             .suffix(".part")
-            .make_in(folder_of(&target), open)
+            // Not the private file that `tempfile` makes by itself: the finished one is for whom the user's umask says.
+            .make_in(folder_of(&target), |path| File::create_new(path))
             .map_err(|error| creation_error(&path, &error))?;
         Ok(OutputFile {
             path,
@@ -73,8 +68,13 @@ impl OutputFile {
     }
 
     /// The error to return when a write to this file failed.
-    pub(super) fn failed(&self, error: &dyn std::fmt::Display) -> Error {
+    pub(super) fn failed(&self, error: &dyn Display) -> Error {
         write_error(&self.path, error)
+    }
+
+    /// The error to return when what is to be written cannot be.
+    pub(super) fn refused(&self, problem: impl Into<String>, hint: &str) -> Error {
+        output_error(&self.path, problem, hint)
     }
 
     /// Writes these bytes behind what is there, and gives the file its name.
@@ -94,25 +94,19 @@ fn resolve_target(path: &Path) -> Result<PathBuf> {
     let Ok(metadata) = fs::metadata(path) else {
         return Ok(path.to_owned());
     };
-    if metadata.is_dir() {
-        return Err(output_error(path, "it is a folder", "add a file name"));
-    }
-    if !metadata.is_file() {
-        return Err(output_error(
-            path,
-            "it is a device, a pipe or a socket",
-            "name a file on a disk",
-        ));
-    }
-    if metadata.permissions().readonly() {
-        return Err(output_error(
-            path,
-            "the file is there and read-only",
-            "name another file, or make it writable",
-        ));
-    }
-    fs::canonicalize(path)
-        .map_err(|error| output_error(path, error.to_string(), "name another file"))
+    let (problem, hint) = if metadata.is_dir() {
+        ("it is a folder", "add a file name")
+    } else if !metadata.is_file() {
+        let problem = "it is a device, a pipe or a socket";
+        (problem, "name a file on a disk")
+    } else if metadata.permissions().readonly() {
+        let problem = "the file is there and read-only";
+        (problem, "name another file, or make it writable")
+    } else {
+        return fs::canonicalize(path)
+            .map_err(|error| output_error(path, error.to_string(), "name another file"));
+    };
+    Err(output_error(path, problem, hint))
 }
 
 fn folder_of(path: &Path) -> &Path {
@@ -125,34 +119,38 @@ fn folder_of(path: &Path) -> &Path {
 
 fn creation_error(path: &Path, error: &io::Error) -> Error {
     let folder = folder_of(path);
-    let is_there = folder.is_dir();
-    let folder = match folder == Path::new(".") {
+    let name = match folder == Path::new(".") {
         true => "the current folder".into(),
         false => folder.display().to_string(),
     };
-    match error.kind() {
+    let (problem, hint) = match error.kind() {
         // Where a system shows its state as files, as in /proc.
-        io::ErrorKind::NotFound if is_there => {
-            let hint = format!("name a folder on a disk instead of {folder}");
-            output_error(path, "its folder takes no new files", hint)
+        io::ErrorKind::NotFound if folder.is_dir() => {
+            let hint = format!("name a folder on a disk instead of {name}");
+            ("its folder takes no new files", hint)
         }
         io::ErrorKind::NotFound => {
-            let hint = format!("create {folder}, or name another one");
-            output_error(path, "its folder does not exist", hint)
+            let hint = format!("create {name}, or name another one");
+            ("its folder does not exist", hint)
         }
         io::ErrorKind::NotADirectory => {
-            let hint = format!("{folder} is a file: name a folder");
-            output_error(path, "its folder is not a folder", hint)
+            let hint = format!("{name} is a file: name a folder");
+            ("its folder is not a folder", hint)
         }
         io::ErrorKind::PermissionDenied | io::ErrorKind::ReadOnlyFilesystem => {
-            let hint = format!("allow writing to {folder}, or name another one");
-            output_error(path, "its folder cannot be written", hint)
+            let hint = format!("allow writing to {name}, or name another one");
+            ("its folder cannot be written", hint)
         }
-        _ => output_error(path, error.to_string(), "name another file"),
-    }
+        _ => return output_error(path, error.to_string(), "name another file"),
+    };
+    output_error(path, problem, hint)
 }
 
-fn output_error(path: &Path, problem: impl Into<String>, hint: impl Into<String>) -> Error {
+pub(super) fn output_error(
+    path: &Path,
+    problem: impl Into<String>,
+    hint: impl Into<String>,
+) -> Error {
     Error::Output {
         path: path.to_owned(),
         problem: problem.into(),
@@ -160,10 +158,7 @@ fn output_error(path: &Path, problem: impl Into<String>, hint: impl Into<String>
     }
 }
 
-fn write_error(path: &Path, error: &dyn std::fmt::Display) -> Error {
-    output_error(
-        path,
-        error.to_string(),
-        "check the free space and the permissions of its folder",
-    )
+fn write_error(path: &Path, error: &dyn Display) -> Error {
+    let hint = "check the free space and the permissions of its folder";
+    output_error(path, error.to_string(), hint)
 }

@@ -2,14 +2,12 @@
 
 use std::io::Seek;
 
-use exr::block::BlockIndex;
+use exr::block::lines::LineRefMut;
 use exr::image::write::WritableImage;
-use exr::image::write::channels::{ChannelsWriter, WritableChannels};
-use exr::image::{Blocks, Encoding, Image, Layer as ExrPart};
-use exr::math::RoundingMode;
-use exr::meta::attribute::{
-    ChannelDescription, ChannelList, LevelMode, LineOrder, SampleType, Text,
-};
+use exr::image::write::samples::{SamplesWriter, WritableSamples};
+use exr::image::{AnyChannel, AnyChannels, Blocks, Encoding, Image, Layer as ExrPart};
+use exr::math::{RoundingMode, Vec2};
+use exr::meta::attribute::{LevelMode, LineOrder, SampleType};
 use exr::meta::header::Header;
 use exr::prelude::Compression;
 use half::f16;
@@ -18,7 +16,7 @@ use super::atomic::OutputFile;
 use super::exr_header_order;
 use super::frame::{Frame, Layer, LayerData};
 use super::header::{self, Attribute};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// What to put into an OpenEXR file. The default is every layer of the frame as 32-bit float.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -60,13 +58,7 @@ impl ExrCompression {
 
     /// The name that other programs have for it.
     pub fn name(self) -> &'static str {
-        match self {
-            ExrCompression::None => "none",
-            ExrCompression::Rle => "rle",
-            ExrCompression::Zips => "zips",
-            ExrCompression::Zip => "zip",
-            ExrCompression::Piz => "piz",
-        }
+        self.names().0
     }
 
     /// The compression of that name.
@@ -74,13 +66,13 @@ impl ExrCompression {
         Self::ALL.into_iter().find(|way| way.name() == name)
     }
 
-    fn to_exr(self) -> Compression {
+    fn names(self) -> (&'static str, Compression) {
         match self {
-            ExrCompression::None => Compression::Uncompressed,
-            ExrCompression::Rle => Compression::RLE,
-            ExrCompression::Zips => Compression::ZIP1,
-            ExrCompression::Zip => Compression::ZIP16,
-            ExrCompression::Piz => Compression::PIZ,
+            ExrCompression::None => ("none", Compression::Uncompressed),
+            ExrCompression::Rle => ("rle", Compression::RLE),
+            ExrCompression::Zips => ("zips", Compression::ZIP1),
+            ExrCompression::Zip => ("zip", Compression::ZIP16),
+            ExrCompression::Piz => ("piz", Compression::PIZ),
         }
     }
 }
@@ -94,29 +86,29 @@ impl ExrOptions {
 
     /// What the file will not hold as it is, a sentence for each layer: values over the range of 16 bits, and below it.
     pub fn warnings(&self, frame: &Frame) -> Vec<String> {
-        let layers = frame.layers.iter().filter(|(layer, _)| {
-            self.picks(*layer) && sample_type(*layer, self.half) == SampleType::F16
-        });
-        let describe = |(layer, data): &(Layer, LayerData)| {
+        let mut warnings = Vec::new();
+        for (layer, data) in &frame.layers {
             let LayerData::Float(values) = data else {
-                return None;
+                continue;
             };
-            let count = |is_lost: fn(f32, f32) -> bool| {
-                let stored = |value: f32| saturating_half(value).to_f32();
-                values.iter().filter(|&&v| is_lost(v, stored(v))).count()
-            };
-            let over = count(|value, stored| {
-                value.is_finite() && value.abs() > 1.001 * stored.abs() && stored != 0.0
-            });
-            let below = count(|value, stored| value != 0.0 && stored == 0.0);
-            (over + below > 0).then(|| {
-                format!(
+            if !self.picks(*layer) || sample_type(*layer, self.half) != SampleType::F16 {
+                continue;
+            }
+            let (mut over, mut below) = (0, 0);
+            for &value in values {
+                let stored = saturating_half(value).to_f32();
+                let is_over = value.is_finite() && value.abs() > 1.001 * stored.abs();
+                over += usize::from(is_over && stored != 0.0);
+                below += usize::from(value != 0.0 && stored == 0.0);
+            }
+            if over + below > 0 {
+                warnings.push(format!(
                     "{} holds {over} values over 65504 and {below} below 6e-8, which 16 bits cannot: they are stored as 65504 and as 0; store 32 bits",
                     layer.name()
-                )
-            })
-        };
-        layers.filter_map(describe).collect()
+                ));
+            }
+        }
+        warnings
     }
 }
 
@@ -138,7 +130,7 @@ impl ExrOptions {
 /// The same frame, written with the same options, gives the same bytes.
 ///
 /// # Errors
-/// [`Error::Output`] when a layer is requested that the frame does not have, when the frame's layers do not fit its
+/// [`Error::Output`](crate::Error::Output) when a layer is requested that the frame does not have, when the frame's layers do not fit its
 /// resolution, and when the file cannot be written. There is no file under the final name then, or the one from before.
 pub fn write_exr(mut output: OutputFile, frame: &Frame, options: &ExrOptions) -> Result<()> {
     fill(&mut output, frame, options)?;
@@ -177,15 +169,15 @@ pub fn write_exr_hashed(
 
 fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<()> {
     frame.check_for_output(output.path())?;
-    let channels = FrameChannels::new(frame, options, output)?;
-    let size = frame.resolution_px.map(|px| px as usize);
+    let channels = AnyChannels::sort(channels(output, frame, options)?.into());
+    let [width, height] = frame.resolution_px.map(|px| px as usize);
     let encoding = Encoding {
-        compression: options.compression.to_exr(),
+        compression: options.compression.names().1,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
     let attributes = header::attributes(frame, options);
-    let part = ExrPart::new((size[0], size[1]), attributes, encoding, channels);
+    let part = ExrPart::new((width, height), attributes, encoding, channels);
     Image::from_layer(part)
         .write()
         .to_unbuffered(&mut output.temporary)
@@ -193,143 +185,110 @@ fn fill(output: &mut OutputFile, frame: &Frame, options: &ExrOptions) -> Result<
     exr_header_order::sort(&mut output.temporary).map_err(|error| output.failed(&error))
 }
 
-/// The channels of a frame in the order of the file, read in place: a copy per channel would take as long as the writing.
-struct FrameChannels<'frame> {
-    list: Vec<FrameChannel<'frame>>,
-}
-
-/// One channel: every `stride`-th value of a layer, from `offset` on.
-struct FrameChannel<'frame> {
-    name: &'static str,
-    stored_as: SampleType,
-    data: &'frame LayerData,
-    offset: usize,
-    stride: usize,
-}
-
-impl<'frame> FrameChannels<'frame> {
-    fn new(frame: &'frame Frame, options: &ExrOptions, output: &OutputFile) -> Result<Self> {
-        let is_there = |layer: Layer| frame.layers.iter().any(|(kind, _)| *kind == layer);
-        let refuse = |problem: String, hint: &str| Error::Output {
-            path: output.path().to_owned(),
-            problem,
-            hint: hint.into(),
-        };
-        let mut requested = options.layers.iter().flatten().copied();
-        if let Some(missing) = requested.find(|&layer| !is_there(layer)) {
-            return Err(refuse(
-                format!("the frame has no layer {}", missing.name()),
-                "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]",
-            ));
-        }
-        let mut list = Vec::new();
-        let picked = frame.layers.iter();
-        for (layer, data) in picked.filter(|(layer, _)| options.picks(*layer)) {
-            let names = layer.channel_names();
-            list.extend(names.iter().enumerate().map(|(offset, name)| FrameChannel {
-                name,
-                stored_as: sample_type(*layer, options.half),
-                data,
-                offset,
-                stride: names.len(),
-            }));
-        }
-        if list.is_empty() {
-            return Err(refuse("no layer is picked".into(), "name at least one"));
-        }
-        // The format wants them in the order of their bytes.
-        list.sort_by_key(|channel| channel.name);
-        Ok(FrameChannels { list })
+/// The channels of the layers that are picked.
+fn channels<'f>(
+    output: &OutputFile,
+    frame: &'f Frame,
+    options: &ExrOptions,
+) -> Result<Vec<AnyChannel<ChannelSamples<'f>>>> {
+    let is_there = |layer: Layer| frame.layers.iter().any(|(kind, _)| *kind == layer);
+    let mut requested = options.layers.iter().flatten().copied();
+    if let Some(missing) = requested.find(|&layer| !is_there(layer)) {
+        return Err(output.refused(
+            format!("the frame has no layer {}", missing.name()),
+            "leave it out; energy needs [sensor] in the scene, indirect needs [indirect]",
+        ));
     }
+    let mut channels = Vec::new();
+    let picked = frame.layers.iter();
+    for (layer, data) in picked.filter(|(layer, _)| options.picks(*layer)) {
+        let names = layer.channel_names();
+        for (offset, &name) in names.iter().enumerate() {
+            channels.push(AnyChannel {
+                name: name.into(),
+                sample_data: ChannelSamples {
+                    layer: data,
+                    stored_as: sample_type(*layer, options.half),
+                    offset,
+                    stride: names.len(),
+                },
+                // Not a colour to be quantised by a lossy compression.
+                quantize_linearly: true,
+                sampling: Vec2(1, 1),
+            });
+        }
+    }
+    if channels.is_empty() {
+        return Err(output.refused("no layer is picked", "name at least one"));
+    }
+    Ok(channels)
 }
 
 fn sample_type(layer: Layer, half: bool) -> SampleType {
     let may_be_half = match layer {
-        Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::Normal => true,
-        Layer::StandardError | Layer::Energy | Layer::Position | Layer::Depth | Layer::Range => {
-            false
-        }
-        Layer::InstanceId | Layer::MaterialId | Layer::Edge => return SampleType::U32,
+        Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::Normal => half,
+        _ => false,
     };
-    if half && may_be_half {
-        SampleType::F16
-    } else {
-        SampleType::F32
+    match layer.is_id() {
+        true => SampleType::U32,
+        false if may_be_half => SampleType::F16,
+        false => SampleType::F32,
     }
 }
 
-impl<'frame> WritableChannels<'frame> for FrameChannels<'frame> {
-    type Writer = &'frame FrameChannels<'frame>;
+/// The values of a channel: every `stride`-th of a layer, from `offset` on. They are read in place: a copy of each channel would
+/// take as long as the writing.
+#[derive(Clone, Copy)]
+struct ChannelSamples<'f> {
+    layer: &'f LayerData,
+    stored_as: SampleType,
+    offset: usize,
+    stride: usize,
+}
 
-    fn infer_channel_list(&self) -> ChannelList {
-        let describe = |channel: &FrameChannel| {
-            // Not a colour to be quantised by a lossy compression.
-            let quantize_linearly = true;
-            ChannelDescription::new(
-                Text::from(channel.name),
-                channel.stored_as,
-                quantize_linearly,
-            )
-        };
-        ChannelList::new(self.list.iter().map(describe).collect())
+impl<'s, 'f: 's> WritableSamples<'s> for ChannelSamples<'f> {
+    type Writer = Self;
+
+    fn sample_type(&self) -> SampleType {
+        self.stored_as
     }
 
     fn infer_level_modes(&self) -> (LevelMode, RoundingMode) {
         (LevelMode::Singular, RoundingMode::Down)
     }
 
-    fn create_writer(&'frame self, _: &Header) -> Self::Writer {
-        self
+    fn create_samples_writer(&'s self, _: &Header) -> Self {
+        *self
     }
 }
 
-impl ChannelsWriter for &FrameChannels<'_> {
-    fn extract_uncompressed_block(&self, header: &Header, block: BlockIndex) -> Vec<u8> {
-        let width = header.layer_size.width();
-        let rows = block.pixel_position.y()..block.pixel_position.y() + block.pixel_size.height();
-        let mut bytes = Vec::with_capacity(header.channels.bytes_per_pixel * width * rows.len());
-        for row in rows {
-            for channel in &self.list {
-                channel.append_row(&mut bytes, row, width);
-            }
-        }
-        bytes
-    }
-}
-
-impl FrameChannel<'_> {
-    /// Appends the values of one row in the byte order of this machine, as the block's consumer expects them.
-    fn append_row(&self, bytes: &mut Vec<u8>, row: usize, width: usize) {
-        let range = row * width * self.stride..(row + 1) * width * self.stride;
-        let (offset, stride) = (self.offset, self.stride);
-        match (self.data, self.stored_as) {
+impl SamplesWriter for ChannelSamples<'_> {
+    /// Writes a row in the byte order of this machine, as `exr` expects it.
+    fn extract_line(&self, line: LineRefMut<'_>) {
+        match (self.layer, self.stored_as) {
             (LayerData::Float(values), SampleType::F16) => {
-                let to_bytes = |value| saturating_half(value).to_ne_bytes();
-                append(bytes, &values[range], offset, stride, to_bytes);
+                self.copy_row(values, line, |value| saturating_half(value).to_ne_bytes());
             }
-            (LayerData::Float(values), _) => {
-                append(bytes, &values[range], offset, stride, f32::to_ne_bytes);
-            }
-            (LayerData::Id(ids), _) => {
-                append(bytes, &ids[range], offset, stride, u32::to_ne_bytes);
-            }
+            (LayerData::Float(values), _) => self.copy_row(values, line, f32::to_ne_bytes),
+            (LayerData::Id(ids), _) => self.copy_row(ids, line, u32::to_ne_bytes),
         }
     }
 }
 
-/// Fills a sized slice instead of pushing, for that is what the compiler turns into wide moves.
-fn append<T: Copy, const N: usize>(
-    bytes: &mut Vec<u8>,
-    interleaved: &[T],
-    offset: usize,
-    stride: usize,
-    to_bytes: impl Fn(T) -> [u8; N],
-) {
-    let start = bytes.len();
-    bytes.resize(start + interleaved.len() / stride * N, 0);
-    let (stored, _) = bytes[start..].as_chunks_mut::<N>();
-    for (stored, pixel) in stored.iter_mut().zip(interleaved.chunks_exact(stride)) {
-        *stored = to_bytes(pixel[offset]);
+impl ChannelSamples<'_> {
+    fn copy_row<T: Copy, const N: usize>(
+        &self,
+        layer: &[T],
+        line: LineRefMut<'_>,
+        to_bytes: impl Fn(T) -> [u8; N],
+    ) {
+        // Lines are whole rows of the image, for its blocks are.
+        let row_values = line.location.sample_count * self.stride;
+        let row = &layer[line.location.position.y() * row_values..][..row_values];
+        let (stored, _) = line.value.as_chunks_mut::<N>();
+        for (stored, pixel) in stored.iter_mut().zip(row.chunks_exact(self.stride)) {
+            *stored = to_bytes(pixel[self.offset]);
+        }
     }
 }
 

@@ -1,24 +1,29 @@
-//! From an OpenEXR file to layers: what is refused, and the header.
+//! From an OpenEXR file to its layers, block by block: where a header claims much, the `exr` crate's own readers of images make room
+//! for all of it at once, and end the program where there is not so much memory.
 
 use std::any::Any;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Seek};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use exr::block::read as read_meta_data;
-use exr::meta::BlockDescription;
+use exr::block::UncompressedBlock;
+use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::block::reader::{ChunksReader, Reader};
+use exr::meta::attribute::SampleType;
 use exr::meta::header::Header;
-use exr::prelude::Compression;
+use exr::prelude::{Compression, Vec2};
+use half::f16;
 
-use super::exr_blocks::read_layers;
-use super::exr_read::LayeredImage;
+use super::exr_read::{ImageLayer, LayeredImage};
+use super::frame::Layer;
 use super::header::readable;
 use crate::input_file;
 
 /// What is wrong, and what to do about it.
-pub(super) type Refusal = (String, &'static str);
+type Refusal = (String, &'static str);
 
 /// Reads a file; what `exr` panics at becomes a refusal, too.
 pub(super) fn decode_file(path: &Path) -> Result<LayeredImage, Refusal> {
@@ -30,31 +35,27 @@ pub(super) fn decode_file(path: &Path) -> Result<LayeredImage, Refusal> {
     read.unwrap_or_else(|panic| Err(damaged(panic_text(&*panic))))
 }
 
-pub(super) fn damaged(problem: impl std::fmt::Display) -> Refusal {
-    (
-        format!("not a whole OpenEXR image: {problem}"),
-        "write or copy the file again",
-    )
+fn damaged(problem: impl Display) -> Refusal {
+    let problem = format!("not a whole OpenEXR image: {problem}");
+    (problem, "write or copy the file again")
 }
 
 fn unsupported(problem: impl Into<String>) -> Refusal {
-    (
-        problem.into(),
-        "save it as one flat part with all of its pixels, uncompressed or ZIP",
-    )
+    let hint = "save it as one flat part with all of its pixels, uncompressed or ZIP";
+    (problem.into(), hint)
 }
 
-pub(super) fn explain(error: exr::error::Error) -> Refusal {
+fn explain(error: exr::error::Error) -> Refusal {
     match error {
         exr::error::Error::NotSupported(what) => unsupported(format!("it cannot be read: {what}")),
         error => damaged(error),
     }
 }
 
-fn panic_text(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<String>().cloned();
-    let text = text.or_else(|| panic.downcast_ref::<&str>().map(|&text| text.to_owned()));
-    text.unwrap_or_else(|| "its content contradicts itself".into())
+fn panic_text(panic: &(dyn Any + Send)) -> &str {
+    let text = panic.downcast_ref::<String>().map(String::as_str);
+    let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+    text.unwrap_or("its content contradicts itself")
 }
 
 fn open(path: &Path) -> Result<(File, u64), Refusal> {
@@ -73,34 +74,34 @@ fn open(path: &Path) -> Result<(File, u64), Refusal> {
 }
 
 fn decode(file: impl Read + Seek, file_bytes: u64) -> Result<LayeredImage, Refusal> {
-    let reader = read_meta_data(file, false).map_err(explain)?;
+    let reader = exr::block::read(file, false).map_err(explain)?;
     let [header] = reader.headers() else {
         let parts = reader.headers().len();
         return Err(unsupported(format!("the file has {parts} parts")));
     };
     let header = header.clone();
-    check(&header, file_bytes)?;
-    let layers = read_layers(reader, &header)?;
+    check_header(&header, file_bytes)?;
+    let attributes = header.all_named_attributes().filter_map(|(name, value)| {
+        let name = name.iter().map(|&byte| char::from(byte)).collect();
+        Some((name, readable(&value)?))
+    });
     Ok(LayeredImage {
-        // `check` has seen that they fit.
-        resolution_px: [header.layer_size.width(), header.layer_size.height()].map(|px| px as u32),
-        layers,
-        attributes: attributes(&header),
+        // The header has been checked: they fit.
+        resolution_px: [header.layer_size.0 as u32, header.layer_size.1 as u32],
+        layers: read_layers(reader, &header)?,
+        attributes: attributes.collect(),
     })
 }
 
 /// Refuses what would be read wrongly, and headers that claim more than the file can hold.
-fn check(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
+fn check_header(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
     let display = header.shared_attributes.display_window;
-    if (display.position, display.size) != (header.own_attributes.layer_position, header.layer_size)
-    {
+    let own = &header.own_attributes;
+    if (display.position, display.size) != (own.layer_position, header.layer_size) {
         return Err(unsupported("its data window is not its display window"));
     }
-    let channels = &header.channels.list;
-    if let Some(twice) = channels
-        .windows(2)
-        .find(|pair| pair[0].name == pair[1].name)
-    {
+    let mut pairs = header.channels.list.windows(2);
+    if let Some(twice) = pairs.find(|pair| pair[0].name == pair[1].name) {
         return Err(damaged(format!("channel {} is there twice", twice[0].name)));
     }
     // The most that one byte can stand for: deflate ends at 1032, and PXR24 leaves out every fourth byte before it; DWA
@@ -114,26 +115,17 @@ fn check(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
     let most_bytes = file_bytes
         .saturating_mul(bytes_per_byte)
         .saturating_add(1 << 20);
-    let [width, height] =
-        [header.layer_size.width(), header.layer_size.height()].map(|px| px as u64);
-    let [block_width, block_height] = match header.blocks {
-        BlockDescription::Tiles(tiles) => [tiles.tile_size.width(), tiles.tile_size.height()],
-        BlockDescription::ScanLines => [
-            header.layer_size.width(),
-            header.compression.scan_lines_per_block(),
-        ],
-    }
-    .map(|px| px as u64);
-    let bytes = |width: u64, height: u64| {
-        let pixels = width.saturating_mul(height);
-        pixels.saturating_mul(header.channels.bytes_per_pixel as u64)
+    let is_too_large = |Vec2(width, height): Vec2<usize>| {
+        let pixels = (width as u64).saturating_mul(height as u64);
+        pixels.saturating_mul(header.channels.bytes_per_pixel as u64) > most_bytes
     };
     // Each block has an entry of 8 bytes in the table and a head of at least 8.
-    let block_count_fits = header.chunk_count as u64 <= file_bytes / 16;
-    if bytes(width, height) > most_bytes
-        || bytes(block_width, block_height) > most_bytes
-        || !block_count_fits
+    let has_too_many_blocks = header.chunk_count as u64 > file_bytes / 16;
+    if is_too_large(header.layer_size)
+        || is_too_large(header.max_block_pixel_size())
+        || has_too_many_blocks
     {
+        let Vec2(width, height) = header.layer_size;
         return Err(damaged(format!(
             "its header claims {width} x {height} pixels, which {file_bytes} bytes cannot hold"
         )));
@@ -141,12 +133,156 @@ fn check(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn attributes(header: &Header) -> BTreeMap<String, String> {
-    header
-        .all_named_attributes()
-        .filter_map(|(name, value)| {
-            let name = name.iter().map(|&byte| char::from(byte)).collect();
-            Some((name, readable(&value)?))
-        })
-        .collect()
+/// Reads the layers of a file of one part whose header is sound.
+fn read_layers<R: Read + Seek>(
+    reader: Reader<R>,
+    header: &Header,
+) -> Result<Vec<ImageLayer>, Refusal> {
+    let (mut layers, places) = empty_layers(header)?;
+    let width = header.layer_size.width();
+    let mut chunks = reader
+        .filter_chunks(false, |_, tile, _| tile.is_largest_resolution_level())
+        .map_err(explain)?;
+    let mut blocks_read = HashSet::new();
+    let mut pixels_read = 0;
+    while let Some(chunk) = chunks.read_next_chunk() {
+        let chunk = chunk.map_err(explain)?;
+        if matches!(
+            header.compression,
+            Compression::DWAA(_) | Compression::DWAB(_)
+        ) {
+            check_dwa_block(&chunk, header)?;
+        }
+        let block = UncompressedBlock::decompress_chunk(chunk, chunks.meta_data(), false);
+        let block = block.map_err(explain)?;
+        let (at, size) = (block.index.pixel_position, block.index.pixel_size);
+        if block.index.level != Vec2(0, 0) || !blocks_read.insert(at) {
+            continue;
+        }
+        pixels_read += size.area();
+        for layer in &mut layers {
+            // Room that no block has reached is never touched, so that a file costs no more memory than it has content.
+            let reached = (at.y() + size.height()) * width * layer.channel_names.len();
+            layer.values.resize(layer.values.len().max(reached), 0.0);
+        }
+        for line in block.lines(&header.channels) {
+            let channel = line.location.channel;
+            let (layer, offset) = places[channel];
+            let layer = &mut layers[layer];
+            let stride = layer.channel_names.len();
+            let first_pixel = line.location.position.y() * width + line.location.position.x();
+            let values = layer.values[first_pixel * stride + offset..].iter_mut();
+            let values = values.step_by(stride);
+            match header.channels.list[channel].sample_type {
+                SampleType::F16 => copy(line.value, values, |b| f16::from_ne_bytes(b).to_f32()),
+                SampleType::F32 => copy(line.value, values, f32::from_ne_bytes),
+                SampleType::U32 => copy(line.value, values, |b| u32::from_ne_bytes(b) as f32),
+            }
+        }
+    }
+    let pixels = header.layer_size.area();
+    if pixels_read != pixels {
+        let problem = format!("{pixels_read} of its {pixels} pixels are there");
+        return Err(damaged(problem));
+    }
+    Ok(layers)
+}
+
+/// The layers of a file with room for their values, and for each of its channels the layer it belongs to and its place there.
+fn empty_layers(header: &Header) -> Result<(Vec<ImageLayer>, Vec<(usize, usize)>), Refusal> {
+    let mut by_name: BTreeMap<String, Vec<(usize, String, usize)>> = BTreeMap::new();
+    for (index, channel) in header.channels.list.iter().enumerate() {
+        let channel = channel.name.to_string();
+        let layer = by_name
+            .entry(layer_of_channel(&channel).into())
+            .or_default();
+        layer.push((channel_rank(&channel), channel, index));
+    }
+    let mut layers = Vec::new();
+    let mut places = vec![(0, 0); header.channels.list.len()];
+    for (name, mut channels) in by_name {
+        channels.sort();
+        for (offset, &(_, _, index)) in channels.iter().enumerate() {
+            places[index] = (layers.len(), offset);
+        }
+        let mut values = Vec::new();
+        let all = header.layer_size.area() * channels.len();
+        if values.try_reserve_exact(all).is_err() {
+            let problem = format!("{all} values of layer {name} need too much memory");
+            return Err((problem, "compare smaller images"));
+        }
+        let channel_names = channels.into_iter().map(|(_, name, _)| name).collect();
+        layers.push(ImageLayer {
+            name,
+            channel_names,
+            values,
+        });
+    }
+    Ok((layers, places))
+}
+
+/// The layer that a channel belongs to: camlux's own by their names, others by what stands before the last dot.
+fn layer_of_channel(channel: &str) -> &str {
+    let mut own = Layer::ALL.into_iter();
+    match own.find(|layer| layer.channel_names().contains(&channel)) {
+        Some(layer) => layer.name(),
+        None => channel.rsplit_once('.').map_or("", |(layer, _)| layer),
+    }
+}
+
+fn channel_rank(channel: &str) -> usize {
+    const ORDER: [&str; 7] = ["R", "G", "B", "A", "X", "Y", "Z"];
+    let last = channel.rsplit_once('.').map_or(channel, |(_, last)| last);
+    let rank = ORDER.iter().position(|name| *name == last);
+    rank.unwrap_or(ORDER.len())
+}
+
+/// The `exr` crate hands over samples in the byte order of this machine.
+fn copy<'v, const N: usize>(
+    bytes: &[u8],
+    values: impl Iterator<Item = &'v mut f32>,
+    to_f32: impl Fn([u8; N]) -> f32,
+) {
+    let (samples, _) = bytes.as_chunks::<N>();
+    for (value, sample) in values.zip(samples) {
+        *value = to_f32(*sample);
+    }
+}
+
+/// Refuses a block compressed by DWA that claims more than its pixels can have: `exr` makes room for all that is claimed.
+fn check_dwa_block(chunk: &Chunk, header: &Header) -> Result<(), Refusal> {
+    /// Of the numbers of 64 bits at the head of the data, those that say how much is unpacked: bytes of other data, of run lengths
+    /// and of what these stand for, number of AC and of DC coefficients.
+    const UNPACKED: [usize; 5] = [1, 6, 7, 8, 9];
+
+    let block = &chunk.compressed_block;
+    let data = match block {
+        CompressedBlock::ScanLine(lines) => &lines.compressed_pixels_le,
+        CompressedBlock::Tile(tile) => &tile.compressed_pixels_le,
+        // Deep data is refused elsewhere.
+        _ => return Ok(()),
+    };
+    let place = header
+        .get_block_data_indices(block)
+        .and_then(|indices| header.get_absolute_block_pixel_coordinates(indices))
+        .map_err(explain)?;
+    let bytes = |round: usize| {
+        let Vec2(width, height) = place.size;
+        let pixels = width.next_multiple_of(round) * height.next_multiple_of(round);
+        pixels * header.channels.bytes_per_pixel
+    };
+    if data.len() == bytes(1) {
+        // It is not compressed.
+        return Ok(());
+    }
+    // Coefficients come in blocks of 8 x 8; run lengths may be longer than what they stand for, but not twice.
+    let most = 2 * bytes(8) as u64;
+    let (numbers, _) = data.as_chunks::<8>();
+    let unpacked = UNPACKED.iter().filter_map(|&index| numbers.get(index));
+    match unpacked.map(|&bytes| u64::from_le_bytes(bytes)).max() {
+        Some(claimed) if claimed > most => Err(damaged(format!(
+            "a block claims {claimed} values where {most} would be many"
+        ))),
+        _ => Ok(()),
+    }
 }

@@ -1,6 +1,7 @@
 //! The result of a render: named layers of pixels, how they were computed, and what it cost.
 
-use crate::error::{Error, Result};
+use super::atomic::output_error;
+use crate::error::Result;
 use crate::scene::{Camera, IndirectLight, Light, Scene, Sensor};
 
 /// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre.
@@ -56,20 +57,7 @@ impl Layer {
 
     /// The name in OpenEXR files and on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Layer::Radiance => "radiance",
-            Layer::Direct => "direct",
-            Layer::Indirect => "indirect",
-            Layer::StandardError => "stderr",
-            Layer::Energy => "energy",
-            Layer::Position => "P",
-            Layer::Normal => "N",
-            Layer::Depth => "depth",
-            Layer::Range => "range",
-            Layer::InstanceId => "id.instance",
-            Layer::MaterialId => "id.material",
-            Layer::Edge => "edge",
-        }
+        self.describe().0
     }
 
     /// The layer of that name.
@@ -79,29 +67,38 @@ impl Layer {
 
     /// Full OpenEXR channel names, in the order in which [`LayerData`] interleaves them.
     pub fn channel_names(self) -> &'static [&'static str] {
-        match self {
-            Layer::Radiance => &["radiance.R", "radiance.G", "radiance.B"],
-            Layer::Direct => &["direct.R", "direct.G", "direct.B"],
-            Layer::Indirect => &["indirect.R", "indirect.G", "indirect.B"],
-            Layer::StandardError => &["stderr.R", "stderr.G", "stderr.B"],
-            Layer::Energy => &["energy.R", "energy.G", "energy.B"],
-            Layer::Position => &["P.X", "P.Y", "P.Z"],
-            Layer::Normal => &["N.X", "N.Y", "N.Z"],
-            Layer::Depth => &["depth.Z"],
-            Layer::Range => &["range.Z"],
-            Layer::InstanceId => &["id.instance"],
-            Layer::MaterialId => &["id.material"],
-            Layer::Edge => &["edge"],
-        }
+        self.describe().1
     }
 
     /// The unit of the values; "1" for a plain number.
     pub fn unit(self) -> &'static str {
+        self.describe().2
+    }
+
+    /// Name, channels, unit.
+    fn describe(self) -> (&'static str, &'static [&'static str], &'static str) {
+        const RADIANCE: &str = "W/sr/m^2";
         match self {
-            Layer::Radiance | Layer::Direct | Layer::Indirect | Layer::StandardError => "W/sr/m^2",
-            Layer::Energy => "J",
-            Layer::Position | Layer::Depth | Layer::Range => "m",
-            Layer::Normal | Layer::InstanceId | Layer::MaterialId | Layer::Edge => "1",
+            Layer::Radiance => (
+                "radiance",
+                &["radiance.R", "radiance.G", "radiance.B"],
+                RADIANCE,
+            ),
+            Layer::Direct => ("direct", &["direct.R", "direct.G", "direct.B"], RADIANCE),
+            Layer::Indirect => (
+                "indirect",
+                &["indirect.R", "indirect.G", "indirect.B"],
+                RADIANCE,
+            ),
+            Layer::StandardError => ("stderr", &["stderr.R", "stderr.G", "stderr.B"], RADIANCE),
+            Layer::Energy => ("energy", &["energy.R", "energy.G", "energy.B"], "J"),
+            Layer::Position => ("P", &["P.X", "P.Y", "P.Z"], "m"),
+            Layer::Normal => ("N", &["N.X", "N.Y", "N.Z"], "1"),
+            Layer::Depth => ("depth", &["depth.Z"], "m"),
+            Layer::Range => ("range", &["range.Z"], "m"),
+            Layer::InstanceId => ("id.instance", &["id.instance"], "1"),
+            Layer::MaterialId => ("id.material", &["id.material"], "1"),
+            Layer::Edge => ("edge", &["edge"], "1"),
         }
     }
 
@@ -129,15 +126,6 @@ pub enum LayerData {
     Id(Vec<u32>),
 }
 
-impl LayerData {
-    fn len(&self) -> usize {
-        match self {
-            LayerData::Float(values) => values.len(),
-            LayerData::Id(ids) => ids.len(),
-        }
-    }
-}
-
 /// One rendered frame.
 #[derive(Debug, Clone)]
 pub struct Frame {
@@ -151,18 +139,18 @@ pub struct Frame {
 impl Frame {
     /// The pixels of a layer; `None` where the frame has no such layer or it holds ids.
     pub fn values(&self, layer: Layer) -> Option<&[f32]> {
-        match self.data(layer)? {
-            LayerData::Float(values) => Some(values),
-            LayerData::Id(_) => None,
-        }
+        self.layers.iter().find_map(|(kind, data)| match data {
+            LayerData::Float(values) if *kind == layer => Some(&values[..]),
+            _ => None,
+        })
     }
 
     /// The ids of a layer; `None` where the frame has no such layer or it holds values.
     pub fn ids(&self, layer: Layer) -> Option<&[u32]> {
-        match self.data(layer)? {
-            LayerData::Id(ids) => Some(ids),
-            LayerData::Float(_) => None,
-        }
+        self.layers.iter().find_map(|(kind, data)| match data {
+            LayerData::Id(ids) if *kind == layer => Some(&ids[..]),
+            _ => None,
+        })
     }
 
     /// What is probably not meant and only the finished frame shows, one sentence each: nothing in view, a layer without light.
@@ -185,11 +173,6 @@ impl Frame {
         vec![warning.into()]
     }
 
-    fn data(&self, layer: Layer) -> Option<&LayerData> {
-        let (_, data) = self.layers.iter().find(|(kind, _)| *kind == layer)?;
-        Some(data)
-    }
-
     /// Checks what the writers rely on, for a frame may have been put together by hand: some pixels, no layer twice, and
     /// in each layer as many values as its pixels have channels.
     ///
@@ -197,39 +180,36 @@ impl Frame {
     /// [`Error::Output`] for `path`, naming the layer.
     pub(crate) fn check_for_output(&self, path: &std::path::Path) -> Result<()> {
         let refuse = |problem: String| {
-            Err(Error::Output {
-                path: path.to_owned(),
-                problem,
-                hint: "write a frame as the renderer returns it".into(),
-            })
+            let hint = "write a frame as the renderer returns it";
+            Err(output_error(path, problem, hint))
         };
         let [width, height] = self.resolution_px.map(|px| px as usize);
         if width == 0 || height == 0 || self.layers.is_empty() {
+            let layers = self.layers.len();
             return refuse(format!(
-                "a frame of {width} x {height} pixels and {} layers is empty",
-                self.layers.len()
+                "a frame of {width} x {height} pixels and {layers} layers is empty"
             ));
         }
         for (index, (layer, data)) in self.layers.iter().enumerate() {
             let name = layer.name();
             let channels = layer.channel_names().len();
-            if width
+            let due = width
                 .checked_mul(height)
-                .and_then(|px| px.checked_mul(channels))
-                != Some(data.len())
-            {
+                .and_then(|px| px.checked_mul(channels));
+            let (count, is_id) = match data {
+                LayerData::Float(values) => (values.len(), false),
+                LayerData::Id(ids) => (ids.len(), true),
+            };
+            if due != Some(count) {
                 return refuse(format!(
-                    "layer {name} has {} values where {width} x {height} pixels of {channels} are due",
-                    data.len()
+                    "layer {name} has {count} values where {width} x {height} pixels of {channels} are due"
                 ));
             }
-            if layer.is_id() != matches!(data, LayerData::Id(_)) {
+            if layer.is_id() != is_id {
                 return refuse(format!("layer {name} mixes up values and ids"));
             }
-            if self.layers[..index]
-                .iter()
-                .any(|(earlier, _)| earlier == layer)
-            {
+            let mut earlier = self.layers[..index].iter();
+            if earlier.any(|(earlier, _)| earlier == layer) {
                 return refuse(format!("layer {name} is there twice"));
             }
         }

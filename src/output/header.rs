@@ -104,8 +104,9 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
 
     add("version", env!("CARGO_PKG_VERSION").into());
     add("scene_hash", scene_hash.as_str().into());
-    add("device", frame.stats.device.as_str().into());
-    add("driver", frame.stats.driver.as_str().into());
+    let stats = &frame.stats;
+    add("device", stats.device.as_str().into());
+    add("driver", stats.driver.as_str().into());
     let layers = frame.layers.iter().map(|(layer, _)| layer);
     for layer in layers.filter(|layer| options.picks(**layer)) {
         add(&format!("unit.{}", layer.name()), layer.unit().into());
@@ -118,11 +119,11 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
             }
             for (name, error) in [
                 ("target_error", indirect.target_error()),
-                ("estimated_error", frame.stats.estimated_error),
+                ("estimated_error", stats.estimated_error),
                 ("interpolation_error", indirect.interpolation_error()),
                 (
                     "estimated_interpolation_error",
-                    frame.stats.estimated_interpolation_error,
+                    stats.estimated_interpolation_error,
                 ),
             ] {
                 if let Some(error) = error {
@@ -214,15 +215,6 @@ fn matrix(column_vectors: DMat4) -> [f32; 16] {
 
 /// The format's strings have no encoding; ASCII is what every reader agrees on.
 fn text(value: &str) -> Text {
-    let ascii: String = value
-        .chars()
-        .map(|c| {
-            if c.is_ascii() && !c.is_control() {
-                c
-            } else {
-                '?'
-            }
-        })
-        .collect();
+    let ascii = value.replace(|c: char| !c.is_ascii() || c.is_control(), "?");
     Text::new_or_none(ascii).unwrap_or_default()
 }

@@ -2,9 +2,7 @@
 
 mod atomic;
 mod exr;
-mod exr_blocks;
 mod exr_decode;
-mod exr_dwa;
 mod exr_header_order;
 mod exr_read;
 mod frame;

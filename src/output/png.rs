@@ -5,7 +5,7 @@ use image::{ExtendedColorType, ImageEncoder};
 
 use super::atomic::OutputFile;
 use super::frame::{Frame, Layer};
-use crate::error::{Error, Result};
+use crate::error::Result;
 
 /// What a preview shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,49 +47,33 @@ pub struct PngPreview {
 /// radiance, taken over the brightest band of the pixels that receive light. What is brighter is clipped.
 ///
 /// # Errors
-/// [`Error::Output`] when the frame lacks a layer of the view or its layers do not fit its resolution, when the panels
+/// [`Error::Output`](crate::Error::Output) when the frame lacks a layer of the view or its layers do not fit its resolution, when the panels
 /// are too wide for the format, and when the file cannot be written. There is no file under the final name then, or the
 /// one from before.
 pub fn write_png(output: OutputFile, frame: &Frame, view: PngView) -> Result<PngPreview> {
     frame.check_for_output(output.path())?;
-    let refuse = |problem: String, hint: &str| Error::Output {
-        path: output.path().to_owned(),
-        problem,
-        hint: hint.into(),
-    };
     let values = |layer: Layer| {
         frame.values(layer).ok_or_else(|| {
             let problem = format!("the frame has no layer {}", layer.name());
-            refuse(problem, "choose the view by PngView::for_frame")
+            output.refused(problem, "choose the view by PngView::for_frame")
         })
     };
-    let panels: Vec<&[f32]> = view
-        .panels()
-        .iter()
-        .map(|&layer| values(layer))
-        .collect::<Result<_>>()?;
+    let panels = view.panels().iter().map(|&layer| values(layer));
+    let panels = panels.collect::<Result<Vec<&[f32]>>>()?;
     let white_radiance = white_radiance(values(Layer::Radiance)?);
     let [width_px, height_px] = frame.resolution_px;
-    let image_width_px = width_px
-        .checked_mul(panels.len() as u32)
-        .filter(|&px| px <= i32::MAX as u32)
-        .ok_or_else(|| {
-            refuse(
-                format!("{} panels of {width_px} pixels are too wide", panels.len()),
-                "render a smaller image",
-            )
-        })?;
+    let image_width_px = width_px.saturating_mul(panels.len() as u32);
+    if image_width_px > i32::MAX as u32 {
+        let problem = format!("{} panels of {width_px} pixels are too wide", panels.len());
+        return Err(output.refused(problem, "render a smaller image"));
+    }
 
     let mut srgb = Vec::with_capacity(image_width_px as usize * height_px as usize * 3);
     let row_values = width_px as usize * 3;
     for row in 0..height_px as usize {
         for panel in &panels {
-            let radiance = &panel[row * row_values..(row + 1) * row_values];
-            srgb.extend(
-                radiance
-                    .iter()
-                    .map(|&value| srgb_byte(value / white_radiance)),
-            );
+            let radiance = panel[row * row_values..][..row_values].iter();
+            srgb.extend(radiance.map(|&value| srgb_byte(value / white_radiance)));
         }
     }
     let mut bytes = Vec::new();

@@ -16,7 +16,7 @@ use crate::{
     plan::Plan,
     vulkan::{
         Allocate, Buffer, BufferUse, Device, MAX_GROUPS, Recorder, Resource, TexelList,
-        shaders::{self, FinalGatherParameters, Module, bytes_of, values_in},
+        shaders::{self, FinalGatherParameters, Module},
     },
 };
 
@@ -88,8 +88,8 @@ impl<'b> FinalGather<'b> {
         let device = context.device;
         let parameters: Vec<shaders::Light> = lights.iter().map(|light| light.parameters).collect();
         // As they would lie in a buffer.
-        let words = values_in::<[f32; 4]>(bytes_of(&parameters));
-        let words = words.ok_or_else(|| Error::internal("lights are not whole texels"))?;
+        let words = bytemuck::try_cast_slice::<_, [f32; 4]>(&parameters)
+            .map_err(|_| Error::internal("lights are not whole texels"))?;
         Ok(FinalGather {
             context,
             gbuffer,

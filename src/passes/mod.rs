@@ -2,9 +2,11 @@
 
 use std::cell::RefCell;
 
+use bytemuck::Pod;
+
 use crate::{
     LocalSpace, Plan, Result, Scene,
-    vulkan::{Device, Pipelines, Recorder, Resource, groups_in_rows, shaders::Plain},
+    vulkan::{Device, Pipelines, Recorder, Resource, groups_in_rows},
 };
 
 use cost::Cost;
@@ -59,7 +61,7 @@ impl Context<'_> {
     }
 
     /// Records a pass of one kernel with an invocation for each item, or for each pixel of an image.
-    pub fn dispatch<'r, T: Plain>(
+    pub fn dispatch<'r, T: Pod>(
         &self,
         recorder: &mut Recorder<'r>,
         (pass, words): (&'static str, &[&str]),

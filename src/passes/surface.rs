@@ -25,7 +25,10 @@ impl Textures {
             let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
             let texels: Vec<[f32; 4]> = texture.linear_rgb.iter().map(rgba).collect();
             let image = Image::new(device, "texture", ImageShape::plain(texture.size_px))?;
-            Ok((image, Buffer::staging(device, "texture", &texels)?))
+            Ok((
+                image,
+                Buffer::filled(device, "texture", &texels, BufferUse::Staging)?,
+            ))
         };
         textures.map(upload).collect::<Result<_>>().map(Textures)
     }

@@ -3,7 +3,7 @@
 
 use std::cell::Cell;
 
-use super::{Buffer, BufferUse, Device, DeviceInfo, Image, ImageShape};
+use super::{Buffer, BufferUse, Device, DeviceInfo, DeviceLimits, Image, ImageShape};
 use crate::{Error, Result};
 
 /// Drivers lay images out in squares of so many pixels along an edge.
@@ -75,10 +75,10 @@ impl<'d> Requirements<'d> {
     }
 
     /// Takes declarations of what grows with something.
-    pub fn of(&self, grows_with: GrowsWith) -> Declarations<'_, 'd> {
+    pub fn of(&self, grows_with: GrowsWith) -> Declarations<'_> {
         Declarations {
-            requirements: self,
-            grows_with,
+            device: self.device,
+            bytes: &self.bytes[grows_with as usize],
             hint: grows_with.hint().into(),
         }
     }
@@ -118,9 +118,47 @@ impl<'d> Requirements<'d> {
         let most = most.max_by_key(|(_, bytes)| bytes.get());
         let hint = most.map_or("choose another device", |(grows_with, _)| grows_with.hint());
         let total = self.total().saturating_add(host_bytes);
-        self.check("the memory of the frame (bytes)", total, hint, |device| {
-            device.limits.memory_bytes
-        })
+        let what = "the memory of the frame (bytes)";
+        check(self.device, what, total, hint, |limits| limits.memory_bytes)
+    }
+}
+
+/// Refuses what is over a limit.
+fn check(
+    device: Option<&DeviceInfo>,
+    what: &str,
+    requested: u64,
+    hint: &str,
+    limit: impl FnOnce(&DeviceLimits) -> u64,
+) -> Result<()> {
+    let Some(device) = device else {
+        return Ok(());
+    };
+    let limit = limit(&device.limits);
+    if requested <= limit {
+        return Ok(());
+    }
+    Err(Error::DeviceLimit {
+        what: what.into(),
+        requested,
+        limit,
+        device: device.name.clone(),
+        hint: hint.into(),
+    })
+}
+
+/// Takes declarations of what grows with the same thing, with what to do where one of them is over a limit.
+pub(crate) struct Declarations<'r> {
+    device: Option<&'r DeviceInfo>,
+    /// The sum.
+    bytes: &'r Cell<u64>,
+    hint: String,
+}
+
+impl Declarations<'_> {
+    pub fn with_hint(self, hint: impl Into<String>) -> Self {
+        let hint = hint.into();
+        Declarations { hint, ..self }
     }
 
     /// Refuses what is over a limit.
@@ -128,61 +166,29 @@ impl<'d> Requirements<'d> {
         &self,
         what: &str,
         requested: u64,
-        hint: &str,
-        limit: impl FnOnce(&DeviceInfo) -> u64,
+        limit: impl FnOnce(&DeviceLimits) -> u64,
     ) -> Result<()> {
-        let Some(device) = self.device else {
-            return Ok(());
-        };
-        let limit = limit(device);
-        if requested <= limit {
-            return Ok(());
-        }
-        Err(Error::DeviceLimit {
-            what: what.into(),
-            requested,
-            limit,
-            device: device.name.clone(),
-            hint: hint.into(),
-        })
+        check(self.device, what, requested, &self.hint, limit)
+    }
+
+    /// Refuses what is larger than one allocation may be, and adds it to the rest.
+    fn add(&self, name: &str, bytes: u64, most: impl FnOnce(&DeviceLimits) -> u64) -> Result<()> {
+        self.check(&format!("{name} (bytes)"), bytes, |limits| {
+            most(limits).min(limits.max_allocation_bytes)
+        })?;
+        self.bytes.set(self.bytes.get().saturating_add(bytes));
+        Ok(())
     }
 }
 
-/// Takes declarations, with what to do where one of them is over a limit.
-pub(crate) struct Declarations<'r, 'd> {
-    requirements: &'r Requirements<'d>,
-    grows_with: GrowsWith,
-    hint: String,
-}
-
-impl Declarations<'_, '_> {
-    pub fn with_hint(self, hint: impl Into<String>) -> Self {
-        Declarations {
-            hint: hint.into(),
-            ..self
-        }
-    }
-
-    /// Refuses what is over a limit.
-    pub fn check(&self, what: &str, requested: u64, limit: fn(&DeviceInfo) -> u64) -> Result<()> {
-        self.requirements.check(what, requested, &self.hint, limit)
-    }
-
-    fn add(&self, bytes: u64) {
-        let sum = &self.requirements.bytes[self.grows_with as usize];
-        sum.set(sum.get().saturating_add(bytes));
-    }
-}
-
-impl Allocate for Declarations<'_, '_> {
+impl Allocate for Declarations<'_> {
     type Image = ();
     type Buffer = ();
 
     fn image(&self, name: &str, shape: ImageShape) -> Result<()> {
         for (axis, size_px) in ["width", "height"].into_iter().zip(shape.size_px) {
-            self.check(&format!("{name}, {axis} (px)"), size_px.into(), |device| {
-                device.limits.max_image_px.into()
-            })?;
+            let what = format!("{name}, {axis} (px)");
+            self.check(&what, size_px.into(), |limits| limits.max_image_px.into())?;
         }
         let pixel_bytes = if shape.is_depth { 4 } else { 16 };
         let [width, height] = shape
@@ -191,30 +197,13 @@ impl Allocate for Declarations<'_, '_> {
         let bytes = (u64::from(shape.layer_count()) * pixel_bytes)
             .saturating_mul(width)
             .saturating_mul(height);
-        self.check(&format!("{name} (bytes)"), bytes, |device| {
-            device.limits.max_allocation_bytes
-        })?;
-        self.add(bytes);
-        Ok(())
+        self.add(name, bytes, |_| u64::MAX)
     }
 
     fn buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<()> {
-        self.check(
-            &format!("{name} (bytes)"),
-            bytes,
-            match usage {
-                BufferUse::Device | BufferUse::Upload => |device| {
-                    let limits = &device.limits;
-                    let storage = limits.max_storage_buffer_bytes;
-                    storage.min(limits.max_allocation_bytes)
-                },
-                BufferUse::Staging | BufferUse::Readback => |device| {
-                    let limits = &device.limits;
-                    limits.max_buffer_bytes.min(limits.max_allocation_bytes)
-                },
-            },
-        )?;
-        self.add(bytes);
-        Ok(())
+        self.add(name, bytes, |limits| match usage {
+            BufferUse::Device | BufferUse::Upload => limits.max_storage_buffer_bytes,
+            BufferUse::Staging | BufferUse::Readback => limits.max_buffer_bytes,
+        })
     }
 }

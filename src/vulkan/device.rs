@@ -1,6 +1,9 @@
 //! The logical device, its queue and its memory allocator.
 
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::{
+    mem::ManuallyDrop,
+    sync::{Arc, Mutex, MutexGuard},
+};
 
 use ash::{khr, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -10,9 +13,11 @@ use super::{Fault, FaultCount};
 use super::{
     MemoryUse, failed,
     faults::Faults,
-    host::{HostVulkan, QueueGuard, SharedQueue},
+    host::{HostVulkan, QueueLock},
     instance::{DeviceInfo, Instance},
+    lock,
     memory::Memory,
+    no_device,
 };
 use crate::{Error, Result};
 
@@ -47,11 +52,13 @@ pub struct Device {
 struct Shared {
     raw: ash::Device,
     push_descriptor: khr::push_descriptor::Device,
-    queue: SharedQueue,
+    /// Locked while it is submitted to.
+    queue: Mutex<vk::Queue>,
     queue_family: u32,
-    is_hosts: bool,
-    /// Taken out before the device is destroyed.
-    memory: Mutex<Option<Memory>>,
+    /// The host's lock around its queue.
+    queue_lock: Option<Arc<dyn QueueLock>>,
+    /// Dropped before the device is destroyed.
+    memory: ManuallyDrop<Mutex<Memory>>,
     condition: Mutex<Condition>,
     faults: Faults,
     info: DeviceInfo,
@@ -73,8 +80,8 @@ impl Device {
     /// # Errors
     /// [`Error::NoDevice`] where there is no Vulkan loader, driver or device.
     pub fn list() -> Result<Vec<DeviceInfo>> {
-        let devices = Instance::new(false)?.devices()?;
-        Ok(devices.into_iter().map(|(_, info)| info).collect())
+        let (_, list) = Instance::new(false)?.devices()?;
+        Ok(list)
     }
 
     /// The device that [`DeviceChoice`] names in a list.
@@ -82,27 +89,22 @@ impl Device {
     /// # Errors
     /// [`Error::NoDevice`] where none fits, or the one that fits lacks what camlux needs.
     pub fn choose<'l>(list: &'l [DeviceInfo], choice: &DeviceChoice) -> Result<&'l DeviceInfo> {
-        let names = || {
+        let none = |problem: String| {
             let name = |info: &DeviceInfo| format!("{} \"{}\"", info.index, info.name);
             let names: Vec<String> = list.iter().map(name).collect();
-            format!("choose one of: {}", names.join(", "))
-        };
-        let none = |problem: String| Error::NoDevice {
-            problem,
-            hint: names(),
+            no_device(problem, format!("choose one of: {}", names.join(", ")))
         };
         let chosen = match choice {
             DeviceChoice::Best => list
                 .iter()
                 .filter(|info| info.unusable.is_none())
                 .min_by_key(|info| info.kind)
-                .ok_or_else(|| Error::NoDevice {
-                    problem: list
-                        .iter()
-                        .filter_map(|info| Some(format!("{} lacks {}", info.name, info.unusable.as_ref()?)))
-                        .collect::<Vec<_>>()
-                        .join(", "),
-                    hint: "update the driver, or install a CPU driver, on Debian: apt-get install mesa-vulkan-drivers".into(),
+                .ok_or_else(|| {
+                    let lack = |info: &DeviceInfo| {
+                        Some(format!("{} lacks {}", info.name, info.unusable.as_ref()?))
+                    };
+                    let lacks: Vec<String> = list.iter().filter_map(lack).collect();
+                    no_device(lacks.join(", "), "update the driver, or install a CPU driver, on Debian: apt-get install mesa-vulkan-drivers")
                 })?,
             DeviceChoice::Index(index) => list
                 .iter()
@@ -125,17 +127,13 @@ impl Device {
     /// [`Error::NoDevice`] where none fits; [`Error::Vulkan`] where the driver fails.
     pub fn open(options: &DeviceOptions) -> Result<Device> {
         let instance = Instance::new(options.validation)?;
-        let devices = instance.devices()?;
-        let list: Vec<DeviceInfo> = devices.iter().map(|(_, info)| info.clone()).collect();
+        let (physical, list) = instance.devices()?;
         let info = Device::choose(&list, &options.choice)?.clone();
-        let physical = devices[info.index].0;
-        let queue_family = instance
-            .queue_family(physical)
-            .ok_or_else(|| Error::NoDevice {
-                problem: format!("{} has no queue for graphics and compute", info.name),
-                hint: "choose another device".into(),
-            })?;
-
+        let physical = physical[info.index];
+        let queue_family = *instance
+            .queue_families(physical)
+            .first()
+            .ok_or_else(|| Error::internal("a device without a queue was chosen"))?;
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
@@ -155,8 +153,7 @@ impl Device {
             .map_err(failed("vkCreateDevice"))?;
         // SAFETY: one queue of this family was asked for.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
-        let queue = SharedQueue::new(queue, None);
-        Device::of(instance, physical, raw, (queue, queue_family), info, false)
+        Device::new(instance, physical, raw, (queue, queue_family, None), info)
     }
 
     /// A host's device.
@@ -172,23 +169,19 @@ impl Device {
         let (instance, raw) = unsafe { host.load() }?;
         let info = instance.describe(0, host.physical_device);
         if let Some(lack) = &info.unusable {
-            return Err(Error::NoDevice {
-                problem: format!("{} lacks {lack}", info.name),
-                hint: "choose another device".into(),
-            });
+            let problem = format!("{} lacks {lack}", info.name);
+            return Err(no_device(problem, "choose another device"));
         }
-        let queue = SharedQueue::new(host.queue, host.queue_lock.clone());
-        let queue = (queue, host.queue_family);
-        Device::of(instance, host.physical_device, raw, queue, info, true)
+        let queue = (host.queue, host.queue_family, host.queue_lock.clone());
+        Device::new(instance, host.physical_device, raw, queue, info)
     }
 
-    fn of(
+    fn new(
         instance: Arc<Instance>,
         physical: vk::PhysicalDevice,
         raw: ash::Device,
-        (queue, queue_family): (SharedQueue, u32),
+        (queue, queue_family, queue_lock): (vk::Queue, u32, Option<Arc<dyn QueueLock>>),
         info: DeviceInfo,
-        is_hosts: bool,
     ) -> Result<Device> {
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.raw.clone(),
@@ -198,13 +191,27 @@ impl Device {
             buffer_device_address: false,
             allocation_sizes: Default::default(),
         });
+        let allocator = allocator.map_err(|error| {
+            if !instance.is_hosts() {
+                // SAFETY: nothing was made from the device.
+                unsafe { raw.destroy_device(None) };
+            }
+            Error::Memory {
+                what: "the allocator".into(),
+                bytes: 0,
+                problem: error.to_string(),
+            }
+        })?;
         let shared = Shared {
             push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &raw),
             raw,
-            queue,
+            queue: Mutex::new(queue),
             queue_family,
-            is_hosts,
-            memory: Mutex::new(None),
+            queue_lock,
+            memory: ManuallyDrop::new(Mutex::new(Memory {
+                allocator,
+                usage: MemoryUse::default(),
+            })),
             condition: Mutex::new(Condition {
                 last_pass: "none",
                 lost_in: None,
@@ -213,12 +220,6 @@ impl Device {
             info,
             instance,
         };
-        let allocator = allocator.map_err(|error| Error::Memory {
-            what: "the allocator".into(),
-            bytes: 0,
-            problem: error.to_string(),
-        })?;
-        *lock(&shared.memory) = Some(Memory::new(allocator));
         Ok(Device {
             shared: Arc::new(shared),
         })
@@ -236,8 +237,7 @@ impl Device {
 
     /// What buffers and images hold of the device's memory. Between renders that is what renderers keep.
     pub fn memory_use(&self) -> MemoryUse {
-        self.with_memory(|memory| memory.usage())
-            .unwrap_or_default()
+        self.memory().usage
     }
 
     /// Asks for something to go wrong, or for nothing; counts, and takes the peak of the memory, from here on.
@@ -245,7 +245,8 @@ impl Device {
     #[doc(hidden)]
     pub fn inject(&self, fault: Option<Fault>) {
         self.shared.faults.ask(fault);
-        self.with_memory(Memory::forget_peak);
+        let usage = &mut self.memory().usage;
+        (usage.peak_bytes, usage.largest_bytes) = (usage.bytes, 0);
     }
 
     /// What there was since a fault was last asked for.
@@ -253,6 +254,16 @@ impl Device {
     #[doc(hidden)]
     pub fn fault_count(&self) -> FaultCount {
         self.shared.faults.count()
+    }
+
+    /// Closes the device. Returns what the validation layer has said, also of what was never destroyed; `None` where something
+    /// still holds the device.
+    #[cfg(feature = "test-hooks")]
+    #[doc(hidden)]
+    pub fn close(self) -> Option<Vec<String>> {
+        let instance = self.shared.instance.clone();
+        drop(Arc::into_inner(self.shared)?);
+        Some(instance.messages())
     }
 
     pub(super) fn faults(&self) -> &Faults {
@@ -313,113 +324,43 @@ impl Device {
         &self.shared.push_descriptor
     }
 
-    pub(super) fn queue(&self) -> QueueGuard<'_> {
-        self.shared.queue.lock()
+    /// Runs `submit` on the queue, which nobody else uses meanwhile.
+    pub(super) fn with_queue<T>(&self, submit: impl FnOnce(vk::Queue) -> T) -> T {
+        let queue = lock(&self.shared.queue);
+        let host = self.shared.queue_lock.as_deref();
+        if let Some(host) = host {
+            host.lock();
+        }
+        let result = submit(*queue);
+        if let Some(host) = host {
+            host.unlock();
+        }
+        result
     }
 
     pub(crate) fn queue_family(&self) -> u32 {
         self.shared.queue_family
     }
 
-    /// Runs `use_it` on the memory, which is there as long as the device is.
-    pub(super) fn with_memory<T>(&self, use_it: impl FnOnce(&mut Memory) -> T) -> Option<T> {
-        lock(&self.shared.memory).as_mut().map(use_it)
+    pub(super) fn memory(&self) -> MutexGuard<'_, Memory> {
+        lock(&self.shared.memory)
     }
-}
-
-/// A panic while the lock was held leaves nothing half done here: the guarded values are handles.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner)
 }
 
 impl Drop for Shared {
     fn drop(&mut self) {
-        // SAFETY: buffers, images, pipelines and recorders hold a clone of the device, so none is left.
+        // SAFETY: buffers, images, pipelines and recorders hold a clone of the device, so none is left, and the memory is not
+        // used again.
         unsafe {
-            if self.is_hosts {
-                // Every submission was waited for, and what else the host does is not to be waited for.
-                drop(lock(&self.memory).take());
-                return;
+            // What else a host does is not to be waited for, and every submission was. Fails where the device is lost, which
+            // leaves nothing to wait for.
+            if !self.instance.is_hosts() {
+                let _ = self.raw.device_wait_idle();
             }
-            // Fails where the device is lost, which leaves nothing to wait for.
-            let _ = self.raw.device_wait_idle();
-            drop(lock(&self.memory).take());
-            self.raw.destroy_device(None);
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::{path::Path, sync::Arc};
-
-    use super::{super::Fault, Device, DeviceOptions, Instance};
-    use crate::{
-        RenderOptions, Renderer, Result, Scene,
-        output::Frame,
-        scene::{IndirectLight, VplSum},
-    };
-
-    fn open() -> Device {
-        Device::open(&DeviceOptions {
-            validation: true,
-            ..DeviceOptions::default()
-        })
-        .expect("scripts/test installs a driver and the layer")
-    }
-
-    fn render(renderer: &mut Renderer) -> Result<Frame> {
-        let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
-        let mut scene = Scene::load(&scene).expect("a demo scene loads");
-        scene.camera.resolution_px = [8, 8];
-        scene.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
-        renderer.render(&scene, &mut RenderOptions::default())
-    }
-
-    /// Closes a device that nothing else holds. What was made from it and not destroyed is only told then.
-    #[track_caller]
-    fn assert_nothing_is_left(device: Device) {
-        let instance: Arc<Instance> = device.shared.instance.clone();
-        assert_eq!(Arc::strong_count(&device.shared), 1);
-        drop(device);
-        assert_eq!(Arc::strong_count(&instance), 1);
-        assert_eq!(instance.messages(), [""; 0]);
-    }
-
-    #[test]
-    fn nothing_is_left_when_the_device_closes() {
-        let device = open();
-        render(&mut Renderer::new(&device).expect("a renderer")).expect("the scene renders");
-        assert_nothing_is_left(device);
-    }
-
-    /// No object of any kind, be it one without memory.
-    #[test]
-    fn nothing_is_left_when_calls_have_failed() {
-        let device = open();
-        let mut renderer = Renderer::new(&device).expect("a renderer");
-        for call in 0.. {
-            device.inject(Some(Fault::OutOfMemory {
-                function: None,
-                call,
-            }));
-            if render(&mut renderer).is_ok() {
-                break;
+            ManuallyDrop::drop(&mut self.memory);
+            if !self.instance.is_hosts() {
+                self.raw.destroy_device(None);
             }
         }
-        drop(renderer);
-        assert_nothing_is_left(device);
-    }
-
-    #[test]
-    fn nothing_is_left_when_the_device_was_lost() {
-        let device = open();
-        let mut renderer = Renderer::new(&device).expect("a renderer");
-        device.inject(Some(Fault::DeviceLostIn { pass: "gather" }));
-        render(&mut renderer).expect_err("it is lost");
-        drop(renderer);
-        assert_nothing_is_left(device);
     }
 }

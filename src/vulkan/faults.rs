@@ -1,6 +1,8 @@
 //! Failures on purpose: what a driver may answer to any call, so that tests can see what becomes of it.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::Mutex;
+
+use super::lock;
 
 /// What is to go wrong. All places are counted from 0, from when it was asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -77,7 +79,7 @@ impl Faults {
     }
 
     fn with<T>(&self, use_it: impl FnOnce(&mut Option<Fault>, &mut FaultCount) -> T) -> T {
-        let mut state = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = lock(&self.0);
         let (fault, count) = &mut *state;
         use_it(fault, count)
     }

@@ -1,14 +1,14 @@
 //! A device that a host has made and goes on using, and what it needs to use a frame's images there.
 
 use std::{
-    ffi::CStr,
-    fmt,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    ffi::{CStr, c_void},
+    fmt::Display,
+    sync::{Arc, Mutex},
 };
 
 use ash::{khr, vk};
 
-use super::{Device, instance::Instance};
+use super::{Device, instance::Instance, lock, no_device};
 use crate::{Error, Result};
 
 /// A host's own Vulkan objects. They stay the host's: camlux destroys none of them.
@@ -62,11 +62,10 @@ impl HostVulkan {
             || self.queue == vk::Queue::null()
             || self.device_create_info.is_null();
         if is_null {
-            return Err(lacking("a handle is null".into()));
+            return Err(lacking("a handle is null"));
         }
         // SAFETY: promised by the caller.
-        let enabled = unsafe { Enabled::of(&*self.device_create_info) };
-        if let Some(lack) = enabled.lacks() {
+        if let Some(lack) = unsafe { not_enabled(&*self.device_create_info) } {
             return Err(lacking(format!("it was made without {lack}")));
         }
         let static_fn = ash::StaticFn {
@@ -86,136 +85,93 @@ impl HostVulkan {
             }
         }
         let instance = Instance::of_host(instance);
-        if instance.queue_family_lacks(self.physical_device, self.queue_family) {
+        let family = self.queue_family;
+        let families = instance.queue_families(self.physical_device);
+        if !families.contains(&family) {
             return Err(lacking(format!(
-                "queue family {} does not draw, compute and take timestamps",
-                self.queue_family
+                "queue family {family} does not draw, compute and take timestamps"
             )));
         }
         Ok((instance, device))
     }
 }
 
-fn lacking(problem: String) -> Error {
-    Error::NoDevice {
-        problem: format!("the host's device cannot be used: {problem}"),
-        hint: "see the list of what it must have in the documentation of HostVulkan and of camlux_vulkan_device".into(),
-    }
+fn lacking(problem: impl Display) -> Error {
+    let problem = format!("the host's device cannot be used: {problem}");
+    no_device(
+        problem,
+        "see the list of what it must have in the documentation of HostVulkan and of camlux_vulkan_device",
+    )
 }
 
-/// What of that which camlux needs is on.
-#[derive(Default)]
-struct Enabled {
-    push_descriptor: bool,
-    dynamic_rendering: bool,
-    synchronization2: bool,
-    timeline_semaphore: bool,
-}
-
-impl Enabled {
-    /// # Safety
-    /// The info is a valid one, with all that it points to.
-    unsafe fn of(info: &vk::DeviceCreateInfo) -> Enabled {
-        let mut enabled = Enabled::default();
-        for index in 0..info.enabled_extension_count as usize {
-            // SAFETY: there are as many names as the info says, each a C string.
-            let name = unsafe { CStr::from_ptr(*info.pp_enabled_extension_names.add(index)) };
-            enabled.push_descriptor |= name == khr::push_descriptor::NAME;
+/// What camlux needs and the device was made without.
+///
+/// # Safety
+/// The info is a valid one, with all that it points to.
+unsafe fn not_enabled(info: &vk::DeviceCreateInfo) -> Option<&'static str> {
+    // SAFETY: there are as many names as the info says, each a C string.
+    let name = |index| unsafe { CStr::from_ptr(*info.pp_enabled_extension_names.add(index)) };
+    let mut names = (0..info.enabled_extension_count as usize).map(name);
+    let push_descriptor = names.any(|name| name == khr::push_descriptor::NAME);
+    let [
+        mut dynamic_rendering,
+        mut synchronization2,
+        mut timeline_semaphore,
+    ] = [vk::FALSE; 3];
+    // SAFETY (all below): the chain is valid.
+    unsafe {
+        if let Some(of12) = find::<vk::PhysicalDeviceVulkan12Features>(info.p_next) {
+            timeline_semaphore = of12.timeline_semaphore;
         }
-        let mut next: *const vk::BaseInStructure = info.p_next.cast();
-        // SAFETY: the chain is valid, and each of its structures is of the type that it says.
-        while let Some(structure) = unsafe { next.as_ref() } {
-            enabled.add(structure);
-            next = structure.p_next;
+        if let Some(of13) = find::<vk::PhysicalDeviceVulkan13Features>(info.p_next) {
+            dynamic_rendering = of13.dynamic_rendering;
+            synchronization2 = of13.synchronization2;
         }
-        enabled
-    }
-
-    fn add(&mut self, structure: &vk::BaseInStructure) {
-        let place = std::ptr::from_ref(structure);
-        // SAFETY (all below): the structure is of the type that it says.
-        match structure.s_type {
-            vk::StructureType::PHYSICAL_DEVICE_VULKAN_1_3_FEATURES => {
-                let of13 = unsafe { &*place.cast::<vk::PhysicalDeviceVulkan13Features>() };
-                self.dynamic_rendering |= of13.dynamic_rendering != 0;
-                self.synchronization2 |= of13.synchronization2 != 0;
-            }
-            vk::StructureType::PHYSICAL_DEVICE_DYNAMIC_RENDERING_FEATURES => {
-                let of = unsafe { &*place.cast::<vk::PhysicalDeviceDynamicRenderingFeatures>() };
-                self.dynamic_rendering |= of.dynamic_rendering != 0;
-            }
-            vk::StructureType::PHYSICAL_DEVICE_SYNCHRONIZATION_2_FEATURES => {
-                let of = unsafe { &*place.cast::<vk::PhysicalDeviceSynchronization2Features>() };
-                self.synchronization2 |= of.synchronization2 != 0;
-            }
-            vk::StructureType::PHYSICAL_DEVICE_VULKAN_1_2_FEATURES => {
-                let of12 = unsafe { &*place.cast::<vk::PhysicalDeviceVulkan12Features>() };
-                self.timeline_semaphore |= of12.timeline_semaphore != 0;
-            }
-            vk::StructureType::PHYSICAL_DEVICE_TIMELINE_SEMAPHORE_FEATURES => {
-                let of = unsafe { &*place.cast::<vk::PhysicalDeviceTimelineSemaphoreFeatures>() };
-                self.timeline_semaphore |= of.timeline_semaphore != 0;
-            }
-            _ => {}
+        if let Some(of) = find::<vk::PhysicalDeviceTimelineSemaphoreFeatures>(info.p_next) {
+            timeline_semaphore = of.timeline_semaphore;
+        }
+        if let Some(of) = find::<vk::PhysicalDeviceDynamicRenderingFeatures>(info.p_next) {
+            dynamic_rendering = of.dynamic_rendering;
+        }
+        if let Some(of) = find::<vk::PhysicalDeviceSynchronization2Features>(info.p_next) {
+            synchronization2 = of.synchronization2;
         }
     }
-
-    fn lacks(&self) -> Option<&'static str> {
-        [
-            (self.push_descriptor, "VK_KHR_push_descriptor"),
-            (self.dynamic_rendering, "the feature dynamicRendering"),
-            (self.synchronization2, "the feature synchronization2"),
-            (self.timeline_semaphore, "the feature timelineSemaphore"),
-        ]
+    let needed = [
+        (push_descriptor, "VK_KHR_push_descriptor"),
+        (
+            dynamic_rendering != vk::FALSE,
+            "the feature dynamicRendering",
+        ),
+        (
+            synchronization2 != vk::FALSE,
+            "the feature synchronization2",
+        ),
+        (
+            timeline_semaphore != vk::FALSE,
+            "the feature timelineSemaphore",
+        ),
+    ];
+    needed
         .into_iter()
         .find_map(|(is_on, name)| (!is_on).then_some(name))
-    }
 }
 
-/// The queue, while it is submitted to.
-pub(super) struct SharedQueue {
-    queue: Mutex<vk::Queue>,
-    host: Option<Arc<dyn QueueLock>>,
-}
-
-impl SharedQueue {
-    pub fn new(queue: vk::Queue, host: Option<Arc<dyn QueueLock>>) -> Self {
-        SharedQueue {
-            queue: Mutex::new(queue),
-            host,
+/// The structure of this type in a chain.
+///
+/// # Safety
+/// The chain is valid, and each of its structures is of the type that it says.
+unsafe fn find<'c, T: vk::TaggedStructure>(chain: *const c_void) -> Option<&'c T> {
+    let mut next: *const vk::BaseInStructure = chain.cast();
+    // SAFETY: promised by the caller.
+    while let Some(structure) = unsafe { next.as_ref() } {
+        if structure.s_type == T::STRUCTURE_TYPE {
+            // SAFETY: it is of that type.
+            return Some(unsafe { &*next.cast() });
         }
+        next = structure.p_next;
     }
-
-    pub fn lock(&self) -> QueueGuard<'_> {
-        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(host) = &self.host {
-            host.lock();
-        }
-        QueueGuard {
-            queue,
-            host: self.host.as_deref(),
-        }
-    }
-}
-
-/// Nobody else submits as long as it lives.
-pub(super) struct QueueGuard<'q> {
-    queue: MutexGuard<'q, vk::Queue>,
-    host: Option<&'q dyn QueueLock>,
-}
-
-impl QueueGuard<'_> {
-    pub fn raw(&self) -> vk::Queue {
-        *self.queue
-    }
-}
-
-impl Drop for QueueGuard<'_> {
-    fn drop(&mut self) {
-        if let Some(host) = self.host {
-            host.unlock();
-        }
-    }
+    None
 }
 
 /// A timeline semaphore that rises by 1 with each frame that stays on the device.
@@ -244,15 +200,17 @@ impl Timeline {
 
     /// Rises when everything is done that was submitted so far. Returns the value it will then have.
     pub fn rise(&self) -> Result<u64> {
-        let mut value = self.value.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut value = lock(&self.value);
         let signals = [vk::SemaphoreSubmitInfo::default()
             .semaphore(self.raw)
             .value(*value + 1)
             .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
         let submit = [vk::SubmitInfo2::default().signal_semaphore_infos(&signals)];
         // SAFETY: device and semaphore are live, and the value is above all that it had.
-        self.device.call("vkQueueSubmit2", |raw| unsafe {
-            raw.queue_submit2(self.device.queue().raw(), &submit, vk::Fence::null())
+        self.device.call("vkQueueSubmit2", |raw| {
+            let fence = vk::Fence::null();
+            self.device
+                .with_queue(|queue| unsafe { raw.queue_submit2(queue, &submit, fence) })
         })?;
         *value += 1;
         Ok(*value)
@@ -265,9 +223,8 @@ impl Timeline {
 
 impl Drop for Timeline {
     fn drop(&mut self) {
-        let value = *self.value.lock().unwrap_or_else(PoisonError::into_inner);
         let semaphores = [self.raw];
-        let values = [value];
+        let values = [*lock(&self.value)];
         let wait = vk::SemaphoreWaitInfo::default()
             .semaphores(&semaphores)
             .values(&values);
@@ -279,12 +236,3 @@ impl Drop for Timeline {
         }
     }
 }
-
-impl fmt::Debug for Timeline {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Timeline").field(&self.raw).finish()
-    }
-}
-
-#[cfg(test)]
-mod tests;

@@ -6,13 +6,20 @@ use std::{
     sync::{Arc, Mutex},
 };
 
-use ash::{ext, khr, vk};
+use ash::{
+    ext, khr,
+    vk::{
+        self, DebugUtilsMessageSeverityFlagsEXT as Severity,
+        DebugUtilsMessageTypeFlagsEXT as MessageType, FormatFeatureFlags as Usable,
+    },
+};
 
 use super::{
-    failed, host_memory,
+    failed, host_memory, lock,
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
+    no_device,
 };
-use crate::{Error, Result};
+use crate::Result;
 
 const INSTALL_DRIVER: &str =
     "install a Vulkan driver, on Debian: apt-get install libvulkan1 mesa-vulkan-drivers";
@@ -91,23 +98,17 @@ pub(super) struct Instance {
 impl Instance {
     pub fn new(validation: bool) -> Result<Arc<Self>> {
         // SAFETY: loading the Vulkan loader runs its initialisers, which is what it is there for.
-        let entry = unsafe { ash::Entry::load() }.map_err(|error| Error::NoDevice {
-            problem: format!("the Vulkan loader cannot be opened ({error})"),
-            hint: INSTALL_DRIVER.into(),
+        let entry = unsafe { ash::Entry::load() }.map_err(|error| {
+            let problem = format!("the Vulkan loader cannot be opened ({error})");
+            no_device(problem, INSTALL_DRIVER)
         })?;
         let application = vk::ApplicationInfo::default()
             .engine_name(c"camlux")
             .api_version(vk::API_VERSION_1_3);
         let messages: Arc<Mutex<Vec<String>>> = Arc::default();
         let mut messenger_info = vk::DebugUtilsMessengerCreateInfoEXT::default()
-            .message_severity(
-                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
-                    | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
-            )
-            .message_type(
-                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
-                    | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
-            )
+            .message_severity(Severity::WARNING | Severity::ERROR)
+            .message_type(MessageType::VALIDATION | MessageType::PERFORMANCE)
             .pfn_user_callback(Some(collect_message))
             .user_data(Arc::as_ptr(&messages).cast_mut().cast());
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
@@ -128,15 +129,13 @@ impl Instance {
         }
         // SAFETY: all pointers in `info` live until after the call; `messages` lives as long as the instance.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
-            vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice {
-                problem: "the Vulkan loader found no driver".into(),
-                hint: INSTALL_DRIVER.into(),
-            },
-            vk::Result::ERROR_LAYER_NOT_PRESENT => Error::NoDevice {
-                problem: "the Khronos validation layer is not installed".into(),
-                hint: "turn validation off, or on Debian: apt-get install vulkan-validationlayers"
-                    .into(),
-            },
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
+                no_device("the Vulkan loader found no driver", INSTALL_DRIVER)
+            }
+            vk::Result::ERROR_LAYER_NOT_PRESENT => no_device(
+                "the Khronos validation layer is not installed",
+                "turn validation off, or on Debian: apt-get install vulkan-validationlayers",
+            ),
             result => failed("vkCreateInstance")(result),
         })?;
         let mut instance = Instance {
@@ -167,34 +166,29 @@ impl Instance {
         })
     }
 
-    /// The loader; `None` where the instance is a host's.
-    #[cfg(test)]
-    pub fn entry(&self) -> Option<&ash::Entry> {
-        self.entry.as_ref()
+    pub fn is_hosts(&self) -> bool {
+        self.entry.is_none()
     }
 
     /// What the validation layer said so far.
     pub fn messages(&self) -> Vec<String> {
-        match self.messages.lock() {
-            Ok(messages) => messages.clone(),
-            Err(poisoned) => poisoned.into_inner().clone(),
-        }
+        lock(&self.messages).clone()
     }
 
-    pub fn devices(&self) -> Result<Vec<(vk::PhysicalDevice, DeviceInfo)>> {
+    /// Every device, and what it is.
+    pub fn devices(&self) -> Result<(Vec<vk::PhysicalDevice>, Vec<DeviceInfo>)> {
         // SAFETY: the instance is live.
         let found = unsafe { self.raw.enumerate_physical_devices() }
             .map_err(failed("vkEnumeratePhysicalDevices"))?;
         if found.is_empty() {
-            return Err(Error::NoDevice {
-                problem: "the Vulkan loader found no device".into(),
-                hint: INSTALL_DRIVER.into(),
-            });
+            return Err(no_device(
+                "the Vulkan loader found no device",
+                INSTALL_DRIVER,
+            ));
         }
-        let describe = |(index, device): (usize, &vk::PhysicalDevice)| {
-            (*device, self.describe(index, *device))
-        };
-        Ok(found.iter().enumerate().map(describe).collect())
+        let infos = found.iter().enumerate();
+        let infos = infos.map(|(index, &device)| self.describe(index, device));
+        Ok((found.clone(), infos.collect()))
     }
 
     pub fn describe(&self, index: usize, device: vk::PhysicalDevice) -> DeviceInfo {
@@ -207,11 +201,9 @@ impl Instance {
             .push_next(&mut subgroup)
             .push_next(&mut maintenance3)
             .push_next(&mut vulkan13);
+        let instance = &self.raw;
         // SAFETY: the instance is live and the device is its own.
-        unsafe {
-            self.raw
-                .get_physical_device_properties2(device, &mut properties);
-        }
+        unsafe { instance.get_physical_device_properties2(device, &mut properties) };
         let properties = properties.properties;
         let limits = properties.limits;
         let version = properties.api_version;
@@ -255,7 +247,7 @@ impl Instance {
                 subgroup_lanes: subgroup.subgroup_size,
                 timestamp_period_ns: limits.timestamp_period,
             },
-            unusable: self.lacks(device, &properties),
+            unusable: self.lacks(device, properties.api_version).map(String::from),
         }
     }
 
@@ -263,15 +255,12 @@ impl Instance {
     fn heap_bytes(&self, device: vk::PhysicalDevice) -> u64 {
         let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
         let mut memory = vk::PhysicalDeviceMemoryProperties2::default();
-        let has_budget = self.has_extension(device, ext::memory_budget::NAME);
-        if has_budget {
+        if self.has_extension(device, ext::memory_budget::NAME) {
             memory = memory.push_next(&mut budget);
         }
+        let instance = &self.raw;
         // SAFETY: the instance is live and the device is its own.
-        unsafe {
-            self.raw
-                .get_physical_device_memory_properties2(device, &mut memory);
-        }
+        unsafe { instance.get_physical_device_memory_properties2(device, &mut memory) };
         let memory = memory.memory_properties;
         let heaps = memory.memory_heaps_as_slice().iter().enumerate();
         heaps
@@ -294,64 +283,45 @@ impl Instance {
     }
 
     /// What camlux needs and the device does not have.
-    fn lacks(
-        &self,
-        device: vk::PhysicalDevice,
-        properties: &vk::PhysicalDeviceProperties,
-    ) -> Option<String> {
-        if properties.api_version < vk::API_VERSION_1_3 {
-            return Some("Vulkan 1.3".into());
+    fn lacks(&self, device: vk::PhysicalDevice, api_version: u32) -> Option<&'static str> {
+        if api_version < vk::API_VERSION_1_3 {
+            return Some("Vulkan 1.3");
         }
         if !self.has_extension(device, khr::push_descriptor::NAME) {
-            return Some("VK_KHR_push_descriptor".into());
+            return Some("VK_KHR_push_descriptor");
         }
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut features13);
+        let instance = &self.raw;
         // SAFETY: the instance is live and the device is its own.
-        unsafe {
-            self.raw
-                .get_physical_device_features2(device, &mut features);
-        }
+        unsafe { instance.get_physical_device_features2(device, &mut features) };
         if features13.dynamic_rendering == 0 || features13.synchronization2 == 0 {
-            return Some("dynamic rendering and synchronization2".into());
+            return Some("dynamic rendering and synchronization2");
         }
-        let Some(_) = self.queue_family(device) else {
-            return Some("a queue for graphics and compute with timestamps".into());
-        };
+        if self.queue_families(device).is_empty() {
+            return Some("a queue for graphics and compute with timestamps");
+        }
         let offers = |format, wanted| {
             // SAFETY: as above.
-            let found = unsafe {
-                self.raw
-                    .get_physical_device_format_properties(device, format)
-            };
+            let found = unsafe { instance.get_physical_device_format_properties(device, format) };
             found.optimal_tiling_features.contains(wanted)
         };
-        let color = vk::FormatFeatureFlags::COLOR_ATTACHMENT
-            | vk::FormatFeatureFlags::STORAGE_IMAGE
-            | vk::FormatFeatureFlags::SAMPLED_IMAGE;
-        let depth = vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT;
-        (!offers(COLOR_FORMAT, color) || !offers(DEPTH_FORMAT, depth))
-            .then(|| "rendering to 32-bit float images".into())
+        let color = Usable::COLOR_ATTACHMENT | Usable::STORAGE_IMAGE | Usable::SAMPLED_IMAGE;
+        let depth = Usable::DEPTH_STENCIL_ATTACHMENT;
+        let offers_both = offers(COLOR_FORMAT, color) && offers(DEPTH_FORMAT, depth);
+        (!offers_both).then_some("rendering to 32-bit float images")
     }
 
-    /// A queue family that draws, computes and takes timestamps.
-    pub fn queue_family(&self, device: vk::PhysicalDevice) -> Option<u32> {
-        self.queue_families(device).next()
-    }
-
-    /// Whether that is not such a family.
-    pub fn queue_family_lacks(&self, device: vk::PhysicalDevice, family: u32) -> bool {
-        !self.queue_families(device).any(|found| found == family)
-    }
-
-    fn queue_families(&self, device: vk::PhysicalDevice) -> impl Iterator<Item = u32> {
+    /// The queue families that draw, compute and take timestamps.
+    pub fn queue_families(&self, device: vk::PhysicalDevice) -> Vec<u32> {
         // SAFETY: the instance is live and the device is its own.
         let families = unsafe { self.raw.get_physical_device_queue_family_properties(device) };
         let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
         let families = families.into_iter().enumerate();
         families
-            .filter(move |(_, f)| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)
+            .filter(|(_, f)| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)
             .map(|(index, _)| index as u32)
+            .collect()
     }
 }
 
@@ -362,7 +332,7 @@ impl Drop for Instance {
             if let Some((functions, messenger)) = self.messenger.take() {
                 functions.destroy_debug_utils_messenger(messenger, None);
             }
-            if self.entry.is_some() {
+            if !self.is_hosts() {
                 self.raw.destroy_instance(None);
             }
         }
@@ -376,8 +346,8 @@ fn text(name: std::result::Result<&CStr, impl fmt::Debug>) -> String {
 
 /// Called by the validation layer.
 unsafe extern "system" fn collect_message(
-    _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
-    _kind: vk::DebugUtilsMessageTypeFlagsEXT,
+    _: Severity,
+    _: MessageType,
     data: *const vk::DebugUtilsMessengerCallbackDataEXT,
     messages: *mut c_void,
 ) -> vk::Bool32 {

@@ -1,15 +1,13 @@
 //! Buffers and images that free themselves.
 
 use ash::vk;
+use bytemuck::Pod;
 use gpu_allocator::{
     AllocationError, MemoryLocation,
     vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator},
 };
 
-use super::{
-    Device,
-    shaders::{Plain, bytes_of, values_in},
-};
+use super::Device;
 use crate::{Error, Result};
 
 /// What a buffer is for, which decides where it lies.
@@ -65,56 +63,46 @@ impl Buffer {
             BufferUse::Upload | BufferUse::Staging => MemoryLocation::CpuToGpu,
             BufferUse::Readback => MemoryLocation::GpuToCpu,
         };
-        let allocation = allocate(device, what, requirements, location, true)?;
-        let (memory, offset) = (memory_of(&allocation), allocation.offset());
-        buffer.allocation = Some(allocation);
+        let memory = allocate(device, what, requirements, location, true)?;
+        let memory = buffer.allocation.insert(memory);
         // SAFETY: the memory was allocated for this buffer's requirements and is bound once.
         device.call("vkBindBufferMemory", |device| unsafe {
-            device.bind_buffer_memory(raw, memory, offset)
+            device.bind_buffer_memory(raw, memory.memory(), memory.offset())
         })?;
         Ok(buffer)
     }
 
     /// A buffer filled with values, for shaders.
-    pub fn upload<T: Plain>(device: &Device, what: &str, values: &[T]) -> Result<Buffer> {
+    pub fn upload<T: Pod>(device: &Device, what: &str, values: &[T]) -> Result<Buffer> {
         Buffer::filled(device, what, values, BufferUse::Upload)
     }
 
-    /// A buffer filled with the pixels of an image.
-    pub fn staging<T: Plain>(device: &Device, what: &str, pixels: &[T]) -> Result<Buffer> {
-        Buffer::filled(device, what, pixels, BufferUse::Staging)
-    }
-
-    fn filled<T: Plain>(
+    /// A buffer filled with values, which is not for the device alone.
+    pub fn filled<T: Pod>(
         device: &Device,
         what: &str,
         values: &[T],
         usage: BufferUse,
     ) -> Result<Buffer> {
-        let mut buffer = Buffer::new(device, what, size_of_val(values) as u64, usage)?;
-        buffer.fill(values)?;
-        Ok(buffer)
-    }
-
-    /// Puts values at the start of a buffer that is not for the device alone, and that no submission uses.
-    pub fn fill<T: Plain>(&mut self, values: &[T]) -> Result<()> {
-        let bytes = bytes_of(values);
-        self.allocation
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        let mut buffer = Buffer::new(device, what, bytes.len() as u64, usage)?;
+        buffer
+            .allocation
             .as_mut()
             .and_then(Allocation::mapped_slice_mut)
             .and_then(|memory| memory.get_mut(..bytes.len()))
             .ok_or_else(|| Error::internal("a buffer to be filled is not mapped"))?
             .copy_from_slice(bytes);
-        Ok(())
+        Ok(buffer)
     }
 
     /// The first `count` values of a readback buffer, after the submission that wrote it has completed.
-    pub fn mapped<T: Plain>(&self, count: usize) -> Result<&[T]> {
+    pub fn mapped<T: Pod>(&self, count: usize) -> Result<&[T]> {
         self.allocation
             .as_ref()
             .and_then(Allocation::mapped_slice)
-            .and_then(values_in)
-            .and_then(|values| values.get(..count))
+            .and_then(|memory| memory.get(..count * size_of::<T>()))
+            .and_then(|bytes| bytemuck::try_cast_slice(bytes).ok())
             .ok_or_else(|| Error::internal("a buffer to be read back is not mapped"))
     }
 }
@@ -173,6 +161,24 @@ impl ImageShape {
         width * height * u64::from(self.layer_count())
     }
 
+    pub(super) fn extent(&self) -> vk::Extent3D {
+        let [width, height] = self.size_px;
+        vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        }
+    }
+
+    /// Some of the layers.
+    pub(super) fn range(&self, first: u32, count: u32) -> vk::ImageSubresourceRange {
+        vk::ImageSubresourceRange::default()
+            .aspect_mask(self.aspect())
+            .level_count(1)
+            .base_array_layer(first)
+            .layer_count(count)
+    }
+
     pub(super) fn aspect(&self) -> vk::ImageAspectFlags {
         if self.is_depth {
             vk::ImageAspectFlags::DEPTH
@@ -215,15 +221,10 @@ impl Image {
                 | vk::ImageUsageFlags::TRANSFER_SRC
                 | vk::ImageUsageFlags::TRANSFER_DST
         };
-        let [width, height] = shape.size_px;
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(shape.format())
-            .extent(vk::Extent3D {
-                width,
-                height,
-                depth: 1,
-            })
+            .extent(shape.extent())
             .mip_levels(1)
             .array_layers(shape.layer_count())
             .samples(vk::SampleCountFlags::TYPE_1)
@@ -245,12 +246,11 @@ impl Image {
         };
         // SAFETY: device and image are live.
         let requirements = unsafe { device.raw().get_image_memory_requirements(raw) };
-        let allocation = allocate(device, what, requirements, MemoryLocation::GpuOnly, false)?;
-        let (memory, offset) = (memory_of(&allocation), allocation.offset());
-        image.allocation = Some(allocation);
+        let memory = allocate(device, what, requirements, MemoryLocation::GpuOnly, false)?;
+        let memory = image.allocation.insert(memory);
         // SAFETY: the memory was allocated for this image's requirements and is bound once.
         device.call("vkBindImageMemory", |device| unsafe {
-            device.bind_image_memory(raw, memory, offset)
+            device.bind_image_memory(raw, memory.memory(), memory.offset())
         })?;
         let kind = match shape.layers {
             None => vk::ImageViewType::TYPE_2D,
@@ -274,13 +274,7 @@ impl Image {
             .image(self.raw)
             .view_type(kind)
             .format(self.shape.format())
-            .subresource_range(vk::ImageSubresourceRange {
-                aspect_mask: self.shape.aspect(),
-                base_mip_level: 0,
-                level_count: 1,
-                base_array_layer: first,
-                layer_count: count,
-            });
+            .subresource_range(self.shape.range(first, count));
         // SAFETY: device and image are live, and the layers are the image's own.
         self.device.call("vkCreateImageView", |device| unsafe {
             device.create_image_view(&info, None)
@@ -317,12 +311,9 @@ fn allocate(
         allocation_scheme: AllocationScheme::GpuAllocatorManaged,
     };
     device.check()?;
-    let allocated = if device.faults().next_call_fails("vkAllocateMemory") {
-        Err(AllocationError::OutOfMemory)
-    } else {
-        device
-            .with_memory(|memory| memory.allocate(&request))
-            .ok_or_else(|| Error::internal("the device is closed"))?
+    let allocated = match device.faults().next_call_fails("vkAllocateMemory") {
+        true => Err(AllocationError::OutOfMemory),
+        false => device.memory().allocate(&request),
     };
     allocated.map_err(|error| Error::Memory {
         what: what.into(),
@@ -333,13 +324,8 @@ fn allocate(
 
 fn free(device: &Device, allocation: Option<Allocation>) {
     if let Some(allocation) = allocation {
-        device.with_memory(|memory| memory.free(allocation));
+        device.memory().free(allocation);
     }
-}
-
-fn memory_of(allocation: &Allocation) -> vk::DeviceMemory {
-    // SAFETY: the handle is used to bind the memory that the allocation stands for, and for nothing else.
-    unsafe { allocation.memory() }
 }
 
 /// What a device's buffers and images hold of its memory.
@@ -355,54 +341,30 @@ pub struct MemoryUse {
     pub largest_bytes: u64,
 }
 
-/// A device's allocator, and what it was asked for.
+/// A device's allocator, and what it has given out.
 pub(super) struct Memory {
-    allocator: Allocator,
-    bytes: u64,
-    peak_bytes: u64,
-    largest_bytes: u64,
+    pub allocator: Allocator,
+    pub usage: MemoryUse,
 }
 
 impl Memory {
-    pub fn new(allocator: Allocator) -> Self {
-        Memory {
-            allocator,
-            bytes: 0,
-            peak_bytes: 0,
-            largest_bytes: 0,
-        }
-    }
-
     fn allocate(
         &mut self,
         request: &AllocationCreateDesc,
     ) -> std::result::Result<Allocation, AllocationError> {
         let allocation = self.allocator.allocate(request)?;
-        self.bytes += allocation.size();
-        self.peak_bytes = self.peak_bytes.max(self.bytes);
-        self.largest_bytes = self.largest_bytes.max(allocation.size());
+        let usage = &mut self.usage;
+        usage.allocations += 1;
+        usage.bytes += allocation.size();
+        usage.peak_bytes = usage.peak_bytes.max(usage.bytes);
+        usage.largest_bytes = usage.largest_bytes.max(allocation.size());
         Ok(allocation)
     }
 
     fn free(&mut self, allocation: Allocation) {
-        self.bytes = self.bytes.saturating_sub(allocation.size());
+        self.usage.allocations -= 1;
+        self.usage.bytes -= allocation.size();
         // Freeing fails only for memory that is not the allocator's own.
         let _ = self.allocator.free(allocation);
-    }
-
-    /// What the allocator knows to be live.
-    pub fn usage(&self) -> MemoryUse {
-        let report = self.allocator.generate_report();
-        MemoryUse {
-            allocations: report.allocations.len(),
-            bytes: report.total_allocated_bytes,
-            peak_bytes: self.peak_bytes,
-            largest_bytes: self.largest_bytes,
-        }
-    }
-
-    #[cfg(feature = "test-hooks")]
-    pub fn forget_peak(&mut self) {
-        (self.peak_bytes, self.largest_bytes) = (self.bytes, 0);
     }
 }

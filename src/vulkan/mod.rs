@@ -30,17 +30,31 @@ pub use host::{HostVulkan, QueueLock};
 pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
 pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
-pub(crate) use pipeline::{ComputePipeline, Pipelines, RasterPipeline};
+pub(crate) use pipeline::Pipelines;
 pub(crate) use readback::Readback;
 pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, Target, groups_in_rows};
 
 pub use shaders::engine_hash;
 pub(crate) use texel_list::TexelList;
 
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
 use crate::Error;
 
+/// Locks what a panic elsewhere cannot have left half done.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn no_device(problem: impl Into<String>, hint: impl Into<String>) -> Error {
+    Error::NoDevice {
+        problem: problem.into(),
+        hint: hint.into(),
+    }
+}
+
 /// Turns a Vulkan result into the library's error. `call` is the Vulkan function's name.
-pub(crate) fn failed(call: &'static str) -> impl FnOnce(ash::vk::Result) -> Error {
+fn failed(call: &'static str) -> impl FnOnce(ash::vk::Result) -> Error {
     use ash::vk::Result as Vk;
     move |result| Error::Vulkan {
         call,

@@ -1,124 +1,101 @@
 //! Pipelines whose layouts come from the shaders' own bindings.
 
 use std::{
-    collections::HashMap,
-    sync::{Arc, Mutex, PoisonError},
+    collections::{HashMap, hash_map::Entry},
+    sync::{Arc, Mutex},
 };
 
-use ash::vk;
+use ash::vk::{self, ShaderStageFlags as Stage};
 
 use super::{
-    Device,
+    Device, lock,
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
-    shaders::{Binding, BindingKind, Module},
+    shaders::{Binding, Module},
 };
 use crate::Result;
 
 /// The pipelines of a device, made when they are first asked for.
 pub(crate) struct Pipelines {
     device: Device,
-    compute: Mutex<HashMap<&'static str, Arc<ComputePipeline>>>,
-    raster: Mutex<HashMap<&'static str, Arc<RasterPipeline>>>,
+    /// By the name of their module.
+    made: Mutex<HashMap<&'static str, Arc<Pipeline>>>,
 }
 
 impl Pipelines {
     pub fn new(device: &Device) -> Self {
         Pipelines {
             device: device.clone(),
-            compute: Mutex::default(),
-            raster: Mutex::default(),
+            made: Mutex::default(),
         }
     }
 
     /// The compute pipeline of a pass with the words of its permutation.
-    pub fn compute(&self, pass: &str, words: &[&str]) -> Result<Arc<ComputePipeline>> {
+    pub fn compute(&self, pass: &str, words: &[&str]) -> Result<Arc<Pipeline>> {
         let module = Module::find(pass, words)?;
-        let mut made = self.compute.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(pipeline) = made.get(module.name) {
-            return Ok(pipeline.clone());
-        }
-        let pipeline = Arc::new(ComputePipeline::new(&self.device, module)?);
-        made.insert(module.name, pipeline.clone());
-        Ok(pipeline)
+        self.get_or_make(module, || Pipeline::compute(&self.device, module))
     }
 
-    /// The raster pipeline of a pass: the common vertex stage and the pass's own fragment stage.
-    pub fn raster(
-        &self,
-        pass: &str,
-        words: &[&str],
-        color_count: usize,
-    ) -> Result<Arc<RasterPipeline>> {
+    /// The raster pipeline of a pass: the common vertex stage and the pass's own fragment stage, which writes `color_count`
+    /// images.
+    pub fn raster(&self, pass: &str, words: &[&str], color_count: usize) -> Result<Arc<Pipeline>> {
         let fragment = Module::find(pass, words)?;
-        let mut made = self.raster.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(pipeline) = made.get(fragment.name) {
-            return Ok(pipeline.clone());
-        }
-        let vertex = Module::find("vertex", &[])?;
-        let pipeline = RasterPipeline::new(&self.device, vertex, fragment, color_count)?;
-        let pipeline = Arc::new(pipeline);
-        made.insert(fragment.name, pipeline.clone());
-        Ok(pipeline)
+        self.get_or_make(fragment, || {
+            Pipeline::raster(&self.device, fragment, color_count)
+        })
+    }
+
+    fn get_or_make(
+        &self,
+        module: &Module,
+        make: impl FnOnce() -> Result<Pipeline>,
+    ) -> Result<Arc<Pipeline>> {
+        let mut made = lock(&self.made);
+        let pipeline = match made.entry(module.name) {
+            Entry::Occupied(found) => found.into_mut(),
+            Entry::Vacant(place) => place.insert(Arc::new(make()?)),
+        };
+        Ok(pipeline.clone())
     }
 }
 
-/// What both kinds of pipeline consist of.
-pub(super) struct Parts {
+pub(crate) struct Pipeline {
     device: Device,
-    pub raw: vk::Pipeline,
-    pub layout: vk::PipelineLayout,
+    pub(super) raw: vk::Pipeline,
+    pub(super) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
     /// Union of the bindings of all stages.
-    pub bindings: Vec<Binding>,
-    pub immediate_bytes: u32,
-    pub stages: vk::ShaderStageFlags,
-    pub name: &'static str,
-}
-
-/// A compute pipeline of one module.
-pub(crate) struct ComputePipeline {
-    pub(super) parts: Parts,
+    pub(super) bindings: Vec<Binding>,
+    pub(super) immediate_bytes: u32,
+    pub(super) stages: Stage,
+    /// Of a raster pipeline the fragment stage.
     pub module: &'static Module,
 }
 
-/// A pipeline that draws triangles without vertex attributes into float images with a reversed depth test.
-pub(crate) struct RasterPipeline {
-    pub(super) parts: Parts,
-}
-
-impl ComputePipeline {
-    pub fn new(device: &Device, module: &'static Module) -> Result<ComputePipeline> {
-        let mut parts = Parts::new(device, &[module], vk::ShaderStageFlags::COMPUTE)?;
-        let shader = ShaderModule::new(device, module)?;
+impl Pipeline {
+    fn compute(device: &Device, module: &'static Module) -> Result<Pipeline> {
+        let mut pipeline = Pipeline::with_layout(device, &[module], module, Stage::COMPUTE)?;
+        let shader = Shader::new(device, module, Stage::COMPUTE)?;
         let info = vk::ComputePipelineCreateInfo::default()
-            .layout(parts.layout)
-            .stage(shader.stage(vk::ShaderStageFlags::COMPUTE));
+            .layout(pipeline.layout)
+            .stage(shader.stage);
         // SAFETY: module and layout are live and were made from each other's interface.
-        parts.raw = device.call("vkCreateComputePipelines", |device| {
-            created(unsafe {
-                device.create_compute_pipelines(vk::PipelineCache::null(), &[info], None)
-            })
+        let made = device.call("vkCreateComputePipelines", |device| unsafe {
+            device
+                .create_compute_pipelines(vk::PipelineCache::null(), &[info], None)
+                .map_err(|(_, error)| error)
         })?;
-        Ok(ComputePipeline { parts, module })
+        pipeline.raw = made[0];
+        Ok(pipeline)
     }
-}
 
-impl RasterPipeline {
-    /// `color_count` is the number of images that the fragment shader writes.
-    pub fn new(
-        device: &Device,
-        vertex: &'static Module,
-        fragment: &'static Module,
-        color_count: usize,
-    ) -> Result<RasterPipeline> {
-        let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
-        let mut parts = Parts::new(device, &[vertex, fragment], stages)?;
-        let vertex = ShaderModule::new(device, vertex)?;
-        let fragment = ShaderModule::new(device, fragment)?;
-        let shaders = [
-            vertex.stage(vk::ShaderStageFlags::VERTEX),
-            fragment.stage(vk::ShaderStageFlags::FRAGMENT),
-        ];
+    /// Draws triangles without vertex attributes into float images, with a reversed depth test.
+    fn raster(device: &Device, fragment: &'static Module, color_count: usize) -> Result<Pipeline> {
+        let vertex = Module::find("vertex", &[])?;
+        let stages = Stage::VERTEX | Stage::FRAGMENT;
+        let mut pipeline = Pipeline::with_layout(device, &[vertex, fragment], fragment, stages)?;
+        let vertex = Shader::new(device, vertex, Stage::VERTEX)?;
+        let fragment = Shader::new(device, fragment, Stage::FRAGMENT)?;
+        let shaders = [vertex.stage, fragment.stage];
         let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
         let assembly = vk::PipelineInputAssemblyStateCreateInfo::default()
             .topology(vk::PrimitiveTopology::TRIANGLE_LIST);
@@ -135,11 +112,9 @@ impl RasterPipeline {
             .depth_test_enable(true)
             .depth_write_enable(true)
             .depth_compare_op(vk::CompareOp::GREATER);
-        let blends = vec![
-            vk::PipelineColorBlendAttachmentState::default()
-                .color_write_mask(vk::ColorComponentFlags::RGBA);
-            color_count
-        ];
+        let blend = vk::PipelineColorBlendAttachmentState::default()
+            .color_write_mask(vk::ColorComponentFlags::RGBA);
+        let blends = vec![blend; color_count];
         let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&blends);
         let dynamic = [vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
         let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&dynamic);
@@ -157,56 +132,42 @@ impl RasterPipeline {
             .depth_stencil_state(&depth)
             .color_blend_state(&blend)
             .dynamic_state(&dynamic)
-            .layout(parts.layout)
+            .layout(pipeline.layout)
             .push_next(&mut rendering);
         // SAFETY: modules and layout are live and were made from each other's interface.
-        parts.raw = device.call("vkCreateGraphicsPipelines", |device| {
-            created(unsafe {
-                device.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
-            })
+        let made = device.call("vkCreateGraphicsPipelines", |device| unsafe {
+            device
+                .create_graphics_pipelines(vk::PipelineCache::null(), &[info], None)
+                .map_err(|(_, error)| error)
         })?;
-        Ok(RasterPipeline { parts })
+        pipeline.raw = made[0];
+        Ok(pipeline)
     }
-}
 
-/// The one pipeline that was asked for.
-fn created(
-    result: std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
-) -> std::result::Result<vk::Pipeline, vk::Result> {
-    match result {
-        Ok(pipelines) => pipelines
-            .first()
-            .copied()
-            .ok_or(vk::Result::ERROR_INITIALIZATION_FAILED),
-        Err((_, result)) => Err(result),
-    }
-}
-
-impl Parts {
-    fn new(
+    /// A pipeline yet without its shaders.
+    fn with_layout(
         device: &Device,
         modules: &[&'static Module],
-        stages: vk::ShaderStageFlags,
-    ) -> Result<Parts> {
+        module: &'static Module,
+        stages: Stage,
+    ) -> Result<Pipeline> {
         let mut bindings: Vec<Binding> = Vec::new();
         for binding in modules.iter().flat_map(|module| module.bindings) {
             if !bindings.contains(binding) {
                 bindings.push(*binding);
             }
         }
+        let slot = |binding: &Binding| {
+            vk::DescriptorSetLayoutBinding::default()
+                .binding(binding.binding)
+                .descriptor_type(binding.kind)
+                .descriptor_count(1)
+                .stage_flags(stages)
+        };
+        let slots: Vec<_> = bindings.iter().map(slot).collect();
         let immediate_bytes = modules.iter().map(|m| m.immediate_bytes).max().unwrap_or(0);
-        let slots: Vec<_> = bindings
-            .iter()
-            .map(|binding| {
-                vk::DescriptorSetLayoutBinding::default()
-                    .binding(binding.binding)
-                    .descriptor_type(binding.kind.descriptor_type())
-                    .descriptor_count(1)
-                    .stage_flags(stages)
-            })
-            .collect();
         // From here on what was made is destroyed on every way out.
-        let mut parts = Parts {
+        let mut pipeline = Pipeline {
             device: device.clone(),
             raw: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
@@ -214,16 +175,16 @@ impl Parts {
             bindings,
             immediate_bytes,
             stages,
-            name: modules.last().map_or("", |module| module.name),
+            module,
         };
         let info = vk::DescriptorSetLayoutCreateInfo::default()
             .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
             .bindings(&slots);
         // SAFETY: the device is live and has the push descriptor extension.
-        parts.set_layout = device.call("vkCreateDescriptorSetLayout", |device| unsafe {
+        pipeline.set_layout = device.call("vkCreateDescriptorSetLayout", |device| unsafe {
             device.create_descriptor_set_layout(&info, None)
         })?;
-        let sets = [parts.set_layout];
+        let sets = [pipeline.set_layout];
         let ranges = [vk::PushConstantRange {
             stage_flags: stages,
             offset: 0,
@@ -234,14 +195,14 @@ impl Parts {
             info = info.push_constant_ranges(&ranges);
         }
         // SAFETY: device and set layout are live.
-        parts.layout = device.call("vkCreatePipelineLayout", |device| unsafe {
+        pipeline.layout = device.call("vkCreatePipelineLayout", |device| unsafe {
             device.create_pipeline_layout(&info, None)
         })?;
-        Ok(parts)
+        Ok(pipeline)
     }
 }
 
-impl Drop for Parts {
+impl Drop for Pipeline {
     fn drop(&mut self) {
         let device = self.device.raw();
         // SAFETY: recorders wait for their submissions; destroying a null handle does nothing.
@@ -253,52 +214,32 @@ impl Drop for Parts {
     }
 }
 
-impl BindingKind {
-    pub(super) fn descriptor_type(self) -> vk::DescriptorType {
-        match self {
-            BindingKind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,
-            BindingKind::StorageRead | BindingKind::StorageWrite => {
-                vk::DescriptorType::STORAGE_BUFFER
-            }
-            BindingKind::SampledImage => vk::DescriptorType::SAMPLED_IMAGE,
-            BindingKind::StorageImage => vk::DescriptorType::STORAGE_IMAGE,
-        }
-    }
-}
-
-/// Needed only until its pipeline is made.
-struct ShaderModule<'d> {
+/// A stage of a pipeline. Needed only until that is made.
+struct Shader<'d> {
     device: &'d Device,
-    raw: vk::ShaderModule,
-    module: &'static Module,
+    stage: vk::PipelineShaderStageCreateInfo<'static>,
 }
 
-impl<'d> ShaderModule<'d> {
-    fn new(device: &'d Device, module: &'static Module) -> Result<Self> {
+impl<'d> Shader<'d> {
+    fn new(device: &'d Device, module: &'static Module, stage: Stage) -> Result<Self> {
         let words = module.words();
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are a module that naga wrote and spirv-val accepts.
         let raw = device.call("vkCreateShaderModule", |device| unsafe {
             device.create_shader_module(&info, None)
         })?;
-        Ok(ShaderModule {
-            device,
-            raw,
-            module,
-        })
-    }
-
-    fn stage(&self, stage: vk::ShaderStageFlags) -> vk::PipelineShaderStageCreateInfo<'static> {
-        vk::PipelineShaderStageCreateInfo::default()
+        let stage = vk::PipelineShaderStageCreateInfo::default()
             .stage(stage)
-            .module(self.raw)
-            .name(self.module.entry)
+            .module(raw)
+            .name(module.entry);
+        Ok(Shader { device, stage })
     }
 }
 
-impl Drop for ShaderModule<'_> {
+impl Drop for Shader<'_> {
     fn drop(&mut self) {
+        let device = self.device.raw();
         // SAFETY: pipelines do not need their modules once they are made.
-        unsafe { self.device.raw().destroy_shader_module(self.raw, None) };
+        unsafe { device.destroy_shader_module(self.stage.module, None) };
     }
 }

@@ -1,19 +1,15 @@
 //! One command buffer: recorded, submitted, waited for.
 
-mod submission;
+use std::{marker::PhantomData, sync::Arc};
 
-use std::{any::Any, marker::PhantomData, sync::Arc};
+use ash::vk::{self, AccessFlags2 as Access, DescriptorType as Kind, PipelineStageFlags2 as Stage};
+use bytemuck::Pod;
 
-use ash::vk;
-
-use super::{
-    Buffer, BufferUse, ComputePipeline, Device, Image, RasterPipeline,
-    pipeline::Parts,
-    shaders::{BindingKind, Plain, bytes_of},
-};
+use super::{Buffer, BufferUse, Device, Image, pipeline::Pipeline, shaders::Binding};
 use crate::{Error, Result};
 
-pub(crate) use submission::PassTimes;
+/// GPU milliseconds of each pass, in the order of recording.
+pub(crate) type PassTimes = Vec<(&'static str, f64)>;
 
 /// Workgroups along an axis of a dispatch that every Vulkan device takes.
 pub(crate) const MAX_GROUPS: u32 = 65_535;
@@ -54,13 +50,13 @@ pub(crate) struct Recorder<'r> {
     /// All that were recorded; the first of them are timed.
     passes: Vec<&'static str>,
     /// How many of the passes have begun: written by the device, so that it can be read when that is lost.
-    begun: Option<Buffer>,
+    begun: Buffer,
     /// A fault asked for: the last pass that runs before the device is lost.
     ends_in: Option<usize>,
     /// Submitted, and not known to be complete.
     is_in_flight: bool,
-    /// Pipelines in use.
-    pipelines: Vec<Arc<dyn Any + Send + Sync>>,
+    /// In use.
+    pipelines: Vec<Arc<Pipeline>>,
     resources: PhantomData<&'r ()>,
 }
 
@@ -76,7 +72,7 @@ impl<'r> Recorder<'r> {
             queries: vk::QueryPool::null(),
             query_capacity: 2 * pass_capacity.max(1),
             passes: Vec::new(),
-            begun: None,
+            begun: Buffer::filled(device, "passes begun", &[0u32], BufferUse::Readback)?,
             ends_in: device.faults().next_submission_ends_in(),
             is_in_flight: false,
             pipelines: Vec::new(),
@@ -96,7 +92,7 @@ impl<'r> Recorder<'r> {
         let buffers = device.call("vkAllocateCommandBuffers", |raw| unsafe {
             raw.allocate_command_buffers(&allocate)
         })?;
-        recorder.commands = buffers.first().copied().unwrap_or_default();
+        recorder.commands = buffers[0];
         // SAFETY: as above.
         recorder.fence = device.call("vkCreateFence", |raw| unsafe {
             raw.create_fence(&vk::FenceCreateInfo::default(), None)
@@ -108,24 +104,15 @@ impl<'r> Recorder<'r> {
         recorder.queries = device.call("vkCreateQueryPool", |raw| unsafe {
             raw.create_query_pool(&queries, None)
         })?;
-        let mut begun = Buffer::new(device, "passes begun", 4, BufferUse::Readback)?;
-        begun.fill(&[0u32])?;
-        recorder.begun = Some(begun);
+        let (commands, queries) = (recorder.commands, recorder.queries);
         let begin = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         // SAFETY: as above.
         device.call("vkBeginCommandBuffer", |raw| unsafe {
-            raw.begin_command_buffer(recorder.commands, &begin)
+            raw.begin_command_buffer(commands, &begin)?;
+            raw.cmd_reset_query_pool(commands, queries, 0, recorder.query_capacity);
+            Ok(())
         })?;
-        // SAFETY: as above.
-        unsafe {
-            device.raw().cmd_reset_query_pool(
-                recorder.commands,
-                recorder.queries,
-                0,
-                recorder.query_capacity,
-            );
-        }
         Ok(recorder)
     }
 
@@ -138,23 +125,16 @@ impl<'r> Recorder<'r> {
 
     /// Changes an image's layout, after all work before and ahead of all work behind.
     fn transition(&mut self, image: &'r Image, from: vk::ImageLayout, to: vk::ImageLayout) {
-        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
         let barriers = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(all)
-            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-            .dst_stage_mask(all)
-            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+            .src_stage_mask(Stage::ALL_COMMANDS)
+            .src_access_mask(Access::MEMORY_WRITE)
+            .dst_stage_mask(Stage::ALL_COMMANDS)
+            .dst_access_mask(Access::MEMORY_READ | Access::MEMORY_WRITE)
             .old_layout(from)
             .new_layout(to)
             .image(image.raw)
-            .subresource_range(whole(image))];
-        let dependency = vk::DependencyInfo::default().image_memory_barriers(&barriers);
-        // SAFETY: the command buffer is being recorded and the image lives until it was submitted.
-        unsafe {
-            self.device
-                .raw()
-                .cmd_pipeline_barrier2(self.commands, &dependency);
-        }
+            .subresource_range(image.shape.range(0, image.shape.layer_count()))];
+        self.pipeline_barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
     }
 
     /// Sets every pixel to zero. By rendering nothing, for CPU drivers clear for a rendering on all their threads.
@@ -168,19 +148,26 @@ impl<'r> Recorder<'r> {
 
     /// All work so far comes before all work from here on.
     pub fn barrier(&mut self) {
-        let all = vk::PipelineStageFlags2::ALL_COMMANDS;
+        let any = Access::MEMORY_READ | Access::MEMORY_WRITE;
+        self.memory_barrier(
+            (Stage::ALL_COMMANDS, Access::MEMORY_WRITE),
+            (Stage::ALL_COMMANDS, any),
+        );
+    }
+
+    fn memory_barrier(&mut self, from: (Stage, Access), to: (Stage, Access)) {
         let barriers = [vk::MemoryBarrier2::default()
-            .src_stage_mask(all)
-            .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-            .dst_stage_mask(all)
-            .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)];
-        let dependency = vk::DependencyInfo::default().memory_barriers(&barriers);
-        // SAFETY: the command buffer is being recorded.
-        unsafe {
-            self.device
-                .raw()
-                .cmd_pipeline_barrier2(self.commands, &dependency);
-        }
+            .src_stage_mask(from.0)
+            .src_access_mask(from.1)
+            .dst_stage_mask(to.0)
+            .dst_access_mask(to.1)];
+        self.pipeline_barrier(&vk::DependencyInfo::default().memory_barriers(&barriers));
+    }
+
+    fn pipeline_barrier(&mut self, dependency: &vk::DependencyInfo) {
+        let raw = self.device.raw();
+        // SAFETY: the command buffer is being recorded, and images live until it was submitted.
+        unsafe { raw.cmd_pipeline_barrier2(self.commands, dependency) };
     }
 
     /// Records a pass: after what came before it, timed under its name.
@@ -210,25 +197,31 @@ impl<'r> Recorder<'r> {
         Ok(())
     }
 
+    /// Lets the device tell the host that the last pass begins.
+    fn note_begin(&mut self) {
+        let count = self.passes.len() as u32;
+        let raw = self.device.raw();
+        // SAFETY: the command buffer is being recorded, and the buffer lives as long as this.
+        unsafe { raw.cmd_fill_buffer(self.commands, self.begun.raw, 0, 4, count) };
+        self.memory_barrier(
+            (Stage::CLEAR, Access::TRANSFER_WRITE),
+            (Stage::HOST, Access::HOST_READ),
+        );
+    }
+
     fn timestamp(&mut self, query: u32) {
+        let (raw, stage) = (self.device.raw(), Stage::ALL_COMMANDS);
         // SAFETY: the query lies in the pool and was reset at the start of this command buffer.
-        unsafe {
-            self.device.raw().cmd_write_timestamp2(
-                self.commands,
-                vk::PipelineStageFlags2::ALL_COMMANDS,
-                self.queries,
-                query,
-            );
-        }
+        unsafe { raw.cmd_write_timestamp2(self.commands, stage, self.queries, query) };
         // lavapipe takes the time when it next flushes, which a barrier makes it do.
         self.barrier();
     }
 
     /// Runs `groups` workgroups. `resources` are taken by the names of the shader's bindings; those that this
     /// permutation does not have are left out.
-    pub fn dispatch<T: Plain>(
+    pub fn dispatch<T: Pod>(
         &mut self,
-        pipeline: &Arc<ComputePipeline>,
+        pipeline: &Arc<Pipeline>,
         resources: &[(&str, Resource<'r>)],
         immediate: &T,
         groups: [u32; 3],
@@ -237,10 +230,8 @@ impl<'r> Recorder<'r> {
         if x == 0 || y == 0 || z == 0 {
             return Ok(());
         }
-        let point = vk::PipelineBindPoint::COMPUTE;
-        self.pipelines.push(pipeline.clone());
-        self.bind(point, &pipeline.parts, resources)?;
-        self.push(&pipeline.parts, immediate);
+        self.bind(vk::PipelineBindPoint::COMPUTE, pipeline, resources)?;
+        self.push(pipeline, immediate);
         // SAFETY: pipeline and everything it reads are bound; the limits were checked by the plan.
         unsafe { self.device.raw().cmd_dispatch(self.commands, x, y, z) };
         Ok(())
@@ -254,19 +245,17 @@ impl<'r> Recorder<'r> {
     ) -> Result<()> {
         // The rendering before may have used the same depth image.
         self.barrier();
-        let [width, height] = target.depth.shape.size_px;
-        let colors: Vec<_> = target
-            .colors
-            .iter()
-            .zip(target.clear)
+        let size_px = target.depth.shape.size_px;
+        let colors = target.colors.iter().zip(target.clear);
+        let colors: Vec<_> = colors
             .map(|(image, &clear)| cleared(image.layer_views[target.layer as usize], clear))
             .collect();
         // Reversed depth: 0 is infinitely far.
         let depth = cleared(target.depth.view, [0.0; 4]);
-        self.begin_rendering([width, height], &colors, Some(&depth));
+        self.begin_rendering(size_px, &colors, Some(&depth));
         let viewport = vk::Viewport {
-            width: width as f32,
-            height: height as f32,
+            width: size_px[0] as f32,
+            height: size_px[1] as f32,
             max_depth: 1.0,
             ..vk::Viewport::default()
         };
@@ -274,7 +263,7 @@ impl<'r> Recorder<'r> {
         // SAFETY: the command buffer is being recorded.
         unsafe {
             raw.cmd_set_viewport(self.commands, 0, &[viewport]);
-            raw.cmd_set_scissor(self.commands, 0, &[area([width, height])]);
+            raw.cmd_set_scissor(self.commands, 0, &[area(size_px)]);
         }
         let result = record(self);
         self.end_rendering();
@@ -294,12 +283,9 @@ impl<'r> Recorder<'r> {
         if let Some(depth) = depth {
             rendering = rendering.depth_attachment(depth);
         }
+        let raw = self.device.raw();
         // SAFETY: the command buffer is being recorded and the images live until it was submitted.
-        unsafe {
-            self.device
-                .raw()
-                .cmd_begin_rendering(self.commands, &rendering);
-        }
+        unsafe { raw.cmd_begin_rendering(self.commands, &rendering) };
     }
 
     fn end_rendering(&mut self) {
@@ -310,44 +296,37 @@ impl<'r> Recorder<'r> {
     /// Binds a raster pipeline and its resources for the draws that follow.
     pub fn bind_raster(
         &mut self,
-        pipeline: &Arc<RasterPipeline>,
+        pipeline: &Arc<Pipeline>,
         resources: &[(&str, Resource<'r>)],
     ) -> Result<()> {
-        self.pipelines.push(pipeline.clone());
-        self.bind(vk::PipelineBindPoint::GRAPHICS, &pipeline.parts, resources)
+        self.bind(vk::PipelineBindPoint::GRAPHICS, pipeline, resources)
     }
 
     /// Draws triangles of the bound index buffer, three corners each.
-    pub fn draw<T: Plain>(
+    pub fn draw<T: Pod>(
         &mut self,
-        pipeline: &RasterPipeline,
+        pipeline: &Pipeline,
         immediate: &T,
         first_triangle: u32,
         triangle_count: u32,
     ) {
-        self.push(&pipeline.parts, immediate);
+        self.push(pipeline, immediate);
+        let (first, count) = (3 * first_triangle, 3 * triangle_count);
         // SAFETY: called between `bind_raster` and the end of the rendering.
         unsafe {
             self.device
                 .raw()
-                .cmd_draw(self.commands, 3 * triangle_count, 1, 3 * first_triangle, 0);
-        }
+                .cmd_draw(self.commands, count, 1, first, 0)
+        };
     }
 
     /// Copies a buffer's first bytes into the whole of a new image and brings that into its layout.
     pub fn copy_to_image(&mut self, from: &'r Buffer, to: &'r Image) {
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         self.transition(to, vk::ImageLayout::UNDEFINED, layout);
+        let (raw, regions) = (self.device.raw(), [image_copy(to)]);
         // SAFETY: the buffer holds as many pixels as the image, both live until the submission.
-        unsafe {
-            self.device.raw().cmd_copy_buffer_to_image(
-                self.commands,
-                from.raw,
-                to.raw,
-                layout,
-                &[image_copy(to)],
-            );
-        }
+        unsafe { raw.cmd_copy_buffer_to_image(self.commands, from.raw, to.raw, layout, &regions) };
         self.transition(to, layout, vk::ImageLayout::GENERAL);
     }
 
@@ -355,113 +334,162 @@ impl<'r> Recorder<'r> {
     pub fn copy_from_image(&mut self, from: &'r Image, to: &'r Buffer) {
         let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
         self.transition(from, vk::ImageLayout::GENERAL, layout);
+        let (raw, regions) = (self.device.raw(), [image_copy(from)]);
         // SAFETY: the buffer was made for the image's pixels, both live until the submission.
-        unsafe {
-            self.device.raw().cmd_copy_image_to_buffer(
-                self.commands,
-                from.raw,
-                layout,
-                to.raw,
-                &[image_copy(from)],
-            );
-        }
+        unsafe { raw.cmd_copy_image_to_buffer(self.commands, from.raw, layout, to.raw, &regions) };
         self.transition(from, layout, vk::ImageLayout::GENERAL);
     }
 
     /// Copies the first `bytes` bytes of a buffer to the start of another.
     pub fn copy_buffer(&mut self, from: &'r Buffer, to: &'r Buffer, bytes: u64) {
-        let region = vk::BufferCopy {
-            src_offset: 0,
-            dst_offset: 0,
-            size: bytes,
-        };
+        let regions = [vk::BufferCopy::default().size(bytes)];
+        let raw = self.device.raw();
         // SAFETY: both ranges lie in their buffers, which live until the submission.
-        unsafe {
-            self.device
-                .raw()
-                .cmd_copy_buffer(self.commands, from.raw, to.raw, &[region]);
-        }
+        unsafe { raw.cmd_copy_buffer(self.commands, from.raw, to.raw, &regions) };
     }
 
-    fn push<T: Plain>(&mut self, parts: &Parts, immediate: &T) {
-        let bytes = bytes_of(std::slice::from_ref(immediate));
-        let bytes = &bytes[..bytes.len().min(parts.immediate_bytes as usize)];
+    fn push<T: Pod>(&mut self, pipeline: &Pipeline, immediate: &T) {
+        let bytes = bytemuck::bytes_of(immediate);
+        let bytes = &bytes[..bytes.len().min(pipeline.immediate_bytes as usize)];
         if !bytes.is_empty() {
+            let (raw, layout, stages) = (self.device.raw(), pipeline.layout, pipeline.stages);
             // SAFETY: the range is the pipeline layout's own.
-            unsafe {
-                self.device.raw().cmd_push_constants(
-                    self.commands,
-                    parts.layout,
-                    parts.stages,
-                    0,
-                    bytes,
-                );
-            }
+            unsafe { raw.cmd_push_constants(self.commands, layout, stages, 0, bytes) };
         }
     }
 
     fn bind(
         &mut self,
         point: vk::PipelineBindPoint,
-        parts: &Parts,
+        pipeline: &Arc<Pipeline>,
         resources: &[(&str, Resource<'r>)],
     ) -> Result<()> {
-        let mut buffers = Vec::with_capacity(parts.bindings.len());
-        let mut images = Vec::with_capacity(parts.bindings.len());
-        for binding in &parts.bindings {
-            let resource = resources.iter().find(|(name, _)| *name == binding.name);
+        let mut infos = Vec::with_capacity(pipeline.bindings.len());
+        for Binding { name, kind, .. } in &pipeline.bindings {
             let fail = |what| {
-                let (pass, name) = (parts.name, binding.name);
+                let pass = pipeline.module.name;
                 Err(Error::internal(format!("{pass}: binding {name} {what}")))
             };
-            let is_image = matches!(
-                binding.kind,
-                BindingKind::SampledImage | BindingKind::StorageImage
-            );
-            match (resource, is_image) {
-                (Some((_, Resource::Image(image))), true) => {
-                    images.push([vk::DescriptorImageInfo::default()
-                        .image_view(image.view)
-                        .image_layout(vk::ImageLayout::GENERAL)]);
+            let is_image = matches!(*kind, Kind::SAMPLED_IMAGE | Kind::STORAGE_IMAGE);
+            let mut buffer_info = vk::DescriptorBufferInfo::default();
+            let mut image_info = vk::DescriptorImageInfo::default();
+            match resources.iter().find(|(other, _)| other == name) {
+                Some((_, Resource::Buffer(buffer))) if !is_image => {
+                    buffer_info = buffer_info.buffer(buffer.raw).range(vk::WHOLE_SIZE);
                 }
-                (Some((_, Resource::Buffer(buffer))), false) => {
-                    buffers.push([vk::DescriptorBufferInfo::default()
-                        .buffer(buffer.raw)
-                        .range(vk::WHOLE_SIZE)]);
+                Some((_, Resource::Image(image))) if is_image => {
+                    let layout = vk::ImageLayout::GENERAL;
+                    image_info = image_info.image_view(image.view).image_layout(layout);
                 }
-                (Some(_), _) => return fail("has a resource of the other kind"),
-                (None, _) => return fail("has no resource"),
+                Some(_) => return fail("has a resource of the other kind"),
+                None => return fail("has no resource"),
             }
+            infos.push(([buffer_info], [image_info]));
         }
-        let (mut buffers, mut images) = (buffers.iter(), images.iter());
-        let writes: Vec<_> = parts
-            .bindings
-            .iter()
-            .map(|binding| {
-                let write = vk::WriteDescriptorSet::default()
+        let writes = pipeline.bindings.iter().zip(&infos);
+        let writes: Vec<_> = writes
+            .map(|(binding, (buffer_info, image_info))| {
+                // Vulkan reads the one that is of this type.
+                vk::WriteDescriptorSet::default()
                     .dst_binding(binding.binding)
-                    .descriptor_type(binding.kind.descriptor_type());
-                match binding.kind {
-                    BindingKind::SampledImage | BindingKind::StorageImage => {
-                        write.image_info(images.next().map_or(&[], |info| info))
-                    }
-                    _ => write.buffer_info(buffers.next().map_or(&[], |info| info)),
-                }
+                    .descriptor_type(binding.kind)
+                    .buffer_info(buffer_info)
+                    .image_info(image_info)
             })
             .collect();
-        let raw = self.device.raw();
+        let (raw, push_descriptor) = (self.device.raw(), self.device.push_descriptor());
         // SAFETY: pipeline, layout and resources are live until the submission, and the writes match the layout.
         unsafe {
-            raw.cmd_bind_pipeline(self.commands, point, parts.raw);
-            self.device.push_descriptor().cmd_push_descriptor_set(
+            raw.cmd_bind_pipeline(self.commands, point, pipeline.raw);
+            push_descriptor.cmd_push_descriptor_set(
                 self.commands,
                 point,
-                parts.layout,
+                pipeline.layout,
                 0,
                 &writes,
             );
         }
+        self.pipelines.push(pipeline.clone());
         Ok(())
+    }
+
+    /// Hands the work to the device and waits until it is done. What was written can then be read by the host.
+    pub fn submit(mut self) -> Result<PassTimes> {
+        let ticks = self.run().map_err(|error| match error {
+            Error::DeviceLost { call, .. } => self.device.lose(call, self.last_begun()),
+            other => other,
+        })?;
+        if let Some(last) = self.passes.last() {
+            self.device.note_pass(last);
+        }
+        let period_ms = f64::from(self.device.info().limits.timestamp_period_ns) * 1e-6;
+        let milliseconds = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * period_ms;
+        let times = ticks.chunks_exact(2).map(milliseconds);
+        Ok(self.passes.iter().copied().zip(times).collect())
+    }
+
+    /// The last pass that has begun, as the device tells.
+    fn last_begun(&self) -> Option<&'static str> {
+        let begun = self.begun.mapped::<u32>(1).ok()?[0] as usize;
+        self.passes.get(begun.checked_sub(1)?).copied()
+    }
+
+    /// The timestamps: two of each pass that has them.
+    fn run(&mut self) -> Result<Vec<u64>> {
+        self.barrier();
+        self.memory_barrier(
+            (Stage::ALL_COMMANDS, Access::MEMORY_WRITE),
+            (Stage::HOST, Access::HOST_READ),
+        );
+        let device = &self.device;
+        let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
+        let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
+        // SAFETY: the command buffer is complete.
+        device.call("vkEndCommandBuffer", |raw| unsafe {
+            raw.end_command_buffer(self.commands)
+        })?;
+        // SAFETY: everything that the command buffer names is alive for `'r`.
+        device.call("vkQueueSubmit2", |raw| {
+            device.with_queue(|queue| unsafe { raw.queue_submit2(queue, &submit, self.fence) })
+        })?;
+        self.is_in_flight = true;
+        // SAFETY: the fence was submitted.
+        device.call("vkWaitForFences", |raw| {
+            unsafe { raw.wait_for_fences(&[self.fence], true, u64::MAX) }?;
+            match self.ends_in {
+                None => Ok(()),
+                Some(_) => Err(vk::Result::ERROR_DEVICE_LOST),
+            }
+        })?;
+        self.is_in_flight = false;
+        let mut ticks = vec![0u64; (2 * self.passes.len()).min(self.query_capacity as usize)];
+        if !ticks.is_empty() {
+            let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
+            // SAFETY: the submission is complete, so the queries that it wrote are available.
+            device.call("vkGetQueryPoolResults", |raw| unsafe {
+                raw.get_query_pool_results(self.queries, 0, &mut ticks, flags)
+            })?;
+        }
+        Ok(ticks)
+    }
+}
+
+impl Drop for Recorder<'_> {
+    fn drop(&mut self) {
+        let raw = self.device.raw();
+        if self.is_in_flight {
+            // The wait for the fence failed. Whoever owns the resources frees them next, so the device must be done.
+            // SAFETY: nobody submits meanwhile. Where this fails too, the device is lost.
+            let _ = self
+                .device
+                .with_queue(|_| unsafe { raw.device_wait_idle() });
+        }
+        // SAFETY: the work was never submitted, or is complete, or the device is lost; null handles are ignored.
+        unsafe {
+            raw.destroy_query_pool(self.queries, None);
+            raw.destroy_fence(self.fence, None);
+            raw.destroy_command_pool(self.pool, None);
+        }
     }
 }
 
@@ -478,34 +506,14 @@ fn cleared(view: vk::ImageView, float32: [f32; 4]) -> vk::RenderingAttachmentInf
 }
 
 fn area([width, height]: [u32; 2]) -> vk::Rect2D {
-    vk::Rect2D {
-        offset: vk::Offset2D::default(),
-        extent: vk::Extent2D { width, height },
-    }
-}
-
-fn whole(image: &Image) -> vk::ImageSubresourceRange {
-    vk::ImageSubresourceRange {
-        aspect_mask: image.shape.aspect(),
-        base_mip_level: 0,
-        level_count: 1,
-        base_array_layer: 0,
-        layer_count: image.shape.layer_count(),
-    }
+    vk::Extent2D { width, height }.into()
 }
 
 fn image_copy(image: &Image) -> vk::BufferImageCopy {
-    let [width, height] = image.shape.size_px;
+    let all = vk::ImageSubresourceLayers::default()
+        .aspect_mask(image.shape.aspect())
+        .layer_count(image.shape.layer_count());
     vk::BufferImageCopy::default()
-        .image_subresource(vk::ImageSubresourceLayers {
-            aspect_mask: image.shape.aspect(),
-            mip_level: 0,
-            base_array_layer: 0,
-            layer_count: image.shape.layer_count(),
-        })
-        .image_extent(vk::Extent3D {
-            width,
-            height,
-            depth: 1,
-        })
+        .image_subresource(all)
+        .image_extent(image.shape.extent())
 }

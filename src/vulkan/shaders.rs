@@ -2,49 +2,10 @@
 
 use std::ffi::CStr;
 
+use ash::vk::DescriptorType;
+use bytemuck::{Pod, Zeroable};
+
 use crate::{Error, Result};
-
-/// Types whose bytes may be copied to and from device memory.
-///
-/// # Safety
-/// The type must be `repr(C)` or a primitive, without padding, and valid for every bit pattern.
-pub(crate) unsafe trait Plain: Copy + 'static {}
-
-// SAFETY: primitives without padding, valid for every bit pattern.
-unsafe impl Plain for f32 {}
-// SAFETY: as above.
-unsafe impl Plain for u32 {}
-// SAFETY: arrays have no padding between elements.
-unsafe impl<T: Plain, const N: usize> Plain for [T; N] {}
-
-/// The bytes of a slice.
-pub(crate) fn bytes_of<T: Plain>(values: &[T]) -> &[u8] {
-    // SAFETY: `Plain` types have no padding, so all of these bytes are initialised; the lifetime is the slice's.
-    unsafe { std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values)) }
-}
-
-/// Bytes as values; a rest shorter than a value is left out. `None` where they are not aligned to them.
-pub(crate) fn values_in<T: Plain>(bytes: &[u8]) -> Option<&[T]> {
-    // SAFETY: `Plain` types take any bit pattern.
-    let (before, values, _) = unsafe { bytes.align_to::<T>() };
-    before.is_empty().then_some(values)
-}
-
-/// Copies bytes into values; a rest shorter than a value is left out.
-pub(crate) fn values_of<T: Plain>(bytes: &[u8]) -> Vec<T> {
-    let count = bytes.len() / size_of::<T>();
-    let mut values = Vec::<T>::with_capacity(count);
-    // SAFETY: the capacity holds `count` values, as many bytes are there, and `Plain` types take any bit pattern.
-    unsafe {
-        std::ptr::copy_nonoverlapping(
-            bytes.as_ptr(),
-            values.as_mut_ptr().cast(),
-            count * size_of::<T>(),
-        );
-        values.set_len(count);
-    }
-    values
-}
 
 /// One compiled permutation.
 #[derive(Debug)]
@@ -66,16 +27,7 @@ pub(crate) struct Module {
 pub(crate) struct Binding {
     pub binding: u32,
     pub name: &'static str,
-    pub kind: BindingKind,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum BindingKind {
-    Uniform,
-    StorageRead,
-    StorageWrite,
-    SampledImage,
-    StorageImage,
+    pub kind: DescriptorType,
 }
 
 impl Module {
@@ -102,7 +54,7 @@ impl Module {
     }
 
     pub fn words(&self) -> Vec<u32> {
-        values_of(self.spirv)
+        bytemuck::pod_collect_to_vec(self.spirv)
     }
 }
 

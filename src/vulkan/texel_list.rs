@@ -14,14 +14,12 @@ pub(crate) struct TexelList {
 
 impl TexelList {
     pub fn new(device: &Device, what: &str, mut texels: Vec<[f32; 4]>) -> Result<TexelList> {
-        texels.resize(
-            texels.len().max(1).next_multiple_of(ROW_TEXELS as usize),
-            [0.0; 4],
-        );
-        let size_px = [ROW_TEXELS as u32, (texels.len() as u64 / ROW_TEXELS) as u32];
+        let rows = texels.len().max(1).div_ceil(ROW_TEXELS as usize);
+        texels.resize(rows * ROW_TEXELS as usize, [0.0; 4]);
+        let size_px = [ROW_TEXELS as u32, rows as u32];
         Ok(TexelList {
             image: Image::new(device, what, ImageShape::plain(size_px))?,
-            texels: Buffer::staging(device, what, &texels)?,
+            texels: Buffer::filled(device, what, &texels, BufferUse::Staging)?,
         })
     }
 

@@ -1,4 +1,4 @@
-//! Frames that stay on the device, and devices of a host's, through the C interface; `src/vulkan/host/tests.rs` is such a host, and so is
+//! Frames that stay on the device, and devices of a host's, through the C interface; `tests/hard/host_device.rs` is such a host, and so is
 //! `examples/cpp_host`.
 
 use std::ptr::{null, null_mut};

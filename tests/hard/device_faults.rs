@@ -7,7 +7,7 @@ use std::{
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
-    Device, Error, Fault, Progress, RayKernel, RenderOptions, Renderer, Scene,
+    Device, DeviceOptions, Error, Fault, Progress, RayKernel, RenderOptions, Renderer, Scene,
     internals::ray_probe::RayProbe,
     output::{Frame, Layer},
     scene::{IndirectLight, Shadow},
@@ -317,4 +317,57 @@ fn a_bounce_cancelled_at_any_report_leaves_a_usable_engine() {
 fn a_sum_cancelled_at_any_report_leaves_a_usable_engine() {
     cancel_at_each_report(&sum_at_few_pixels(), 10, 8);
     cancel_at_each_report(&plain_sum(demo_scene("cornell", [48, 48]), 16), 3, 1);
+}
+
+/// Closes a device that nothing else holds. What was made from it and not destroyed is only told then: objects of any kind, also
+/// those without memory.
+#[track_caller]
+fn assert_closes(device: Device) {
+    let messages = device.close().expect("nothing holds the device");
+    assert_eq!(messages, [""; 0]);
+}
+
+fn open_device() -> Device {
+    let options = DeviceOptions {
+        validation: true,
+        ..DeviceOptions::default()
+    };
+    Device::open(&options).expect("scripts/test installs a driver and the layer")
+}
+
+#[test]
+fn nothing_is_left_when_the_device_closes() {
+    let device = open_device();
+    let (_, scene) = &small_scenes()[2];
+    let mut renderer = Renderer::new(&device).expect("a renderer");
+    try_render(&mut renderer, scene).expect("the scene renders");
+    drop(renderer);
+    assert_closes(device);
+}
+
+#[test]
+fn nothing_is_left_when_calls_have_failed() {
+    let device = open_device();
+    let scene = plain_sum(demo_scene("glossy", [8, 8]), 8);
+    let mut renderer = Renderer::new(&device).expect("a renderer");
+    for call in 0.. {
+        let function = None;
+        device.inject(Some(Fault::OutOfMemory { function, call }));
+        if try_render(&mut renderer, &scene).is_ok() {
+            break;
+        }
+    }
+    drop(renderer);
+    assert_closes(device);
+}
+
+#[test]
+fn nothing_is_left_when_the_device_was_lost() {
+    let device = open_device();
+    let (_, scene) = &small_scenes()[2];
+    let mut renderer = Renderer::new(&device).expect("a renderer");
+    device.inject(Some(Fault::DeviceLostIn { pass: "gather" }));
+    try_render(&mut renderer, scene).expect_err("it is lost");
+    drop(renderer);
+    assert_closes(device);
 }

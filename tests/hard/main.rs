@@ -11,6 +11,7 @@ mod device_faults;
 mod device_limits;
 mod device_memory;
 mod geometry;
+mod host_device;
 mod lights;
 mod material;
 #[cfg(feature = "reference")]

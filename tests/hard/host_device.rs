@@ -1,13 +1,18 @@
-//! The tests are the host: they make a device of their own, lend it, and read a frame's image on it.
+//! A device that a host has made: the tests are the host. They make a device of their own, lend it, and read a frame's image on it.
 
 use std::{
-    path::Path,
-    sync::atomic::{AtomicI64, Ordering::SeqCst},
+    ffi::c_void,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicI64, Ordering::SeqCst},
+    },
 };
 
-use super::*;
-use crate::{
-    DeviceOptions, Renderer, Scene,
+use ash::{ext, khr, vk};
+
+use crate::common::gpu::demo_scene;
+use camlux::{
+    Device, DeviceImage, DeviceOptions, HostVulkan, QueueLock, Renderer, Scene,
     output::Layer,
     scene::{IndirectLight, VplSum},
 };
@@ -27,25 +32,97 @@ const ALL: Made = Made {
 };
 
 struct Host {
-    instance: Arc<Instance>,
+    instance: ash::Instance,
     physical: vk::PhysicalDevice,
     device: ash::Device,
     queue: vk::Queue,
     family: u32,
 }
 
+/// Called by the validation layer.
+unsafe extern "system" fn keep_message(
+    _: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT,
+    messages: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: the layer hands valid data, and the list that the messenger was made with.
+    let (text, messages) = unsafe {
+        let text = (*data).message_as_c_str().expect("a message");
+        (text, &*messages.cast::<Mutex<Vec<String>>>())
+    };
+    let text = text.to_string_lossy().into_owned();
+    messages.lock().expect("no panic before").push(text);
+    vk::FALSE
+}
+
 impl Host {
     /// A host's instance under the validation layer, and its device, handed to `use_it` as camlux takes it.
     fn with<T>(made: Made, use_it: impl FnOnce(&Host, HostVulkan) -> T) -> T {
-        let instance = Instance::new(true).expect("scripts/test installs a driver and the layer");
-        let found = instance.devices().expect("there are devices");
-        let choice = Default::default();
-        let list: Vec<_> = found.iter().map(|(_, info)| info.clone()).collect();
-        let index = Device::choose(&list, &choice)
-            .expect("one can be used")
-            .index;
-        let physical = found[index].0;
-        let family = instance.queue_family(physical).expect("it has a queue");
+        let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
+        let messages: Mutex<Vec<String>> = Mutex::default();
+        let mut messenger = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::WARNING
+                    | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR,
+            )
+            .message_type(
+                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+                    | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+            )
+            .pfn_user_callback(Some(keep_message))
+            .user_data(std::ptr::from_ref(&messages).cast_mut().cast());
+        let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features =
+            vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
+        let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
+        let extensions = [
+            ext::debug_utils::NAME.as_ptr(),
+            ext::validation_features::NAME.as_ptr(),
+        ];
+        let info = vk::InstanceCreateInfo::default()
+            .application_info(&application)
+            .enabled_layer_names(&layers)
+            .enabled_extension_names(&extensions)
+            .push_next(&mut features);
+        // SAFETY (all of it): what is passed lives until after the call, and what is destroyed is not used again.
+        let entry = unsafe { ash::Entry::load() }.expect("scripts/test installs the loader");
+        let instance = unsafe { entry.create_instance(&info, None) };
+        let instance = instance.expect("scripts/test installs a driver and the layer");
+        let debug = ext::debug_utils::Instance::new(&entry, &instance);
+        messenger.p_next = std::ptr::null();
+        let messenger = unsafe { debug.create_debug_utils_messenger(&messenger, None) };
+        let messenger = messenger.expect("the messenger is made");
+        let result = Host::with_device(&entry, instance.clone(), made, use_it);
+        unsafe {
+            debug.destroy_debug_utils_messenger(messenger, None);
+            instance.destroy_instance(None);
+        }
+        let messages = messages.into_inner().expect("no panic before");
+        assert!(messages.is_empty(), "{messages:#?}");
+        result
+    }
+
+    fn with_device<T>(
+        entry: &ash::Entry,
+        instance: ash::Instance,
+        made: Made,
+        use_it: impl FnOnce(&Host, HostVulkan) -> T,
+    ) -> T {
+        let list = Device::list().expect("there are devices");
+        let chosen = Device::choose(&list, &Default::default()).expect("one can be used");
+        // SAFETY: the instance is live, and the device is its own.
+        let (physical, families) = unsafe {
+            let found = instance.enumerate_physical_devices();
+            let physical = found.expect("there are devices")[chosen.index];
+            let families = instance.get_physical_device_queue_family_properties(physical);
+            (physical, families)
+        };
+        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let family = families
+            .iter()
+            .position(|family| family.queue_flags.contains(wanted));
+        let family = family.expect("it has a queue") as u32;
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(family)
             .queue_priorities(&[1.0])];
@@ -66,14 +143,13 @@ impl Host {
             .push_next(&mut features12)
             .push_next(&mut features13);
         // SAFETY: all that the info points to lives until after the call.
-        let device = unsafe { instance.raw.create_device(physical, &info, None) };
+        let device = unsafe { instance.create_device(physical, &info, None) };
         let device = device.expect("the device is made");
         // SAFETY: one queue of this family was asked for.
         let queue = unsafe { device.get_device_queue(family, 0) };
-        let entry = instance.entry().expect("the instance is our own");
         let lent = HostVulkan {
             get_instance_proc_addr: entry.static_fn().get_instance_proc_addr,
-            instance: instance.raw.handle(),
+            instance: instance.handle(),
             physical_device: physical,
             device: device.handle(),
             device_create_info: std::ptr::from_ref(&info).cast(),
@@ -91,17 +167,11 @@ impl Host {
         let result = use_it(&host, lent);
         // SAFETY: whatever came from the device is gone.
         unsafe { host.device.destroy_device(None) };
-        let messages = host.instance.messages();
-        assert!(messages.is_empty(), "{messages:#?}");
         result
     }
 
     /// Copies an image to the host's memory, behind the semaphore, with the host's own commands.
-    fn read(
-        &self,
-        image: crate::DeviceImage,
-        (semaphore, value): (vk::Semaphore, u64),
-    ) -> Vec<f32> {
+    fn read(&self, image: DeviceImage, (semaphore, value): (vk::Semaphore, u64)) -> Vec<f32> {
         let device = &self.device;
         let [width, height] = image.size_px;
         let bytes = u64::from(width * height * 16);
@@ -115,7 +185,6 @@ impl Host {
             let needs = device.get_buffer_memory_requirements(buffer);
             let memory = self
                 .instance
-                .raw
                 .get_physical_device_memory_properties(self.physical);
             let wanted =
                 vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
@@ -204,9 +273,7 @@ impl Host {
 }
 
 fn scene() -> Scene {
-    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/glossy.toml");
-    let mut scene = Scene::load(&file).expect("a demo scene loads");
-    scene.camera.resolution_px = [24, 16];
+    let mut scene = demo_scene("glossy", [24, 16]);
     scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 8));
     scene
 }
