@@ -185,7 +185,7 @@ impl Frame {
         vec![warning.into()]
     }
 
-    fn data(&self, layer: Layer) -> Option<&LayerData> {
+    pub(crate) fn data(&self, layer: Layer) -> Option<&LayerData> {
         let (_, data) = self.layers.iter().find(|(kind, _)| *kind == layer)?;
         Some(data)
     }
