@@ -20,25 +20,15 @@ fn least_ns(call: impl Fn() -> camlux_status) -> f64 {
     (0..ROUNDS).map(round).fold(f64::INFINITY, f64::min)
 }
 
-/// The first values of a struct, as its `_INIT` macro has them.
-fn init<T: Copy>(name: &str) -> T {
-    let layouts = layouts();
-    let layout = layouts.iter().find(|layout| layout.name == name);
-    let bytes = &layout.expect("a struct of the interface").init;
-    assert_eq!(bytes.len(), size_of::<T>());
-    // SAFETY: those are the bytes of a value of the struct of that name, which has that size.
-    unsafe { bytes.as_ptr().cast::<T>().read_unaligned() }
-}
-
 fn main() {
     let mut scene = null_mut();
-    let camera: camlux_camera = init("camlux_camera");
-    let pose: camlux_pose = init("camlux_pose");
-    let mut light: camlux_light = init("camlux_light");
+    let camera = camlux_camera::default();
+    let pose = camlux_pose::default();
+    let mut light = camlux_light::default();
     light.power_w = [1.0; 3];
-    let material: camlux_material = init("camlux_material");
-    let mesh: camlux_mesh = init("camlux_mesh");
-    let indirect: camlux_indirect = init("camlux_indirect");
+    let material = camlux_material::default();
+    let mesh = camlux_mesh::default();
+    let indirect = camlux_indirect::default();
     // SAFETY: here and below, pointers to structs of their size; indices are not wanted.
     let ready = unsafe {
         [

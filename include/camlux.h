@@ -1011,8 +1011,7 @@ camlux_status camlux_device_get_info(uint32_t index, struct camlux_device_info *
  * CAMLUX_ERROR_INVALID_ARGUMENT.
  * \threads any. The device may be used by any number of threads at once, with a renderer each.
  */
-camlux_status camlux_device_create(const struct camlux_device_options *options,
-                                   struct camlux_device **device);
+camlux_status camlux_device_create(const struct camlux_device_options *options, struct camlux_device **device);
 
 /**
  * What an open device is.
@@ -1382,7 +1381,7 @@ camlux_status camlux_frame_get_pass(struct camlux_frame *frame,
  * What came from the camlux device (renderers, frames, the device itself) has to be released before the host destroys its
  * VkDevice. The validation layer, where it is on, is the host's, and tells the host.
  *
- * \param vulkan begin with CAMLUX_VULKAN_DEVICE_INIT.
+ * \param vulkan begin with CAMLUX_VULKAN_DEVICE_INIT; its objects are live and belong together.
  * \param device receives the handle, with one reference: give it back by camlux_device_release.
  * \errors CAMLUX_ERROR_NO_DEVICE where the device lacks something that camlux needs, or was made without it;
  * CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_ARGUMENT.

@@ -95,8 +95,7 @@ impl Renderer {
         let drawn = self.draw(scene, options, false, None)?;
         let pool = std::mem::take(&mut self.pool);
         let read = drawn.read(&self.device, pool);
-        let read = read.inspect_err(|_| self.forget());
-        let mut frame = read?;
+        let mut frame = read.inspect_err(|_| self.forget())?;
         frame.stats.wall_milliseconds = start.elapsed().as_secs_f64() * 1e3;
         self.cache.images = Cached::new(drawn.images.key.clone(), drawn.images);
         Ok(frame)
@@ -175,10 +174,9 @@ impl Renderer {
         let mut progress = ProgressReport::new(report, plan.lights.len(), plan.indirect.is_some());
         // To be observed, everything is to be made.
         let mut nothing = FrameCache::default();
-        let cache = if observe.is_some() {
-            &mut nothing
-        } else {
-            &mut self.cache
+        let cache = match observe {
+            Some(_) => &mut nothing,
+            None => &mut self.cache,
         };
         let drawn = frame::draw(&context, cache, &mut progress, observe);
         let images = cache.images.take();

@@ -6,10 +6,7 @@ use std::{
     ptr,
 };
 
-use super::{
-    abi::CStruct,
-    status::{Failure, Outcome},
-};
+use super::*;
 
 /// Elements of memory as they lie there.
 #[repr(C)]
@@ -70,21 +67,16 @@ unsafe fn struct_bytes<T: CStruct>(pointer: *const T) -> Outcome<usize> {
     check_pointer(pointer, T::NAME)?;
     // SAFETY: the caller's word; a struct begins with its size.
     let bytes = unsafe { pointer.cast::<u32>().read() } as usize;
-    if !(T::VERSION_1_BYTES..=LONGEST_STRUCT_BYTES).contains(&bytes) {
-        return Err(Failure::argument(format!(
-            "struct_size of the {0} is {bytes}; begin with {1}, which sets it to sizeof({0})",
-            T::NAME,
-            init_macro(T::NAME),
-        )));
+    if (T::VERSION_1_BYTES..=LONGEST_STRUCT_BYTES).contains(&bytes) {
+        return Ok(bytes);
     }
-    Ok(bytes)
+    let (name, macro_prefix) = (T::NAME, T::NAME.to_uppercase());
+    Err(Failure::argument(format!(
+        "struct_size of the {name} is {bytes}; begin with {macro_prefix}_INIT, which sets it to sizeof({name})"
+    )))
 }
 
-fn init_macro(name: &str) -> String {
-    format!("{}_INIT", name.to_uppercase())
-}
-
-/// Reads a struct of any version: what an older program does not have is as in `INIT`, and what a newer one has beyond may
+/// Reads a struct of any version: what an older program does not have is as by default, and what a newer one has beyond may
 /// only be 0.
 ///
 /// # Safety
@@ -93,7 +85,7 @@ pub(super) unsafe fn read<T: CStruct>(pointer: *const T) -> Outcome<T> {
     // SAFETY: the caller's word.
     let bytes = unsafe { struct_bytes(pointer) }?;
     let known = bytes.min(size_of::<T>());
-    let mut value = T::INIT;
+    let mut value = T::default();
     // SAFETY: the caller's word for what is read; `value` has room for it, and any bytes are a value.
     let beyond = unsafe {
         ptr::copy_nonoverlapping(pointer.cast::<u8>(), (&raw mut value).cast(), known);
@@ -167,13 +159,9 @@ pub(super) unsafe fn text(pointer: *const c_char, name: &str) -> Outcome<Option<
         return Ok(None);
     }
     // SAFETY: the caller's word.
-    let text = unsafe { CStr::from_ptr(pointer) };
-    match text.to_str() {
-        Ok(text) => Ok(Some(text.to_owned())),
-        Err(error) => Err(Failure::argument(format!(
-            "{name} is no UTF-8: {error}; convert it"
-        ))),
-    }
+    let text = unsafe { CStr::from_ptr(pointer) }.to_str();
+    let wrong = |error| Failure::argument(format!("{name} is no UTF-8: {error}; convert it"));
+    Ok(Some(text.map_err(wrong)?.to_owned()))
 }
 
 /// A path that has to be there.
@@ -198,20 +186,14 @@ macro_rules! choices {
 pub(super) use choices;
 
 /// What a constant stands for; `what` names the argument.
-pub(super) fn one_of<T: Copy>(what: &str, value: i32, choices: &[(i32, &str, T)]) -> Outcome<T> {
-    match choices.iter().find(|(number, ..)| *number == value) {
-        Some((.., choice)) => Ok(*choice),
-        None => {
-            let names = choices.iter();
-            let names: Vec<String> = names
-                .map(|(number, name, _)| format!("{name} ({number})"))
-                .collect();
-            let names = names.join(", ");
-            Err(Failure::argument(format!(
-                "{what} is {value}; give one of {names}"
-            )))
-        }
-    }
+pub(super) fn one_of<T: Clone>(what: &str, value: i32, choices: &[(i32, &str, T)]) -> Outcome<T> {
+    let found = choices.iter().find(|(number, ..)| *number == value);
+    found.map(|(.., choice)| choice.clone()).ok_or_else(|| {
+        let name = |(number, name, _): &(i32, &str, T)| format!("{name} ({number})");
+        let names: Vec<String> = choices.iter().map(name).collect();
+        let names = names.join(", ");
+        Failure::argument(format!("{what} is {value}; give one of {names}"))
+    })
 }
 
 pub(super) fn flag(what: &str, value: i32) -> Outcome<bool> {
@@ -226,21 +208,11 @@ pub(super) fn reserved(what: &str, value: u32) -> Outcome {
     if value == 0 {
         return Ok(());
     }
-    Err(Failure::argument(format!(
-        "{what} has {value} in a reserved member; leave it 0"
-    )))
+    let problem = format!("{what} has {value} in a reserved member; leave it 0");
+    Err(Failure::argument(problem))
 }
 
-/// A component of an array in memory: any bytes are one.
-pub(super) trait Component: Copy {}
-
-impl Component for u8 {}
-impl Component for u16 {}
-impl Component for u32 {}
-impl Component for f32 {}
-impl Component for f64 {}
-
-/// Where rows of components lie, checked for alignment and for overflow.
+/// Where rows of components lie.
 pub(super) struct Rows<'n> {
     pub name: &'n str,
     pub data: *const c_void,
@@ -255,61 +227,47 @@ impl Rows<'_> {
     /// Every row, in order, through `convert`.
     ///
     /// # Safety
-    /// `data` is null, or misaligned, or points to all the rows.
-    pub unsafe fn read<C: Component, T>(&self, convert: impl Fn(&[C]) -> T) -> Outcome<Vec<T>> {
+    /// `data` is null, or misaligned, or points to all the rows; any bytes are a `C`.
+    pub unsafe fn read<C, T>(&self, convert: impl Fn(&[C]) -> T) -> Outcome<Vec<T>> {
         if self.count == 0 || self.length == 0 {
             return Ok(Vec::new());
         }
         let stride_bytes = self.checked_stride::<C>()?;
-        let mut values = Vec::new();
-        let room = values.try_reserve_exact(self.count);
-        room.map_err(|_| Failure::memory(self.name, self.count))?;
-        for row in 0..self.count {
+        let mut values = room_for(self.count, self.name)?;
+        values.extend((0..self.count).map(|row| {
             // SAFETY: the product does not overflow, the place is aligned, and that it is there is the caller's word.
-            let components = unsafe {
+            convert(unsafe {
                 let start = self.data.cast::<u8>().add(row * stride_bytes);
                 std::slice::from_raw_parts(start.cast::<C>(), self.length)
-            };
-            values.push(convert(components));
-        }
+            })
+        }));
         Ok(values)
     }
 
-    fn checked_stride<C: Component>(&self) -> Outcome<usize> {
-        let Rows {
-            name,
-            data,
-            count,
-            length,
-            ..
-        } = *self;
+    /// Bytes from one row to the next, where all of them can be.
+    fn checked_stride<C>(&self) -> Outcome<usize> {
+        let (name, count, size) = (self.name, self.count, size_of::<C>());
         let wrong = |problem: String| Err(Failure::argument(problem));
-        if data.is_null() {
+        if self.data.is_null() {
             return wrong(format!("{name} is NULL, for {count} elements"));
         }
-        if !data.cast::<C>().is_aligned() {
-            return wrong(format!(
-                "{name} is at {data:p}, which is not aligned to {} bytes",
-                size_of::<C>()
-            ));
-        }
-        let Some(tight_bytes) = length.checked_mul(size_of::<C>()) else {
-            return wrong(format!("a row of {name} has {length} components"));
+        check_pointer(self.data.cast::<C>(), name)?;
+        let Some(tight_bytes) = self.length.checked_mul(size) else {
+            return wrong(format!("a row of {name} has {} components", self.length));
         };
         let stride_bytes = match self.stride_bytes {
             0 => tight_bytes,
             stride_bytes => stride_bytes,
         };
-        if stride_bytes < tight_bytes || stride_bytes % size_of::<C>() != 0 {
+        if stride_bytes < tight_bytes || stride_bytes % size != 0 {
             return wrong(format!(
-                "the stride of {name} is {stride_bytes} bytes; give 0, or a multiple of {} of at least {tight_bytes}",
-                size_of::<C>()
+                "the stride of {name} is {stride_bytes} bytes; give 0, or a multiple of {size} of at least {tight_bytes}"
             ));
         }
         let end = count
             .checked_mul(stride_bytes)
             .filter(|&bytes| bytes <= isize::MAX as usize)
-            .and_then(|bytes| data.addr().checked_add(bytes));
+            .and_then(|bytes| self.data.addr().checked_add(bytes));
         if end.is_none() {
             return wrong(format!(
                 "{count} elements of {name}, {stride_bytes} bytes apart, are more than memory has; check the count"
@@ -317,4 +275,15 @@ impl Rows<'_> {
         }
         Ok(stride_bytes)
     }
+}
+
+/// An empty list with room for as many values as the host says that there are.
+pub(super) fn room_for<T>(count: usize, what: &str) -> Outcome<Vec<T>> {
+    let mut values = Vec::new();
+    let reserved = values.try_reserve_exact(count);
+    reserved.map_err(|_| {
+        let problem = format!("there is no memory for {count} {what}; give fewer");
+        Failure::new(CAMLUX_ERROR_OUT_OF_MEMORY, problem)
+    })?;
+    Ok(values)
 }

@@ -2,18 +2,10 @@
 
 use std::{
     ffi::c_char,
-    ptr,
     sync::atomic::{AtomicUsize, Ordering},
 };
 
-use super::{
-    abi::{CStruct, c_struct},
-    args,
-    handle::{self, camlux_device},
-    log::{self, CAMLUX_LOG_INFO, CAMLUX_LOG_WARNING},
-    scene::no_part,
-    status::{Failure, Outcome, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::{Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceOptions};
 
 /// A discrete GPU before an integrated one before a CPU driver.
@@ -80,25 +72,9 @@ pub struct camlux_device_info {
     pub api_version: [c_char; 32],
 }
 
-c_struct! { camlux_device_options, 24, {
-    choice: CAMLUX_DEVICE_BEST,
-    index: 0,
-    validation: 0,
-    name: ptr::null(),
-} }
+c_struct!(camlux_device_options, 24);
 
-c_struct! { camlux_device_info, 832, {
-    index: 0,
-    kind: CAMLUX_DEVICE_KIND_DISCRETE,
-    is_usable: 0,
-    max_image_px: 0,
-    subgroup_lanes: 0,
-    max_allocation_bytes: 0,
-    name: [0; 256],
-    driver: [0; 256],
-    lacks: [0; 256],
-    api_version: [0; 32],
-} }
+c_struct!(camlux_device_info, 832);
 
 /// An open device.
 pub(super) struct DeviceObject {
@@ -129,9 +105,6 @@ impl DeviceObject {
 ///
 /// \errors CAMLUX_ERROR_NO_DEVICE where there is no Vulkan loader or driver; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any. It asks the drivers, which takes milliseconds.
-///
-/// # Safety
-/// `count` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_count(count: *mut u32) -> camlux_status {
     ffi_guard("camlux_device_count", || {
@@ -147,9 +120,6 @@ pub unsafe extern "C" fn camlux_device_count(count: *mut u32) -> camlux_status {
 /// \param info begin with CAMLUX_DEVICE_INFO_INIT.
 /// \errors CAMLUX_ERROR_NO_DEVICE where there is no Vulkan loader or driver; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any. It asks the drivers, which takes milliseconds.
-///
-/// # Safety
-/// `info` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_get_info(
     index: u32,
@@ -158,10 +128,8 @@ pub unsafe extern "C" fn camlux_device_get_info(
     ffi_guard("camlux_device_get_info", || {
         let found = || {
             let devices = Device::list()?;
-            let device = devices.get(index as usize);
-            device
-                .map(info_of)
-                .ok_or_else(|| no_part(index, devices.len(), "device"))
+            let found = devices.get(index as usize).map(info_of);
+            found.ok_or_else(|| no_part(index, devices.len(), "device"))
         };
         // SAFETY: the caller's word.
         unsafe { args::write(info, found) }
@@ -175,9 +143,6 @@ pub unsafe extern "C" fn camlux_device_get_info(
 /// \errors CAMLUX_ERROR_NO_DEVICE where none fits or the one that fits lacks something; CAMLUX_ERROR_VULKAN;
 /// CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any. The device may be used by any number of threads at once, with a renderer each.
-///
-/// # Safety
-/// `options` is NULL or points to as many bytes as its struct_size says; `device` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_create(
     options: *const camlux_device_options,
@@ -185,9 +150,7 @@ pub unsafe extern "C" fn camlux_device_create(
 ) -> camlux_status {
     ffi_guard("camlux_device_create", || {
         // SAFETY: the caller's word.
-        let options = unsafe { args::read_optional(options) }?;
-        // SAFETY: the caller's word.
-        let options = unsafe { options_from(options.unwrap_or(CStruct::INIT)) }?;
+        let options = unsafe { options_from(args::read_optional(options)?.unwrap_or_default()) }?;
         let open = || {
             let device = Device::open(&options)?;
             log::write(CAMLUX_LOG_INFO, || {
@@ -206,9 +169,6 @@ pub unsafe extern "C" fn camlux_device_create(
 /// \param info begin with CAMLUX_DEVICE_INFO_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
-///
-/// # Safety
-/// `info` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_info_of(
     device: *mut camlux_device,
@@ -226,9 +186,6 @@ pub unsafe extern "C" fn camlux_device_info_of(
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
-///
-/// # Safety
-/// `count` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_validation_count(
     device: *mut camlux_device,
@@ -247,20 +204,15 @@ pub unsafe extern "C" fn camlux_device_validation_count(
 unsafe fn options_from(options: camlux_device_options) -> Outcome<DeviceOptions> {
     // SAFETY: the caller's word.
     let name = unsafe { args::text(options.name, "name") }?;
-    let name =
-        || name.ok_or_else(|| Failure::argument("choice is CAMLUX_DEVICE_NAME, but name is NULL"));
     let choices = args::choices![
-        CAMLUX_DEVICE_BEST => 0,
-        CAMLUX_DEVICE_INDEX => 1,
-        CAMLUX_DEVICE_NAME => 2,
+        CAMLUX_DEVICE_BEST => Some(DeviceChoice::Best),
+        CAMLUX_DEVICE_INDEX => Some(DeviceChoice::Index(options.index as usize)),
+        CAMLUX_DEVICE_NAME => name.map(DeviceChoice::Name),
     ];
-    let choice = match args::one_of("choice", options.choice, &choices)? {
-        0 => DeviceChoice::Best,
-        1 => DeviceChoice::Index(options.index as usize),
-        _ => DeviceChoice::Name(name()?),
-    };
+    let choice = args::one_of("choice", options.choice, &choices)?;
+    let no_name = || Failure::argument("choice is CAMLUX_DEVICE_NAME, but name is NULL");
     Ok(DeviceOptions {
-        choice,
+        choice: choice.ok_or_else(no_name)?,
         validation: args::flag("validation", options.validation)?,
     })
 }
@@ -283,18 +235,14 @@ fn info_of(info: &DeviceInfo) -> camlux_device_info {
         driver: fixed_text(&info.driver),
         lacks: fixed_text(info.unusable.as_deref().unwrap_or_default()),
         api_version: fixed_text(&info.api_version),
-        ..CStruct::INIT
+        ..Default::default()
     }
 }
 
 /// As much of a text as fits, cut between characters, with a 0 behind it.
 fn fixed_text<const N: usize>(text: &str) -> [c_char; N] {
-    let end = (0..N.min(text.len() + 1))
-        .rev()
-        .find(|&end| text.is_char_boundary(end));
-    let mut fixed = [0; N];
-    for (to, from) in fixed.iter_mut().zip(&text.as_bytes()[..end.unwrap_or(0)]) {
-        *to = *from as c_char;
-    }
-    fixed
+    let mut ends = (0..N.min(text.len() + 1)).rev();
+    let end = ends.find(|&end| text.is_char_boundary(end));
+    let bytes = &text.as_bytes()[..end.unwrap_or(0)];
+    std::array::from_fn(|i| bytes.get(i).map_or(0, |&byte| byte as c_char))
 }

@@ -3,16 +3,10 @@
 use std::{
     ffi::{CStr, CString, c_char, c_void},
     ptr,
-    sync::{Mutex, OnceLock, PoisonError},
+    sync::{LazyLock, OnceLock},
 };
 
-use super::{
-    abi::{CStruct, c_struct},
-    args::{self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_U32},
-    handle::{self, camlux_frame},
-    scene::no_part,
-    status::{Failure, Outcome, c_string, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::{
     DeviceFrame,
     output::{
@@ -42,7 +36,7 @@ pub const CAMLUX_LAYER_INSTANCE_ID: i32 = 8;
 /// 0: no surface, else 1 + the index of its material (CAMLUX_FORMAT_U32).
 pub const CAMLUX_LAYER_MATERIAL_ID: i32 = 9;
 
-const LAYERS: [(i32, &str, Layer); 10] = args::choices![
+pub(super) const LAYERS: [(i32, &str, Layer); 10] = args::choices![
     CAMLUX_LAYER_RADIANCE => Layer::Radiance,
     CAMLUX_LAYER_DIRECT => Layer::Direct,
     CAMLUX_LAYER_INDIRECT => Layer::Indirect,
@@ -98,99 +92,71 @@ pub struct camlux_exr_options {
     pub reserved: u32,
 }
 
-c_struct! { camlux_view, 64, {
-    layer: CAMLUX_LAYER_RADIANCE,
-    data: ptr::null(),
-    row_stride_bytes: 0,
-    size_bytes: 0,
-    width_px: 0,
-    height_px: 0,
-    channels: 0,
-    format: CAMLUX_FORMAT_F32,
-    name: ptr::null(),
-    unit: ptr::null(),
-} }
+c_struct!(camlux_view, 64, format: CAMLUX_FORMAT_F32);
 
-c_struct! { camlux_exr_options, 16, {
-    half: 0,
-    layers: 0,
-    reserved: 0,
-} }
+c_struct!(camlux_exr_options, 16);
 
 /// A frame, and its texts for C.
 pub(super) struct FrameObject {
-    /// Of a frame on the device, from the first time that its layers are asked for.
-    frame: OnceLock<Frame>,
-    /// Of a frame that was rendered to stay there.
-    on_device: Option<DeviceFrame>,
-    /// Taken while the layers are read.
-    reading: Mutex<()>,
-    pub stats: FrameStats,
+    pub rendered: Rendered,
     pub snapshot_ms: f64,
     pub device: CString,
     pub driver: CString,
     pub pass_names: Vec<CString>,
 }
 
+/// Where a frame was rendered to stay.
+pub(super) enum Rendered {
+    ToHost(Frame),
+    /// With its layers, from the first time that they are asked for.
+    OnDevice(DeviceFrame, OnceLock<Frame>),
+}
+
+impl Rendered {
+    pub fn stats(&self) -> &FrameStats {
+        match self {
+            Rendered::ToHost(frame) => &frame.stats,
+            Rendered::OnDevice(frame, _) => frame.stats(),
+        }
+    }
+}
+
 impl FrameObject {
-    pub fn new(frame: Frame, snapshot_ms: f64) -> FrameObject {
-        FrameObject::from_parts(frame.stats.clone(), snapshot_ms, Some(frame), None)
-    }
-
-    pub fn new_on_device(frame: DeviceFrame, snapshot_ms: f64) -> FrameObject {
-        FrameObject::from_parts(frame.stats().clone(), snapshot_ms, None, Some(frame))
-    }
-
-    fn from_parts(
-        stats: FrameStats,
-        snapshot_ms: f64,
-        frame: Option<Frame>,
-        on_device: Option<DeviceFrame>,
-    ) -> FrameObject {
+    pub fn new(rendered: Rendered, snapshot_ms: f64) -> FrameObject {
+        let stats = rendered.stats();
         let passes = stats.passes.iter();
         FrameObject {
-            frame: frame.map_or_else(OnceLock::new, OnceLock::from),
-            on_device,
-            reading: Mutex::new(()),
             snapshot_ms,
             device: c_string(&stats.device),
             driver: c_string(&stats.driver),
             pass_names: passes.map(|pass| c_string(pass.name)).collect(),
-            stats,
+            rendered,
         }
-    }
-
-    /// The frame where it was rendered to stay on the device.
-    pub fn on_device(&self) -> Option<&DeviceFrame> {
-        self.on_device.as_ref()
     }
 
     /// The frame with its layers, which come from the device where they are not here yet.
     fn frame(&self) -> Outcome<&Frame> {
-        let _alone = self.reading.lock().unwrap_or_else(PoisonError::into_inner);
-        if let (None, Some(on_device)) = (self.frame.get(), &self.on_device) {
-            // Nobody else sets it.
-            let _ = self.frame.set(on_device.read()?);
+        let (on_device, layers) = match &self.rendered {
+            Rendered::ToHost(frame) => return Ok(frame),
+            Rendered::OnDevice(on_device, layers) => (on_device, layers),
+        };
+        if let Some(read) = layers.get() {
+            return Ok(read);
         }
-        let frame = self.frame.get();
-        frame.ok_or_else(|| crate::Error::internal("a frame is nowhere").into())
-    }
-
-    /// The layer of a number.
-    pub fn layer_of(layer: i32) -> Outcome<Layer> {
-        args::one_of("layer", layer, &LAYERS)
+        let read = on_device.read()?;
+        // Another thread may have been first: it has read the same.
+        Ok(layers.get_or_init(|| read))
     }
 
     fn layer(&self, layer: i32) -> Outcome<(Layer, &LayerData)> {
-        let layer = FrameObject::layer_of(layer)?;
-        let found = self.frame()?.layers.iter().find(|(kind, _)| *kind == layer);
-        match found {
-            Some((_, data)) => Ok((layer, data)),
-            None => Err(Failure::argument(format!(
-                "the frame has no layer {}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect",
-                layer.name()
-            ))),
-        }
+        let kind = args::one_of("layer", layer, &LAYERS)?;
+        let data = self.frame()?.data(kind).ok_or_else(|| {
+            let name = kind.name();
+            Failure::argument(format!(
+                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect"
+            ))
+        })?;
+        Ok((kind, data))
     }
 
     fn exr_options(&self, options: camlux_exr_options) -> Outcome<ExrOptions> {
@@ -216,18 +182,12 @@ impl FrameObject {
     fn view(&self, layer: i32) -> Outcome<camlux_view> {
         let (kind, data) = self.layer(layer)?;
         let [width_px, height_px] = self.frame()?.resolution_px;
-        let (data, size_bytes, format): (*const c_void, _, _) = match data {
-            LayerData::Float(values) => (
-                values.as_ptr().cast(),
-                size_of_val(values.as_slice()),
-                CAMLUX_FORMAT_F32,
-            ),
-            LayerData::Id(ids) => (
-                ids.as_ptr().cast(),
-                size_of_val(ids.as_slice()),
-                CAMLUX_FORMAT_U32,
-            ),
+        let (data, count, format): (*const c_void, _, _) = match data {
+            LayerData::Float(values) => (values.as_ptr().cast(), values.len(), CAMLUX_FORMAT_F32),
+            LayerData::Id(ids) => (ids.as_ptr().cast(), ids.len(), CAMLUX_FORMAT_U32),
         };
+        // Values of both formats have 4 bytes.
+        let size_bytes = 4 * count;
         let (name, unit) = texts(kind);
         Ok(camlux_view {
             layer,
@@ -240,19 +200,18 @@ impl FrameObject {
             format,
             name: name.as_ptr(),
             unit: unit.as_ptr(),
-            ..CStruct::INIT
+            ..Default::default()
         })
     }
 }
 
 /// Name and unit of a layer, made once.
 fn texts(layer: Layer) -> (&'static CStr, &'static CStr) {
-    static TEXTS: OnceLock<Vec<(Layer, CString, CString)>> = OnceLock::new();
-    let texts = TEXTS.get_or_init(|| {
-        let text = |layer: Layer| (layer, c_string(layer.name()), c_string(layer.unit()));
-        Layer::ALL.map(text).into()
+    static TEXTS: LazyLock<Vec<(Layer, CString, CString)>> = LazyLock::new(|| {
+        let texts = |layer: Layer| (layer, c_string(layer.name()), c_string(layer.unit()));
+        Layer::ALL.map(texts).into()
     });
-    let found = texts.iter().find(|(kind, ..)| *kind == layer);
+    let found = TEXTS.iter().find(|(kind, ..)| *kind == layer);
     found.map_or((c"", c""), |(_, name, unit)| (name, unit))
 }
 
@@ -260,9 +219,6 @@ fn texts(layer: Layer) -> (&'static CStr, &'static CStr) {
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
-///
-/// # Safety
-/// `count` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_layer_count(
     frame: *mut camlux_frame,
@@ -282,9 +238,6 @@ pub unsafe extern "C" fn camlux_frame_layer_count(
 /// \param layer receives CAMLUX_LAYER_RADIANCE or the like.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
-///
-/// # Safety
-/// `layer` is NULL or points to a writable int32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_get_layer(
     frame: *mut camlux_frame,
@@ -312,9 +265,6 @@ pub unsafe extern "C" fn camlux_frame_get_layer(
 /// \param view begin with CAMLUX_VIEW_INIT. What it points to is valid until the frame's last release.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does not have.
 /// \threads any; frames do not change.
-///
-/// # Safety
-/// `view` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_view(
     frame: *mut camlux_frame,
@@ -336,9 +286,6 @@ pub unsafe extern "C" fn camlux_frame_view(
 /// \param row_stride_bytes from one row to the next; 0: rows follow one another. Bytes between rows are left as they are.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also where the layer does not fit.
 /// \threads any; frames do not change.
-///
-/// # Safety
-/// `destination` is NULL or points to as many writable bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_copy(
     frame: *mut camlux_frame,
@@ -390,9 +337,6 @@ pub unsafe extern "C" fn camlux_frame_copy(
 /// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that the frame does
 /// not have.
 /// \threads any; frames do not change.
-///
-/// # Safety
-/// `path` is NULL or a string that ends with a 0; `options` is NULL or points to as many bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_write_exr(
     frame: *mut camlux_frame,
@@ -404,7 +348,7 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
         // SAFETY: the caller's word.
         let path = unsafe { args::path(path) }?;
         // SAFETY: the caller's word.
-        let options = unsafe { args::read_optional(options) }?.unwrap_or(CStruct::INIT);
+        let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let options = object.exr_options(options)?;
         write_exr(OutputFile::create(path)?, object.frame()?, &options)?;
         Ok(())
@@ -417,9 +361,6 @@ pub unsafe extern "C" fn camlux_frame_write_exr(
 /// \param path UTF-8; a file of that name is replaced.
 /// \errors CAMLUX_ERROR_OUTPUT; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any; frames do not change.
-///
-/// # Safety
-/// `path` is NULL or a string that ends with a 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_write_png(
     frame: *mut camlux_frame,

@@ -1,14 +1,8 @@
 //! What a frame has cost, and the version.
 
-use std::{ffi::c_char, ptr};
+use std::ffi::c_char;
 
-use super::{
-    abi::{CStruct, c_struct},
-    args,
-    handle::{self, camlux_frame},
-    scene::no_part,
-    status::{camlux_status, ffi_guard},
-};
+use super::*;
 
 /// The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH.
 pub const CAMLUX_VERSION_MAJOR: u32 = 0;
@@ -75,36 +69,15 @@ pub struct camlux_pass_time {
     pub name: *const c_char,
 }
 
-c_struct! { camlux_frame_stats, 96, {
-    pass_count: 0,
-    wall_ms: 0.0,
-    passes_ms: 0.0,
-    snapshot_ms: 0.0,
-    vpl_count: 0,
-    ray_count: 0,
-    pixel_vpl_pairs: 0,
-    estimated_error: 0.0,
-    estimated_interpolation_error: 0.0,
-    submissions: 0,
-    reserved: 0,
-    device: ptr::null(),
-    driver: ptr::null(),
-} }
+c_struct!(camlux_frame_stats, 96);
 
-c_struct! { camlux_pass_time, 24, {
-    reserved: 0,
-    ms: 0.0,
-    name: ptr::null(),
-} }
+c_struct!(camlux_pass_time, 24);
 
 /// What a frame has cost.
 ///
 /// \param stats begin with CAMLUX_FRAME_STATS_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any; frames do not change.
-///
-/// # Safety
-/// `stats` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_get_stats(
     frame: *mut camlux_frame,
@@ -113,7 +86,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
     ffi_guard("camlux_frame_get_stats", || {
         let object = handle::get(frame)?;
         let stats_of = || {
-            let found = &object.stats;
+            let found = object.rendered.stats();
             Ok(camlux_frame_stats {
                 pass_count: found.passes.len() as u32,
                 wall_ms: found.wall_milliseconds,
@@ -129,7 +102,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 submissions: found.submissions,
                 device: object.device.as_ptr(),
                 driver: object.driver.as_ptr(),
-                ..CStruct::INIT
+                ..Default::default()
             })
         };
         // SAFETY: the caller's word.
@@ -144,9 +117,6 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
 /// \param pass begin with CAMLUX_PASS_TIME_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any; frames do not change.
-///
-/// # Safety
-/// `pass` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_get_pass(
     frame: *mut camlux_frame,
@@ -155,14 +125,14 @@ pub unsafe extern "C" fn camlux_frame_get_pass(
 ) -> camlux_status {
     ffi_guard("camlux_frame_get_pass", || {
         let object = handle::get(frame)?;
-        let passes = &object.stats.passes;
+        let passes = &object.rendered.stats().passes;
         let time = || {
             let found = passes.iter().zip(&object.pass_names).nth(index as usize);
             let (pass, name) = found.ok_or_else(|| no_part(index, passes.len(), "pass"))?;
             Ok(camlux_pass_time {
                 ms: pass.milliseconds,
                 name: name.as_ptr(),
-                ..CStruct::INIT
+                ..Default::default()
             })
         };
         // SAFETY: the caller's word.

@@ -3,44 +3,27 @@
 use std::{
     any::Any,
     ptr,
-    sync::{Arc, LazyLock, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard},
+    sync::{Arc, LazyLock, Mutex, MutexGuard, PoisonError},
 };
 
 use slotmap::{DefaultKey, Key, KeyData, SlotMap};
 
-use super::{
-    args,
-    device::DeviceObject,
-    frame::FrameObject,
-    renderer::{CancelToken, RendererObject},
-    scene::SceneObject,
-    status::{CAMLUX_ERROR_INVALID_HANDLE, Failure, Outcome, camlux_status, ffi_guard},
-};
+use super::*;
 
 /// An open Vulkan device. See camlux_device_create.
-pub struct camlux_device {
-    _opaque: (),
-}
+pub struct camlux_device(());
 
 /// What is lit: camera, lights, meshes, materials. See camlux_scene_create.
-pub struct camlux_scene {
-    _opaque: (),
-}
+pub struct camlux_scene(());
 
 /// Renders frames on a device. See camlux_renderer_create.
-pub struct camlux_renderer {
-    _opaque: (),
-}
+pub struct camlux_renderer(());
 
 /// A rendered frame. See camlux_renderer_render.
-pub struct camlux_frame {
-    _opaque: (),
-}
+pub struct camlux_frame(());
 
 /// Ends renders from another thread. See camlux_cancel_token_create.
-pub struct camlux_cancel_token {
-    _opaque: (),
-}
+pub struct camlux_cancel_token(());
 
 /// What a handle points to in C, which nothing ever does.
 pub(super) trait Handle {
@@ -71,47 +54,38 @@ struct Entry {
     object: Arc<dyn Any + Send + Sync>,
 }
 
-struct Table(SlotMap<DefaultKey, Entry>);
+type Table = SlotMap<DefaultKey, Entry>;
 
-static TABLE: LazyLock<RwLock<Table>> = LazyLock::new(|| RwLock::new(Table(SlotMap::new())));
+static TABLE: LazyLock<Mutex<Table>> = LazyLock::new(Mutex::default);
 
-fn read_table() -> RwLockReadGuard<'static, Table> {
-    TABLE.read().unwrap_or_else(PoisonError::into_inner)
-}
-
-fn write_table() -> RwLockWriteGuard<'static, Table> {
-    TABLE.write().unwrap_or_else(PoisonError::into_inner)
+fn table() -> MutexGuard<'static, Table> {
+    TABLE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 // A key fills 64 bits.
 const _: () = assert!(usize::BITS == 64, "the C interface is for 64-bit machines");
 
-impl Table {
-    /// The key of a handle, if the object of that kind is still there.
-    fn find<H: Handle>(&self, handle: *mut H) -> Outcome<DefaultKey> {
-        let wanted = H::NAME;
-        let number = handle.addr() as u64;
-        let key = KeyData::from_ffi(number);
-        let problem = match self.0.get(key.into()) {
-            _ if number == 0 => format!("the {wanted} is NULL"),
-            // Small numbers are taken for keys that they are not.
-            _ if key.as_ffi() != number => format!("{number:#x} is no handle of camlux"),
-            None => format!("the {wanted} has been released, or never was one"),
-            Some(entry) if entry.kind != wanted => format!("the {wanted} is a {}", entry.kind),
-            Some(_) => return Ok(key.into()),
-        };
-        Err(Failure {
-            status: CAMLUX_ERROR_INVALID_HANDLE,
-            message: format!("{problem}; give a {wanted} that was created and not yet released"),
-        })
-    }
+/// The key of a handle, if the object of that kind is still there.
+fn find<H: Handle>(table: &Table, handle: *mut H) -> Outcome<DefaultKey> {
+    let wanted = H::NAME;
+    let number = handle.addr() as u64;
+    let key = KeyData::from_ffi(number);
+    let problem = match table.get(key.into()) {
+        _ if number == 0 => format!("the {wanted} is NULL"),
+        // Small numbers are taken for keys that they are not.
+        _ if key.as_ffi() != number => format!("{number:#x} is no handle of camlux"),
+        None => format!("the {wanted} has been released, or never was one"),
+        Some(entry) if entry.kind != wanted => format!("the {wanted} is a {}", entry.kind),
+        Some(_) => return Ok(key.into()),
+    };
+    let message = format!("{problem}; give a {wanted} that was created and not yet released");
+    Err(Failure::new(CAMLUX_ERROR_INVALID_HANDLE, message))
 }
 
 /// The object of a handle, which stays alive as long as what is returned.
 pub(super) fn get<H: Handle>(handle: *mut H) -> Outcome<Arc<H::Object>> {
-    let table = read_table();
-    let object = table.0[table.find(handle)?].object.clone();
-    let object = object.downcast();
+    let table = table();
+    let object = table[find(&table, handle)?].object.clone().downcast();
     object.map_err(|_| crate::Error::internal("a handle's kind is not its object's").into())
 }
 
@@ -130,7 +104,7 @@ pub(super) unsafe fn return_handle<H: Handle>(
             references: 1,
             object: Arc::new(make()?),
         };
-        let key = write_table().0.insert(entry).data();
+        let key = table().insert(entry).data();
         Ok(ptr::without_provenance_mut(key.as_ffi() as usize))
     };
     // SAFETY: the caller's word.
@@ -138,14 +112,13 @@ pub(super) unsafe fn return_handle<H: Handle>(
 }
 
 fn retain<H: Handle>(handle: *mut H) -> Outcome {
-    let mut table = write_table();
-    let key = table.find(handle)?;
-    let references = &mut table.0[key].references;
+    let mut table = table();
+    let key = find(&table, handle)?;
+    let references = &mut table[key].references;
     *references = references.checked_add(1).ok_or_else(|| {
+        let (name, most) = (H::NAME, u32::MAX);
         Failure::argument(format!(
-            "the {} has {} references already; release some",
-            H::NAME,
-            u32::MAX
+            "the {name} has {most} references already; release some"
         ))
     })?;
     Ok(())
@@ -155,11 +128,11 @@ fn release<H: Handle>(handle: *mut H) -> Outcome {
     if handle.is_null() {
         return Ok(());
     }
-    let mut table = write_table();
-    let key = table.find(handle)?;
-    table.0[key].references -= 1;
-    let last = match table.0[key].references {
-        0 => table.0.remove(key),
+    let mut table = table();
+    let key = find(&table, handle)?;
+    table[key].references -= 1;
+    let last = match table[key].references {
+        0 => table.remove(key),
         _ => None,
     };
     drop(table);
@@ -173,13 +146,10 @@ fn release<H: Handle>(handle: *mut H) -> Outcome {
 ///
 /// \errors CAMLUX_ERROR_INVALID_ARGUMENT where count is NULL.
 /// \threads any.
-///
-/// # Safety
-/// `count` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_handle_count(count: *mut u32) -> camlux_status {
     ffi_guard("camlux_handle_count", || {
-        let live = || Ok(read_table().0.len() as u32);
+        let live = || Ok(table().len() as u32);
         // SAFETY: the caller's word.
         unsafe { args::write_result(count, "count", live) }
     })

@@ -2,13 +2,7 @@
 
 use glam::{DQuat, DVec3};
 
-use super::{
-    abi::{CStruct, c_struct},
-    args,
-    handle::{self, camlux_scene},
-    scene::{SceneState, part, push},
-    status::{Failure, Outcome, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::{
     Error,
     scene::{BoundingBox, Light, Mesh, Shared, validate_instance},
@@ -36,11 +30,7 @@ pub struct camlux_pose {
     pub orientation_xyzw: [f64; 4],
 }
 
-c_struct! { camlux_pose, 64, {
-    reserved: 0,
-    position_m: [0.0; 3],
-    orientation_xyzw: [0.0, 0.0, 0.0, 1.0],
-} }
+c_struct!(camlux_pose, 64, orientation_xyzw: [0.0, 0.0, 0.0, 1.0]);
 
 /// A checked pose.
 ///
@@ -66,12 +56,8 @@ impl Pose {
         let orientation = DQuat::from_array(orientation_xyzw);
         let length = orientation.length();
         if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
-            return Err(Error::scene(
-                "pose",
-                format!("orientation_xyzw is {orientation_xyzw:?}, of length {length}"),
-                "give a unit quaternion, x y z w",
-            )
-            .into());
+            let problem = format!("orientation_xyzw is {orientation_xyzw:?}, of length {length}");
+            return Err(Error::scene("pose", problem, "give a unit quaternion, x y z w").into());
         }
         Ok(Pose {
             position_m: DVec3::from(pose.position_m),
@@ -90,13 +76,11 @@ impl Pose {
     }
 
     fn place_mesh(&self, mesh: &Mesh) -> Mesh {
-        let positions_m = mesh.positions_m.iter();
-        let normals = mesh.normals.iter();
+        let positions_m = mesh.positions_m.iter().map(|&at_m| self.place(at_m));
+        let normals = mesh.normals.iter().map(|&normal| self.orientation * normal);
         Mesh {
-            positions_m: positions_m
-                .map(|&position_m| self.place(position_m))
-                .collect(),
-            normals: normals.map(|&normal| self.orientation * normal).collect(),
+            positions_m: positions_m.collect(),
+            normals: normals.collect(),
             ..mesh.clone()
         }
     }
@@ -117,11 +101,8 @@ impl UnplacedMesh {
     }
 
     fn validate_pose(&self, pose: &Pose, instance: usize) -> crate::Result<()> {
-        let corners_m = self.bounds.map(|bounds| bounds.corners_m());
-        let placed_m = corners_m
-            .into_iter()
-            .flatten()
-            .map(|corner_m| pose.place(corner_m));
+        let corners_m = self.bounds.iter().flat_map(BoundingBox::corners_m);
+        let placed_m = corners_m.map(|corner_m| pose.place(corner_m));
         validate_instance(instance, pose.position_m, placed_m)
     }
 }
@@ -130,8 +111,8 @@ impl UnplacedMesh {
 pub(super) struct Instance {
     mesh: usize,
     pose: Pose,
-    /// Whether the scene's mesh is this one in this pose.
-    is_placed: bool,
+    /// In world space, once it was needed there.
+    placed: Option<Shared<Mesh>>,
 }
 
 impl Instance {
@@ -139,20 +120,18 @@ impl Instance {
         Instance {
             mesh,
             pose,
-            is_placed: pose.is_identity(),
+            placed: None,
         }
     }
 
-    /// The mesh in world space, if it is not there yet. In the identity's place it is the mesh itself.
-    pub fn place(&mut self, meshes: &[UnplacedMesh]) -> Option<Shared<Mesh>> {
-        if std::mem::replace(&mut self.is_placed, true) {
-            return None;
-        }
-        let mesh = &meshes.get(self.mesh)?.mesh;
-        if self.pose.is_identity() {
-            return Some(mesh.clone());
-        }
-        Some(self.pose.place_mesh(mesh).into())
+    /// The mesh in world space: the same one as long as it has not moved, and with the identity the unplaced one.
+    pub fn placed(&mut self, meshes: &[UnplacedMesh]) -> Shared<Mesh> {
+        let mesh = &meshes[self.mesh].mesh;
+        let place = || match self.pose.is_identity() {
+            true => mesh.clone(),
+            false => self.pose.place_mesh(mesh).into(),
+        };
+        self.placed.get_or_insert_with(place).clone()
     }
 }
 
@@ -164,9 +143,6 @@ impl Instance {
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or takes the mesh
 /// too far out; CAMLUX_ERROR_OUT_OF_MEMORY.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `pose` is NULL or points to as many bytes as its struct_size says; `index` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_add_instance(
     scene: *mut camlux_scene,
@@ -177,20 +153,12 @@ pub unsafe extern "C" fn camlux_scene_add_instance(
     ffi_guard("camlux_scene_add_instance", || {
         let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let pose = match unsafe { args::read_optional(pose) }? {
-            Some(pose) => Pose::from_c(pose)?,
-            None => Pose::IDENTITY,
-        };
+        let pose = Pose::from_c(unsafe { args::read_optional(pose) }?.unwrap_or_default())?;
         let add = |state: &mut SceneState| {
             let unplaced = part(&mut state.meshes, mesh, "mesh")?;
             unplaced.validate_pose(&pose, state.instances.len())?;
-            let added = push(&mut state.scene.meshes, unplaced.mesh.clone(), "instance")?;
             let instance = Instance::new(mesh as usize, pose);
-            push(&mut state.instances, instance, "instance").inspect_err(|_| {
-                // Both lists or none.
-                state.scene.meshes.pop();
-            })?;
-            Ok(added)
+            push(&mut state.instances, instance, "instance")
         };
         // SAFETY: the caller's word.
         unsafe { object.add(index, add) }
@@ -210,9 +178,6 @@ pub unsafe extern "C" fn camlux_scene_add_instance(
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or too far
 /// out.
 /// \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
-///
-/// # Safety
-/// `pose` is NULL or points to as many bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_pose(
     scene: *mut camlux_scene,
@@ -272,7 +237,7 @@ fn move_instance(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
     state.meshes[instance.mesh].validate_pose(&pose, index as usize)?;
     if instance.pose != pose {
         instance.pose = pose;
-        instance.is_placed = false;
+        instance.placed = None;
     }
     Ok(())
 }

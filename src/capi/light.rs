@@ -2,13 +2,7 @@
 
 use glam::DVec3;
 
-use super::{
-    abi::{CStruct, c_struct},
-    args,
-    handle::{self, camlux_scene},
-    scene::{no_part, part, push},
-    status::{Outcome, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::scene::{Light, SpotCone};
 
 /// Emits its power evenly over the sphere: position_m, power_w.
@@ -41,24 +35,13 @@ pub struct camlux_light {
     pub outer_half_angle_deg: f64,
 }
 
-c_struct! { camlux_light, 120, {
-    kind: CAMLUX_LIGHT_POINT,
-    position_m: [0.0; 3],
-    direction: [0.0; 3],
-    power_w: [0.0; 3],
-    irradiance_w_m2: [0.0; 3],
-    inner_half_angle_deg: 0.0,
-    outer_half_angle_deg: 0.0,
-} }
+c_struct!(camlux_light, 120);
 
 /// Adds a light.
 ///
 /// \param index receives its index; may be NULL.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `light` is NULL or points to as many bytes as its struct_size says; `index` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_add_light(
     scene: *mut camlux_scene,
@@ -84,9 +67,6 @@ pub unsafe extern "C" fn camlux_scene_add_light(
 /// \param index of the light that it replaces.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `light` is NULL or points to as many bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_light(
     scene: *mut camlux_scene,
@@ -108,9 +88,6 @@ pub unsafe extern "C" fn camlux_scene_set_light(
 /// \param light begin with CAMLUX_LIGHT_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
-///
-/// # Safety
-/// `light` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_get_light(
     scene: *mut camlux_scene,
@@ -155,7 +132,7 @@ fn light_from_c(light: camlux_light) -> Outcome<Light> {
 }
 
 fn light_to_c(light: &Light) -> camlux_light {
-    let init = camlux_light::INIT;
+    let init = camlux_light::default();
     match *light {
         Light::Point {
             position_m,

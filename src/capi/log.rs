@@ -6,7 +6,7 @@ use std::{
     sync::{PoisonError, RwLock},
 };
 
-use super::status::{Failure, c_string, camlux_status, ffi_guard};
+use super::*;
 
 /// No messages.
 pub const CAMLUX_LOG_OFF: i32 = 0;
@@ -55,9 +55,6 @@ thread_local! {
 /// \param user handed to the callback; camlux never looks at what it points to.
 /// \errors CAMLUX_ERROR_INVALID_ARGUMENT for another level; CAMLUX_ERROR_BUSY inside a log callback.
 /// \threads any; it waits for callbacks that are running.
-///
-/// # Safety
-/// The callback is a function of that type for as long as it is set.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_set_log(
     level: i32,
@@ -71,9 +68,8 @@ pub unsafe extern "C" fn camlux_set_log(
             )));
         }
         if IN_CALLBACK.get() {
-            return Err(Failure::busy(
-                "it was called inside a log callback; call it elsewhere",
-            ));
+            let problem = "it was called inside a log callback; call it elsewhere";
+            return Err(Failure::new(CAMLUX_ERROR_BUSY, problem));
         }
         let sink = callback
             .filter(|_| level > CAMLUX_LOG_OFF)

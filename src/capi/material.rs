@@ -1,14 +1,8 @@
 //! Materials.
 
-use std::{ffi::c_char, ptr};
+use std::ffi::c_char;
 
-use super::{
-    abi::c_struct,
-    args::{self, CAMLUX_NONE},
-    handle::{self, camlux_scene},
-    scene::{part, push},
-    status::{Outcome, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::{Error, scene::Material};
 
 /// Reflectance of a surface: modified Phong, f = kd/pi + ks (s+2)/(2 pi) max(0, r.v)^s. Begin with CAMLUX_MATERIAL_INIT: black,
@@ -30,23 +24,17 @@ pub struct camlux_material {
     pub name: *const c_char,
 }
 
-c_struct! { camlux_material, 72, {
+c_struct!(
+    camlux_material, 72,
     kd_texture: CAMLUX_NONE,
-    kd: [0.0; 3],
-    ks: [0.0; 3],
     shininess: -1.0,
-    name: ptr::null(),
-} }
+);
 
 /// Adds a material.
 ///
 /// \param index receives its index; may be NULL.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `material` is NULL or points to as many bytes as its struct_size says; its name is NULL or a string that ends with a 0;
-/// `index` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_add_material(
     scene: *mut camlux_scene,
@@ -72,9 +60,6 @@ pub unsafe extern "C" fn camlux_scene_add_material(
 /// \param index of the material that it replaces.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `material` is NULL or points to as many bytes as its struct_size says; its name is NULL or a string that ends with a 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_material(
     scene: *mut camlux_scene,
@@ -95,29 +80,19 @@ pub unsafe extern "C" fn camlux_scene_set_material(
 
 /// # Safety
 /// The name is null or a C string.
-unsafe fn material_from_c(material: camlux_material) -> Outcome<Material> {
-    let camlux_material {
-        kd,
-        ks,
-        shininess,
-        kd_texture,
-        ..
-    } = material;
+unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     // SAFETY: the caller's word.
-    let name = unsafe { args::text(material.name, "name") }?.unwrap_or_default();
-    let mut material = Material::lambert(name, kd);
-    material.ks = ks;
-    material.kd_texture = (kd_texture != CAMLUX_NONE).then_some(kd_texture as usize);
-    if shininess.is_nan() || shininess >= 0.0 {
-        material.shininess = shininess;
+    let name = unsafe { args::text(raw.name, "name") }?.unwrap_or_default();
+    let mut material = Material::lambert(name, raw.kd);
+    material.ks = raw.ks;
+    material.kd_texture = (raw.kd_texture != CAMLUX_NONE).then_some(raw.kd_texture as usize);
+    if raw.shininess.is_nan() || raw.shininess >= 0.0 {
+        material.shininess = raw.shininess;
     } else if material.is_specular() {
         // An exponent of 1 would be a silent choice of a very wide lobe.
-        return Err(Error::scene(
-            format!("material \"{}\"", material.name),
-            format!("ks is {ks:?}, but shininess is {shininess}"),
-            "set the exponent, such as 20",
-        )
-        .into());
+        let place = format!("material \"{}\"", material.name);
+        let problem = format!("ks is {:?}, but shininess is {}", raw.ks, raw.shininess);
+        return Err(Error::scene(place, problem, "set the exponent, such as 20").into());
     }
     Ok(material)
 }

@@ -1,20 +1,10 @@
 //! Meshes, as they lie in the host's memory.
 
-use std::{ffi::c_char, ptr};
+use std::ffi::c_char;
 
 use glam::DVec3;
 
-use super::{
-    abi::c_struct,
-    args::{
-        self, CAMLUX_FORMAT_F32, CAMLUX_FORMAT_F64, CAMLUX_FORMAT_U16, CAMLUX_FORMAT_U32,
-        Component, Rows, camlux_array,
-    },
-    handle::{self, camlux_scene},
-    instances::UnplacedMesh,
-    scene::push,
-    status::{Failure, Outcome, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::scene::Mesh;
 
 /// Triangles in a space of their own, in metres. Begin with CAMLUX_MESH_INIT: no triangles, 32-bit formats.
@@ -49,17 +39,14 @@ pub struct camlux_mesh {
     pub name: *const c_char,
 }
 
-c_struct! { camlux_mesh, 152, {
-    material: 0,
-    vertex_count: 0,
-    triangle_count: 0,
+c_struct!(
+    camlux_mesh, 152,
     positions_m: camlux_array::none(CAMLUX_FORMAT_F32),
     normals: camlux_array::none(CAMLUX_FORMAT_F32),
     texcoords: camlux_array::none(CAMLUX_FORMAT_F32),
     indices: camlux_array::none(CAMLUX_FORMAT_U32),
     triangle_materials: camlux_array::none(CAMLUX_FORMAT_U32),
-    name: ptr::null(),
-} }
+);
 
 /// Adds a mesh. It is seen once camlux_scene_add_instance has placed it. Its materials have to be there before it.
 ///
@@ -67,10 +54,6 @@ c_struct! { camlux_mesh, 152, {
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values that are not finite or too
 /// large, and indices of vertices or materials that are not there; CAMLUX_ERROR_OUT_OF_MEMORY.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `mesh` is NULL or points to as many bytes as its struct_size says; its arrays are as long as it says; its name is NULL or a
-/// string that ends with a 0; `index` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_add_mesh(
     scene: *mut camlux_scene,
@@ -91,7 +74,7 @@ pub unsafe extern "C" fn camlux_scene_add_mesh(
 }
 
 /// # Safety
-/// As for `camlux_scene_add_mesh`.
+/// The arrays are as long as the mesh says; the name is null or a C string.
 unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
     let [vertices, triangles] = [mesh.vertex_count, mesh.triangle_count];
     for (what, count) in [("vertex_count", vertices), ("triangle_count", triangles)] {
@@ -102,43 +85,28 @@ unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {
         }
     }
     let optional = |array: &camlux_array, count| if array.data.is_null() { 0 } else { count };
+    let normals = optional(&mesh.normals, vertices);
+    let texcoords = optional(&mesh.texcoords, vertices);
     let vectors = |list: Vec<[f64; 3]>| list.into_iter().map(DVec3::from).collect();
-    let materials = &mesh.triangle_materials;
     // SAFETY: the caller's word, for each of them.
     unsafe {
-        let materials: Vec<[u32; 1]> = wholes(
-            materials,
-            "triangle_materials",
-            optional(materials, triangles),
-        )?;
+        let materials = &mesh.triangle_materials;
+        let triangle_materials = if materials.data.is_null() {
+            let mut uniform = args::room_for(triangles, "triangle_materials")?;
+            uniform.resize(triangles, mesh.material);
+            uniform
+        } else {
+            wholes::<1>(materials, "triangle_materials", triangles)?.into_flattened()
+        };
         Ok(Mesh {
             name: args::text(mesh.name, "name")?.unwrap_or_default(),
             positions_m: vectors(reals(&mesh.positions_m, "positions_m", vertices)?),
-            normals: vectors(reals(
-                &mesh.normals,
-                "normals",
-                optional(&mesh.normals, vertices),
-            )?),
-            texcoords: reals(
-                &mesh.texcoords,
-                "texcoords",
-                optional(&mesh.texcoords, vertices),
-            )?,
+            normals: vectors(reals(&mesh.normals, "normals", normals)?),
+            texcoords: reals(&mesh.texcoords, "texcoords", texcoords)?,
             triangles: wholes(&mesh.indices, "indices", triangles)?,
-            triangle_materials: match mesh.triangle_materials.data.is_null() {
-                true => uniform(mesh.material, triangles)?,
-                false => materials.concat(),
-            },
+            triangle_materials,
         })
     }
-}
-
-fn uniform(material: u32, count: usize) -> Outcome<Vec<u32>> {
-    let mut materials = Vec::new();
-    let room = materials.try_reserve_exact(count);
-    room.map_err(|_| Failure::memory("triangle_materials", count))?;
-    materials.resize(count, material);
-    Ok(materials)
 }
 
 /// # Safety
@@ -148,21 +116,12 @@ unsafe fn reals<const N: usize>(
     name: &str,
     count: usize,
 ) -> Outcome<Vec<[f64; N]>> {
-    if count == 0 {
-        return Ok(Vec::new());
-    }
     let formats = args::choices![
-        CAMLUX_FORMAT_F32 => false,
-        CAMLUX_FORMAT_F64 => true,
+        CAMLUX_FORMAT_F32 => converted::<f32, f64, N> as Reader<f64, N>,
+        CAMLUX_FORMAT_F64 => converted::<f64, f64, N>,
     ];
-    let format = args::one_of(&format!("the format of {name}"), array.format, &formats)?;
     // SAFETY: the caller's word.
-    unsafe {
-        match format {
-            false => elements(array, name, count, |value: f32| f64::from(value)),
-            true => elements(array, name, count, |value: f64| value),
-        }
-    }
+    unsafe { elements(array, name, count, &formats) }
 }
 
 /// # Safety
@@ -172,31 +131,36 @@ unsafe fn wholes<const N: usize>(
     name: &str,
     count: usize,
 ) -> Outcome<Vec<[u32; N]>> {
-    if count == 0 {
-        return Ok(Vec::new());
-    }
     let formats = args::choices![
-        CAMLUX_FORMAT_U16 => false,
-        CAMLUX_FORMAT_U32 => true,
+        CAMLUX_FORMAT_U16 => converted::<u16, u32, N> as Reader<u32, N>,
+        CAMLUX_FORMAT_U32 => converted::<u32, u32, N>,
     ];
-    let format = args::one_of(&format!("the format of {name}"), array.format, &formats)?;
     // SAFETY: the caller's word.
-    unsafe {
-        match format {
-            false => elements(array, name, count, |value: u16| u32::from(value)),
-            true => elements(array, name, count, |value: u32| value),
-        }
-    }
+    unsafe { elements(array, name, count, &formats) }
+}
+
+/// Reads elements of one format.
+type Reader<T, const N: usize> = unsafe fn(&Rows) -> Outcome<Vec<[T; N]>>;
+
+/// # Safety
+/// As for [`Rows::read`].
+unsafe fn converted<C: Copy + Into<T>, T, const N: usize>(rows: &Rows) -> Outcome<Vec<[T; N]>> {
+    // SAFETY: the caller's word.
+    unsafe { rows.read(|row: &[C]| std::array::from_fn(|i| row[i].into())) }
 }
 
 /// # Safety
 /// As for [`Rows::read`].
-unsafe fn elements<C: Component, T, const N: usize>(
+unsafe fn elements<T, const N: usize>(
     array: &camlux_array,
     name: &str,
     count: usize,
-    convert: impl Fn(C) -> T,
+    formats: &[(i32, &str, Reader<T, N>)],
 ) -> Outcome<Vec<[T; N]>> {
+    if count == 0 {
+        return Ok(Vec::new());
+    }
+    let read = args::one_of(&format!("the format of {name}"), array.format, formats)?;
     args::reserved(name, array.reserved)?;
     let rows = Rows {
         name,
@@ -206,5 +170,5 @@ unsafe fn elements<C: Component, T, const N: usize>(
         length: N,
     };
     // SAFETY: the caller's word.
-    unsafe { rows.read(|row: &[C]| std::array::from_fn(|i| convert(row[i]))) }
+    unsafe { read(&rows) }
 }

@@ -1,11 +1,17 @@
 //! The C interface: `include/camlux.h` is generated from this module, and the comments here are its manual.
 //!
-//! Every function runs in an [`ffi_guard`](status::ffi_guard): it takes nothing on trust that can be checked, turns a panic into a status,
+//! Every function runs in an [`ffi_guard`]: it takes nothing on trust that can be checked, turns a panic into a status,
 //! and changes nothing where it fails. Handles are keys of a table and never addresses, so that a wrong one is found out.
+//!
+//! # Safety
+//! What cannot be checked is the caller's word, the same for all functions: a pointer is NULL, or misaligned, or points to what the
+//! function's comment says. A struct has as many bytes as its `struct_size`, an array as many elements as its count, a text ends with a 0,
+//! a result is writable, a callback is a function of its type for as long as it may be called.
 
 #![allow(
     non_camel_case_types,
-    reason = "these are the names of the C interface"
+    clippy::missing_safety_doc,
+    reason = "these are the names of the C interface, and it says once what its caller has to see to"
 )]
 
 mod abi;
@@ -28,7 +34,7 @@ mod tests;
 mod texture;
 mod vulkan;
 
-pub use abi::{Field, Layout, layouts};
+pub use abi::*;
 pub use args::*;
 pub use device::*;
 pub use frame::*;

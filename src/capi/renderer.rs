@@ -3,26 +3,14 @@
 use std::{
     ffi::{c_char, c_void},
     ops::ControlFlow,
-    ptr,
     sync::{
-        Arc, Mutex, PoisonError, TryLockError,
+        Arc, Mutex, OnceLock, TryLockError,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, Instant},
 };
 
-use super::{
-    abi::{CStruct, c_struct},
-    args,
-    device::DeviceObject,
-    frame::FrameObject,
-    handle::{
-        self, camlux_cancel_token, camlux_device, camlux_frame, camlux_renderer, camlux_scene,
-    },
-    log::{self, CAMLUX_LOG_DEBUG, CAMLUX_LOG_INFO, CAMLUX_LOG_WARNING},
-    scene::SceneObject,
-    status::{Failure, Outcome, c_string, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::{Progress, RenderOptions, Renderer, output::FrameStats};
 
 /// Receives how far a render is: 0 to 1 by estimated work, the pass that runs next (a string that is valid during the call),
@@ -57,14 +45,7 @@ pub struct camlux_render_options {
     pub cancel_token: *mut camlux_cancel_token,
 }
 
-c_struct! { camlux_render_options, 40, {
-    submission_target_ms: 500,
-    progress: None,
-    progress_user: ptr::null_mut(),
-    on_device: 0,
-    reserved: 0,
-    cancel_token: ptr::null_mut(),
-} }
+c_struct!(camlux_render_options, 40, submission_target_ms: 500);
 
 /// A renderer, and the device that it keeps open.
 pub(super) struct RendererObject {
@@ -82,9 +63,6 @@ pub(super) struct CancelToken(AtomicBool);
 /// \param renderer receives the handle, with one reference: give it back by camlux_renderer_release.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_VULKAN.
 /// \threads any. One renderer renders one frame at a time; for more at once, make more.
-///
-/// # Safety
-/// `renderer` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_renderer_create(
     device: *mut camlux_device,
@@ -114,10 +92,6 @@ pub unsafe extern "C" fn camlux_renderer_create(
 /// CAMLUX_ERROR_DEVICE_LIMIT; CAMLUX_ERROR_BUSY where the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY;
 /// CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any; it returns when the frame is done.
-///
-/// # Safety
-/// `options` is NULL or points to as many bytes as its struct_size says, with a callback of that type; `frame` is NULL or
-/// points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_renderer_render(
     renderer: *mut camlux_renderer,
@@ -129,7 +103,7 @@ pub unsafe extern "C" fn camlux_renderer_render(
         let renderer = handle::get(renderer)?;
         let scene = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let options = unsafe { args::read_optional(options) }?.unwrap_or(CStruct::INIT);
+        let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
         let render = || renderer.render(&scene, &options);
         // SAFETY: the caller's word.
         unsafe { handle::return_handle(frame, "frame", render) }
@@ -141,9 +115,6 @@ pub unsafe extern "C" fn camlux_renderer_render(
 /// \param token receives the handle, with one reference: give it back by camlux_cancel_token_release.
 /// \errors CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any. Any number of renders may have the same token.
-///
-/// # Safety
-/// `token` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_cancel_token_create(
     token: *mut *mut camlux_cancel_token,
@@ -182,73 +153,66 @@ impl RendererObject {
         let mut renderer = match self.renderer.try_lock() {
             Ok(renderer) => renderer,
             // What a frame that failed had on the device is given up, by a panic as well.
-            Err(TryLockError::Poisoned(poisoned)) => PoisonError::into_inner(poisoned),
+            Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => {
-                return Err(Failure::busy(
-                    "the renderer is rendering; wait for it, or make a renderer for each thread",
-                ));
+                let problem =
+                    "the renderer is rendering; wait for it, or make a renderer for each thread";
+                return Err(Failure::new(CAMLUX_ERROR_BUSY, problem));
             }
         };
-        token.check()?;
+        if token.is_cancelled() {
+            return Err(crate::Error::Cancelled.into());
+        }
         let start = Instant::now();
         let scene_now = scene.snapshot();
         let snapshot_ms = start.elapsed().as_secs_f64() * 1e3;
-        let mut report = |progress| report(progress, options, &token);
+        let mut report = |progress| match is_enough(progress, options) || token.is_cancelled() {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
         let mut render_options = RenderOptions {
             progress: Some(&mut report),
             submission_target: Duration::from_millis(options.submission_target_ms.into()),
             ..RenderOptions::default()
         };
-        let mut warnings = Vec::new();
         let rendered = match stays_on_device {
             true => renderer
                 .render_on_device(&scene_now, &mut render_options)
-                .map(|frame| FrameObject::new_on_device(frame, snapshot_ms)),
+                .map(|frame| Rendered::OnDevice(frame, OnceLock::new())),
             false => renderer
                 .render(&scene_now, &mut render_options)
-                .inspect(|frame| warnings = frame.warnings())
-                .map(|frame| FrameObject::new(frame, snapshot_ms)),
+                .map(Rendered::ToHost),
         };
         // A callback of the log may render with this renderer.
         drop(renderer);
         self.device.log_validation();
-        let frame = rendered?;
+        let rendered = rendered?;
         scene.log_warnings(&scene_now);
-        for warning in warnings {
-            log::write(CAMLUX_LOG_WARNING, || warning);
+        if let Rendered::ToHost(frame) = &rendered {
+            for warning in frame.warnings() {
+                log::write(CAMLUX_LOG_WARNING, || warning);
+            }
         }
-        log_times(&frame.stats, scene_now.camera.resolution_px);
-        Ok(frame)
+        log_times(rendered.stats(), scene_now.camera.resolution_px);
+        Ok(FrameObject::new(rendered, snapshot_ms))
     }
 }
 
 impl CancelToken {
-    fn check(&self) -> crate::Result<()> {
-        match self.0.load(Ordering::Relaxed) {
-            true => Err(crate::Error::Cancelled),
-            false => Ok(()),
-        }
+    fn is_cancelled(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
     }
 }
 
-fn report(
-    progress: Progress,
-    options: &camlux_render_options,
-    token: &CancelToken,
-) -> ControlFlow<()> {
-    if let Some(callback) = options.progress {
-        let pass = c_string(progress.pass);
-        let fraction = f64::from(progress.fraction);
-        // SAFETY: the host's function, of that type; the text outlives the call.
-        let is_enough = unsafe { callback(fraction, pass.as_ptr(), options.progress_user) };
-        if is_enough != 0 {
-            return ControlFlow::Break(());
-        }
-    }
-    match token.check() {
-        Ok(()) => ControlFlow::Continue(()),
-        Err(_) => ControlFlow::Break(()),
-    }
+/// Tells the host how far the render is; whether it wants no more.
+fn is_enough(progress: Progress, options: &camlux_render_options) -> bool {
+    let Some(callback) = options.progress else {
+        return false;
+    };
+    let pass = c_string(progress.pass);
+    let fraction = f64::from(progress.fraction);
+    // SAFETY: the host's function, of that type; the text outlives the call.
+    unsafe { callback(fraction, pass.as_ptr(), options.progress_user) != 0 }
 }
 
 fn log_times(stats: &FrameStats, [width, height]: [u32; 2]) {

@@ -6,15 +6,7 @@ use std::{
     sync::{Mutex, MutexGuard, PoisonError},
 };
 
-use super::{
-    abi::{CStruct, c_struct},
-    args,
-    handle::{self, camlux_scene},
-    instances::{Instance, Pose, UnplacedMesh},
-    log::{self, CAMLUX_LOG_WARNING},
-    scene_options::camera_from_c,
-    status::{CAMLUX_ERROR_OUT_OF_MEMORY, Failure, Outcome, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::{Scene, scene::Direct};
 
 /// How many parts a scene has. Begin with CAMLUX_SCENE_COUNTS_INIT.
@@ -49,19 +41,9 @@ pub struct camlux_bounds {
     pub max_m: [f64; 3],
 }
 
-c_struct! { camlux_scene_counts, 24, {
-    textures: 0,
-    materials: 0,
-    meshes: 0,
-    instances: 0,
-    lights: 0,
-} }
+c_struct!(camlux_scene_counts, 24);
 
-c_struct! { camlux_bounds, 56, {
-    is_empty: 0,
-    min_m: [0.0; 3],
-    max_m: [0.0; 3],
-} }
+c_struct!(camlux_bounds, 56);
 
 /// A scene that its host changes as it likes.
 pub(super) struct SceneObject {
@@ -70,7 +52,7 @@ pub(super) struct SceneObject {
 
 /// What the host has put together.
 pub(super) struct SceneState {
-    /// Its meshes are the instances, placed; they are made when they are needed.
+    /// Without meshes, which come from the instances when they are needed.
     pub scene: Scene,
     pub meshes: Vec<UnplacedMesh>,
     pub instances: Vec<Instance>,
@@ -80,8 +62,8 @@ pub(super) struct SceneState {
 
 impl SceneObject {
     /// A scene whose meshes lie where they are.
-    pub fn new(scene: Scene) -> SceneObject {
-        let meshes = scene.meshes.iter().cloned();
+    pub fn new(mut scene: Scene) -> SceneObject {
+        let meshes = std::mem::take(&mut scene.meshes).into_iter();
         let meshes: Vec<UnplacedMesh> = meshes.map(UnplacedMesh::new).collect();
         let at_home = |mesh| Instance::new(mesh, Pose::IDENTITY);
         SceneObject {
@@ -117,7 +99,7 @@ impl SceneObject {
     ) -> Outcome {
         let add = || Ok(add(&mut self.lock_to_change())? as u32);
         if index.is_null() {
-            return add().map(|_| ());
+            return add().map(drop);
         }
         // SAFETY: the caller's word.
         unsafe { args::write_result(index, "index", add) }
@@ -132,12 +114,11 @@ impl SceneObject {
             instances,
             ..
         } = &mut *state;
-        for (instance, placed) in instances.iter_mut().zip(&mut scene.meshes) {
-            if let Some(mesh) = instance.place(meshes) {
-                *placed = mesh;
-            }
+        let placed = instances.iter_mut().map(|instance| instance.placed(meshes));
+        Scene {
+            meshes: placed.collect(),
+            ..scene.clone()
         }
-        scene.clone()
     }
 
     /// Tells the log once what is probably not meant in a scene that has been found fine.
@@ -157,10 +138,8 @@ impl SceneObject {
 /// Adds a part to a list of the scene, and says which it is.
 pub(super) fn push<T>(list: &mut Vec<T>, part: T, what: &str) -> Outcome<usize> {
     if list.len() >= args::CAMLUX_NONE as usize || list.try_reserve(1).is_err() {
-        return Err(Failure {
-            status: CAMLUX_ERROR_OUT_OF_MEMORY,
-            message: format!("there is no room for another {what} after {}", list.len()),
-        });
+        let problem = format!("there is no room for another {what} after {}", list.len());
+        return Err(Failure::new(CAMLUX_ERROR_OUT_OF_MEMORY, problem));
     }
     list.push(part);
     Ok(list.len() - 1)
@@ -185,15 +164,12 @@ pub(super) fn no_part(index: u32, count: usize, what: &str) -> Failure {
 /// \param scene receives the handle, with one reference: give it back by camlux_scene_release.
 /// \errors CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any. A scene belongs to no device, and several threads may change and render it.
-///
-/// # Safety
-/// `scene` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> camlux_status {
     ffi_guard("camlux_scene_create", || {
         let make = || {
             Ok(SceneObject::new(Scene {
-                camera: camera_from_c(CStruct::INIT)?,
+                camera: camera_from_c(Default::default())?,
                 sensor: None,
                 lights: Vec::new(),
                 meshes: Vec::new(),
@@ -215,9 +191,6 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
 /// \param scene receives the handle, with one reference: give it back by camlux_scene_release.
 /// \errors CAMLUX_ERROR_SCENE with file and line; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
-///
-/// # Safety
-/// `path` is NULL or a string that ends with a 0; `scene` is NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_load_file(
     path: *const c_char,
@@ -257,9 +230,6 @@ pub extern "C" fn camlux_scene_validate(scene: *mut camlux_scene) -> camlux_stat
 /// \param counts begin with CAMLUX_SCENE_COUNTS_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
-///
-/// # Safety
-/// `counts` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_get_counts(
     scene: *mut camlux_scene,
@@ -275,7 +245,7 @@ pub unsafe extern "C" fn camlux_scene_get_counts(
                 meshes: state.meshes.len() as u32,
                 instances: state.instances.len() as u32,
                 lights: state.scene.lights.len() as u32,
-                ..CStruct::INIT
+                ..Default::default()
             })
         };
         // SAFETY: the caller's word.
@@ -288,9 +258,6 @@ pub unsafe extern "C" fn camlux_scene_get_counts(
 /// \param bounds begin with CAMLUX_BOUNDS_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any. It looks at every vertex.
-///
-/// # Safety
-/// `bounds` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_get_bounds(
     scene: *mut camlux_scene,
@@ -306,7 +273,7 @@ pub unsafe extern "C" fn camlux_scene_get_bounds(
                 is_empty: i32::from(found.is_none()),
                 min_m,
                 max_m,
-                ..CStruct::INIT
+                ..Default::default()
             })
         };
         // SAFETY: the caller's word.

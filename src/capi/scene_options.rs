@@ -2,14 +2,12 @@
 
 use glam::DVec3;
 
-use super::{
-    abi::{CStruct, c_struct},
-    args,
-    handle::{self, camlux_scene},
-    status::{Outcome, camlux_status, ffi_guard},
-};
-use crate::scene::{
-    Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Sensor, Shadow,
+use super::*;
+use crate::{
+    Error,
+    scene::{
+        Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Sensor, Shadow,
+    },
 };
 
 /// The lens is given by `fov_y_deg`.
@@ -111,46 +109,25 @@ pub struct camlux_direct {
     pub shadow: i32,
 }
 
-c_struct! { camlux_camera, 128, {
+c_struct!(
+    camlux_camera, 128,
     width_px: 640,
     height_px: 480,
-    lens: CAMLUX_LENS_FOV_Y,
-    position_m: [0.0; 3],
     look_at_m: [0.0, 0.0, 1.0],
     up: [0.0, -1.0, 0.0],
     fov_y_deg: 45.0,
-    fx_px: 0.0,
-    fy_px: 0.0,
-    cx_px: 0.0,
-    cy_px: 0.0,
-} }
+);
 
-c_struct! { camlux_sensor, 40, {
-    reserved: 0,
-    pixel_pitch_um: [0.0; 2],
-    exposure_time_s: 0.0,
-    duty_cycle: 1.0,
-} }
+c_struct!(camlux_sensor, 40, duty_cycle: 1.0);
 
-c_struct! { camlux_indirect, 32, {
-    estimator: CAMLUX_ESTIMATOR_FINAL_GATHER,
-    rsm_size: 0,
-    reserved: 0,
-    target_error: 0.0,
-    interpolation_error: 0.0,
-} }
+c_struct!(camlux_indirect, 32);
 
-c_struct! { camlux_direct, 8, {
-    shadow: CAMLUX_SHADOW_DEFAULT,
-} }
+c_struct!(camlux_direct, 8);
 
 /// Sets the camera. A scene that was created has that of CAMLUX_CAMERA_INIT before.
 ///
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `camera` is NULL or points to as many bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_camera(
     scene: *mut camlux_scene,
@@ -171,9 +148,6 @@ pub unsafe extern "C" fn camlux_scene_set_camera(
 /// \param camera begin with CAMLUX_CAMERA_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any.
-///
-/// # Safety
-/// `camera` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_get_camera(
     scene: *mut camlux_scene,
@@ -192,9 +166,6 @@ pub unsafe extern "C" fn camlux_scene_get_camera(
 /// \param sensor NULL: none, as at first.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `sensor` is NULL or points to as many bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_sensor(
     scene: *mut camlux_scene,
@@ -203,10 +174,8 @@ pub unsafe extern "C" fn camlux_scene_set_sensor(
     ffi_guard("camlux_scene_set_sensor", || {
         let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let sensor = match unsafe { args::read_optional(sensor) }? {
-            Some(sensor) => Some(sensor_from_c(sensor)?),
-            None => None,
-        };
+        let sensor = unsafe { args::read_optional(sensor) }?;
+        let sensor = sensor.map(sensor_from_c).transpose()?;
         object.lock_to_change().scene.sensor = sensor;
         Ok(())
     })
@@ -217,9 +186,6 @@ pub unsafe extern "C" fn camlux_scene_set_sensor(
 /// \param indirect NULL: direct light only, as at first.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for what does not go together.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `indirect` is NULL or points to as many bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_indirect(
     scene: *mut camlux_scene,
@@ -228,10 +194,8 @@ pub unsafe extern "C" fn camlux_scene_set_indirect(
     ffi_guard("camlux_scene_set_indirect", || {
         let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let indirect = match unsafe { args::read_optional(indirect) }? {
-            Some(indirect) => Some(indirect_from(indirect)?),
-            None => None,
-        };
+        let indirect = unsafe { args::read_optional(indirect) }?;
+        let indirect = indirect.map(indirect_from_c).transpose()?;
         object.lock_to_change().scene.indirect = indirect;
         Ok(())
     })
@@ -242,9 +206,6 @@ pub unsafe extern "C" fn camlux_scene_set_indirect(
 /// \param direct NULL: as at first, CAMLUX_SHADOW_DEFAULT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `direct` is NULL or points to as many bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_direct(
     scene: *mut camlux_scene,
@@ -253,7 +214,7 @@ pub unsafe extern "C" fn camlux_scene_set_direct(
     ffi_guard("camlux_scene_set_direct", || {
         let object = handle::get(scene)?;
         // SAFETY: the caller's word.
-        let direct = unsafe { args::read_optional(direct) }?.unwrap_or(CStruct::INIT);
+        let direct = unsafe { args::read_optional(direct) }?.unwrap_or_default();
         let choices = args::choices![
             CAMLUX_SHADOW_DEFAULT => None,
             CAMLUX_SHADOW_MAP => Some(Shadow::Map),
@@ -293,7 +254,7 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
         position_m: camera.position_m.to_array(),
         look_at_m: camera.look_at_m.to_array(),
         up: camera.up.to_array(),
-        ..CStruct::INIT
+        ..Default::default()
     };
     match camera.lens {
         Lens::FovY { fov_y_deg } => found.fov_y_deg = fov_y_deg,
@@ -317,44 +278,36 @@ fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
     Ok(sensor)
 }
 
-fn indirect_from(indirect: camlux_indirect) -> Outcome<IndirectLight> {
-    let camlux_indirect {
-        struct_size: _,
-        estimator,
-        rsm_size,
-        reserved,
-        target_error,
-        interpolation_error,
-    } = indirect;
-    args::reserved(camlux_indirect::NAME, reserved)?;
+fn indirect_from_c(raw: camlux_indirect) -> Outcome<IndirectLight> {
+    args::reserved(camlux_indirect::NAME, raw.reserved)?;
     let given = |error: f64| (error != 0.0).then_some(error);
+    let (target, interpolation) = (given(raw.target_error), given(raw.interpolation_error));
+    let rsm_size = raw.rsm_size;
     let choices = args::choices![
         CAMLUX_ESTIMATOR_FINAL_GATHER => IndirectLight::FinalGather {
-            target_error: given(target_error).unwrap_or(DEFAULT_TARGET_ERROR),
+            target_error: target.unwrap_or(DEFAULT_TARGET_ERROR),
             rsm_size: (rsm_size > 0).then_some(rsm_size),
         },
         CAMLUX_ESTIMATOR_RSM_AVERAGE => IndirectLight::RsmAverage {
             rsm_size,
-            interpolation_error: given(interpolation_error),
+            interpolation_error: interpolation,
         },
         CAMLUX_ESTIMATOR_INSTANT_RADIOSITY => IndirectLight::InstantRadiosity { rsm_size },
     ];
-    let indirect = args::one_of("estimator", estimator, &choices)?;
-    for (name, error, used) in [
-        ("target_error", target_error, indirect.target_error()),
+    let indirect = args::one_of("estimator", raw.estimator, &choices)?;
+    let given_and_used = [
+        ("target_error", target, indirect.target_error()),
         (
             "interpolation_error",
-            interpolation_error,
+            interpolation,
             indirect.interpolation_error(),
         ),
-    ] {
-        if error != 0.0 && used.is_none() {
-            return Err(crate::Error::scene(
-                "indirect",
-                format!("{name} is {error}, but {} has none", indirect.name()),
-                "leave it 0; see camlux_indirect for which estimator has which error",
-            )
-            .into());
+    ];
+    for (name, given, used) in given_and_used {
+        if let (Some(error), None) = (given, used) {
+            let problem = format!("{name} is {error}, but {} has none", indirect.name());
+            let hint = "leave it 0; see camlux_indirect for which estimator has which error";
+            return Err(Error::scene("indirect", problem, hint).into());
         }
     }
     indirect.validate()?;

@@ -1,13 +1,12 @@
 //! How a call ends: statuses, the thread's message, and the frame around every function.
 
 use std::{
-    any::Any,
     cell::RefCell,
     ffi::{CStr, CString, c_char},
     panic::{self, AssertUnwindSafe},
 };
 
-use super::log::{self, CAMLUX_LOG_ERROR, CAMLUX_LOG_INFO};
+use super::*;
 use crate::Error;
 
 /// How a call ended: CAMLUX_OK, CAMLUX_CANCELLED (above 0), or one of the errors (below 0).
@@ -69,25 +68,15 @@ pub(super) struct Failure {
 pub(super) type Outcome<T = ()> = Result<T, Failure>;
 
 impl Failure {
+    pub fn new(status: camlux_status, message: impl Into<String>) -> Failure {
+        Failure {
+            status,
+            message: message.into(),
+        }
+    }
+
     pub fn argument(message: impl Into<String>) -> Failure {
-        Failure {
-            status: CAMLUX_ERROR_INVALID_ARGUMENT,
-            message: message.into(),
-        }
-    }
-
-    pub fn busy(message: &str) -> Failure {
-        Failure {
-            status: CAMLUX_ERROR_BUSY,
-            message: message.into(),
-        }
-    }
-
-    pub fn memory(what: &str, count: usize) -> Failure {
-        Failure {
-            status: CAMLUX_ERROR_OUT_OF_MEMORY,
-            message: format!("there is no memory for {count} {what}; give fewer"),
-        }
+        Failure::new(CAMLUX_ERROR_INVALID_ARGUMENT, message)
     }
 }
 
@@ -104,15 +93,24 @@ impl From<Error> for Failure {
             Error::Internal { .. } => CAMLUX_ERROR_INTERNAL,
             Error::Cancelled => CAMLUX_CANCELLED,
         };
-        Failure {
-            status,
-            message: error.to_string(),
-        }
+        Failure::new(status, error.to_string())
     }
 }
 
 thread_local! {
     static LAST_ERROR: RefCell<CString> = RefCell::default();
+}
+
+#[cfg(feature = "test-hooks")]
+thread_local! {
+    static BEFORE_EACH_CALL: std::cell::Cell<fn()> = const { std::cell::Cell::new(|| ()) };
+}
+
+/// Lets something be done, or go wrong, at the start of each of this thread's calls.
+#[cfg(feature = "test-hooks")]
+#[doc(hidden)]
+pub fn before_each_call(hook: fn()) {
+    BEFORE_EACH_CALL.set(hook);
 }
 
 /// The message of this thread's latest call that did not end with CAMLUX_OK: what is wrong, where, and how to mend it, in
@@ -141,26 +139,22 @@ pub extern "C" fn camlux_status_text(status: camlux_status) -> *const c_char {
 /// Runs a call of the interface: its failure, or its panic, becomes the status and the message.
 pub(super) fn ffi_guard(call: &str, body: impl FnOnce() -> Outcome) -> camlux_status {
     let ended = panic::catch_unwind(AssertUnwindSafe(|| {
-        #[cfg(test)]
-        super::tests::panic_where_asked();
+        #[cfg(feature = "test-hooks")]
+        BEFORE_EACH_CALL.get()();
         body()
     }));
     match ended {
         Ok(Ok(())) => CAMLUX_OK,
         Ok(Err(failure)) => end_with(call, failure),
         Err(payload) => {
-            let problem = panic_message(&*payload);
+            let text = payload.downcast_ref::<&str>().copied();
+            let text = text.or(payload.downcast_ref::<String>().map(String::as_str));
+            let problem = Error::internal(text.unwrap_or("a panic"));
             // A payload's own drop may panic, out here where nothing catches it.
             std::mem::forget(payload);
-            end_with(call, Error::internal(problem).into())
+            end_with(call, problem.into())
         }
     }
-}
-
-fn panic_message(payload: &(dyn Any + Send)) -> String {
-    let text = payload.downcast_ref::<&str>().copied();
-    let text = text.or(payload.downcast_ref::<String>().map(String::as_str));
-    text.unwrap_or("a panic").into()
 }
 
 fn end_with(call: &str, failure: Failure) -> camlux_status {

@@ -1,17 +1,8 @@
 //! Textures.
 
-use std::{
-    ffi::{c_char, c_void},
-    ptr,
-};
+use std::ffi::{c_char, c_void};
 
-use super::{
-    abi::c_struct,
-    args::{self, Component, Rows},
-    handle::{self, camlux_scene},
-    scene::push,
-    status::{Failure, Outcome, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::scene::{Texture, linear_from_srgb};
 
 /// Components of 8 bits: 0 to 255 stand for 0 to 1.
@@ -54,16 +45,7 @@ pub struct camlux_texture {
     pub name: *const c_char,
 }
 
-c_struct! { camlux_texture, 48, {
-    width_px: 0,
-    height_px: 0,
-    component: CAMLUX_COMPONENT_U8,
-    channels: 3,
-    encoding: CAMLUX_ENCODING_DEFAULT,
-    pixels: ptr::null(),
-    row_stride_bytes: 0,
-    name: ptr::null(),
-} }
+c_struct!(camlux_texture, 48, channels: 3);
 
 /// Adds a texture. Its pixels are copied.
 ///
@@ -71,10 +53,6 @@ c_struct! { camlux_texture, 48, {
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for values out of their range;
 /// CAMLUX_ERROR_OUT_OF_MEMORY.
 /// \threads any; calls for one scene take turns.
-///
-/// # Safety
-/// `texture` is NULL or points to as many bytes as its struct_size says; its pixels are NULL or as many as it says; its name is
-/// NULL or a string that ends with a 0; `index` is NULL or points to a writable uint32_t.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_add_texture(
     scene: *mut camlux_scene,
@@ -96,7 +74,7 @@ pub unsafe extern "C" fn camlux_scene_add_texture(
 }
 
 /// # Safety
-/// As for `camlux_scene_add_texture`.
+/// The pixels are null or as many as it says; the name is null or a C string.
 unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
     // SAFETY: the caller's word.
     let name = unsafe { args::text(texture.name, "name") }?.unwrap_or_default();
@@ -125,34 +103,28 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
     };
     // Powers are slow: one for every value that there is, instead of one for every pixel.
     let table = |last: u16| -> Vec<f32> {
-        let values = (0..=last).map(f64::from);
-        values
-            .map(|value| decode(value / f64::from(last)))
-            .collect()
+        let values = (0..=last).map(|value| f64::from(value) / f64::from(last));
+        values.map(decode).collect()
     };
     let components = args::choices![
         CAMLUX_COMPONENT_U8 => 0,
         CAMLUX_COMPONENT_U16 => 1,
         CAMLUX_COMPONENT_F32 => 2,
     ];
-    let linear_rgb = match args::one_of("component", texture.component, &components)? {
-        0 => {
-            let table = table(u8::MAX.into());
-            // SAFETY: the caller's word.
-            unsafe { texels(&rows, channels, |value: u8| table[usize::from(value)]) }
+    let component = args::one_of("component", texture.component, &components)?;
+    // SAFETY: the caller's word.
+    let linear_rgb = unsafe {
+        match component {
+            0 => {
+                let table = table(u8::MAX.into());
+                texels(&rows, channels, |value: u8| table[usize::from(value)])
+            }
+            1 => {
+                let table = table(u16::MAX);
+                texels(&rows, channels, |value: u16| table[usize::from(value)])
+            }
+            _ => texels(&rows, channels, |value: f32| decode(value.into())),
         }
-        1 => {
-            let table = table(u16::MAX);
-            // SAFETY: the caller's word.
-            unsafe { texels(&rows, channels, |value: u16| table[usize::from(value)]) }
-        }
-        // SAFETY: the caller's word.
-        _ => unsafe {
-            texels(&rows, channels, |value: f32| match is_encoded {
-                true => decode(value.into()),
-                false => value,
-            })
-        },
     }?;
     Ok(Texture {
         name,
@@ -163,7 +135,7 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
 
 /// # Safety
 /// As for [`Rows::read`].
-unsafe fn texels<C: Component>(
+unsafe fn texels<C: Copy>(
     rows: &Rows,
     channels: usize,
     linear: impl Fn(C) -> f32,

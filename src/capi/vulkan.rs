@@ -1,17 +1,10 @@
 //! The host's own Vulkan: a device that it lends, and frames whose images it uses there.
 
-use std::{ffi::c_void, ptr, sync::Arc};
+use std::{ffi::c_void, sync::Arc};
 
 use ash::vk::{self, Handle};
 
-use super::{
-    abi::{CStruct, c_struct},
-    args,
-    device::DeviceObject,
-    frame::FrameObject,
-    handle::{self, camlux_device, camlux_frame},
-    status::{Failure, Outcome, camlux_status, ffi_guard},
-};
+use super::*;
 use crate::{Device, HostVulkan, QueueLock};
 
 /// A function of Vulkan's, whatever its type: a PFN_vkGetInstanceProcAddr goes here by a cast.
@@ -85,33 +78,9 @@ pub struct camlux_vulkan_image {
     pub metres_per_unit: f64,
 }
 
-c_struct! { camlux_vulkan_device, 80, {
-    queue_family: 0,
-    get_instance_proc_addr: None,
-    instance: ptr::null_mut(),
-    physical_device: ptr::null_mut(),
-    device: ptr::null_mut(),
-    device_create_info: ptr::null(),
-    queue: ptr::null_mut(),
-    lock_queue: None,
-    unlock_queue: None,
-    lock_user: ptr::null_mut(),
-} }
+c_struct!(camlux_vulkan_device, 80);
 
-c_struct! { camlux_vulkan_image, 88, {
-    layer: 0,
-    image: 0,
-    semaphore: 0,
-    semaphore_value: 0,
-    format: 0,
-    layout: 0,
-    width_px: 0,
-    height_px: 0,
-    queue_family: 0,
-    reserved: 0,
-    origin_m: [0.0; 3],
-    metres_per_unit: 1.0,
-} }
+c_struct!(camlux_vulkan_image, 88, metres_per_unit: 1.0);
 
 /// The host's callbacks.
 struct HostLock {
@@ -142,15 +111,11 @@ impl QueueLock for HostLock {
 /// What came from the camlux device (renderers, frames, the device itself) has to be released before the host destroys its
 /// VkDevice. The validation layer, where it is on, is the host's, and tells the host.
 ///
-/// \param vulkan begin with CAMLUX_VULKAN_DEVICE_INIT.
+/// \param vulkan begin with CAMLUX_VULKAN_DEVICE_INIT; its objects are live and belong together.
 /// \param device receives the handle, with one reference: give it back by camlux_device_release.
 /// \errors CAMLUX_ERROR_NO_DEVICE where the device lacks something that camlux needs, or was made without it;
 /// CAMLUX_ERROR_VULKAN; CAMLUX_ERROR_INVALID_ARGUMENT.
 /// \threads any. lock_queue and unlock_queue are called on every thread that renders.
-///
-/// # Safety
-/// `vulkan` is NULL or points to as many bytes as its struct_size says, with objects that are live and belong together; `device` is
-/// NULL or points to a writable pointer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_device_create_from_vulkan(
     vulkan: *const camlux_vulkan_device,
@@ -219,9 +184,6 @@ unsafe fn host_vulkan(vulkan: &camlux_vulkan_device) -> Outcome<HostVulkan> {
 /// \param image begin with CAMLUX_VULKAN_IMAGE_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device.
 /// \threads any; frames do not change.
-///
-/// # Safety
-/// `image` is NULL or points to as many writable bytes as its struct_size says.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_frame_get_vulkan_image(
     frame: *mut camlux_frame,
@@ -236,8 +198,8 @@ pub unsafe extern "C" fn camlux_frame_get_vulkan_image(
 }
 
 fn vulkan_image(object: &FrameObject, layer: i32) -> Outcome<camlux_vulkan_image> {
-    let kind = FrameObject::layer_of(layer)?;
-    let Some(on_device) = object.on_device() else {
+    let kind = args::one_of("layer", layer, &LAYERS)?;
+    let Rendered::OnDevice(on_device, _) = &object.rendered else {
         let problem = "the frame was not rendered with on_device; set it in camlux_render_options";
         return Err(Failure::argument(problem));
     };
@@ -261,6 +223,6 @@ fn vulkan_image(object: &FrameObject, layer: i32) -> Outcome<camlux_vulkan_image
         queue_family: found.queue_family,
         origin_m: space.origin_m.to_array(),
         metres_per_unit: space.metres_per_unit,
-        ..CStruct::INIT
+        ..Default::default()
     })
 }

@@ -35,21 +35,12 @@ pub fn fails(status: camlux_status, expected: camlux_status, words: &str) {
 macro_rules! init {
     ($name:ident { $($field:ident : $value:expr),* $(,)? }) => {{
         #[allow(unused_mut, reason = "not all are changed")]
-        let mut value: $name = $crate::host::init_of(stringify!($name));
+        let mut value = $name::default();
         $(value.$field = $value;)*
         value
     }};
 }
 pub(crate) use init;
-
-pub fn init_of<T: Copy>(name: &str) -> T {
-    let layouts = layouts();
-    let layout = layouts.iter().find(|layout| layout.name == name);
-    let bytes = &layout.expect("a struct of the interface").init;
-    assert_eq!(bytes.len(), size_of::<T>());
-    // SAFETY: those are the bytes of a value of the struct of that name, which has that size.
-    unsafe { bytes.as_ptr().cast::<T>().read_unaligned() }
-}
 
 /// A device under the validation layer, which must have stayed silent when it is dropped.
 pub struct Device(pub *mut camlux_device);

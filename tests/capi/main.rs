@@ -6,6 +6,7 @@ mod handles;
 mod host;
 mod log;
 mod meshes;
+mod panics;
 mod threads;
 mod values;
 mod vulkan;

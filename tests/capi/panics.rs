@@ -1,0 +1,134 @@
+//! Panics inside of calls.
+
+use std::{
+    panic::{self, panic_any},
+    ptr::{null, null_mut},
+    sync::{
+        Arc,
+        atomic::{AtomicU32, Ordering},
+    },
+    thread,
+};
+
+use crate::host::*;
+use camlux::capi::*;
+
+type Call = (&'static str, fn() -> camlux_status);
+
+/// Each call's name, and the call with nothing but nulls.
+macro_rules! calls {
+    ($($name:ident($($argument:expr),*)),* $(,)?) => {
+        [$((stringify!($name), || {
+            // SAFETY: nulls are fine everywhere.
+            #[allow(unused_unsafe, reason = "not all are unsafe")]
+            unsafe { $name($($argument),*) }
+        })),*]
+    };
+}
+
+#[test]
+fn a_panic_in_any_call_becomes_a_status() {
+    let calls: [Call; 50] = calls![
+        camlux_set_log(0, None, null_mut()),
+        camlux_handle_count(null_mut()),
+        camlux_device_retain(null_mut()),
+        camlux_device_release(null_mut()),
+        camlux_device_count(null_mut()),
+        camlux_device_get_info(0, null_mut()),
+        camlux_device_create(null(), null_mut()),
+        camlux_device_info_of(null_mut(), null_mut()),
+        camlux_device_validation_count(null_mut(), null_mut()),
+        camlux_scene_retain(null_mut()),
+        camlux_scene_release(null_mut()),
+        camlux_scene_create(null_mut()),
+        camlux_scene_load_file(null(), null_mut()),
+        camlux_scene_validate(null_mut()),
+        camlux_scene_get_counts(null_mut(), null_mut()),
+        camlux_scene_get_bounds(null_mut(), null_mut()),
+        camlux_scene_set_camera(null_mut(), null()),
+        camlux_scene_get_camera(null_mut(), null_mut()),
+        camlux_scene_set_sensor(null_mut(), null()),
+        camlux_scene_set_indirect(null_mut(), null()),
+        camlux_scene_set_direct(null_mut(), null()),
+        camlux_scene_add_texture(null_mut(), null(), null_mut()),
+        camlux_scene_add_material(null_mut(), null(), null_mut()),
+        camlux_scene_set_material(null_mut(), 0, null()),
+        camlux_scene_add_mesh(null_mut(), null(), null_mut()),
+        camlux_scene_add_instance(null_mut(), 0, null(), null_mut()),
+        camlux_scene_set_pose(null_mut(), 0, 0, null()),
+        camlux_scene_add_light(null_mut(), null(), null_mut()),
+        camlux_scene_set_light(null_mut(), 0, null()),
+        camlux_scene_get_light(null_mut(), 0, null_mut()),
+        camlux_renderer_retain(null_mut()),
+        camlux_renderer_release(null_mut()),
+        camlux_renderer_create(null_mut(), null_mut()),
+        camlux_renderer_render(null_mut(), null_mut(), null(), null_mut()),
+        camlux_cancel_token_create(null_mut()),
+        camlux_cancel_token_cancel(null_mut()),
+        camlux_cancel_token_retain(null_mut()),
+        camlux_cancel_token_release(null_mut()),
+        camlux_frame_retain(null_mut()),
+        camlux_frame_release(null_mut()),
+        camlux_frame_layer_count(null_mut(), null_mut()),
+        camlux_frame_get_layer(null_mut(), 0, null_mut()),
+        camlux_frame_view(null_mut(), 0, null_mut()),
+        camlux_frame_copy(null_mut(), 0, null_mut(), 0, 0),
+        camlux_frame_write_exr(null_mut(), null(), null()),
+        camlux_frame_write_png(null_mut(), null()),
+        camlux_frame_get_stats(null_mut(), null_mut()),
+        camlux_frame_get_pass(null_mut(), 0, null_mut()),
+        camlux_device_create_from_vulkan(null(), null_mut()),
+        camlux_frame_get_vulkan_image(null_mut(), 0, null_mut()),
+    ];
+    for (name, call) in calls {
+        let status = with_panic(|| panic!("asked for by a test"), call);
+        assert_eq!(status, CAMLUX_ERROR_INTERNAL, "{name}");
+        let message = last_error();
+        assert!(message.starts_with(&format!("{name}: internal error: asked for by a test")));
+    }
+    // None is forgotten.
+    let header = include_str!("../../include/camlux.h");
+    let declared = header
+        .lines()
+        .filter(|line| line.starts_with("camlux_status camlux_"));
+    assert_eq!(declared.count(), calls.len());
+}
+
+/// A call in which something goes wrong before its own work.
+fn with_panic(hook: fn(), call: fn() -> camlux_status) -> camlux_status {
+    before_each_call(hook);
+    let status = call();
+    before_each_call(|| ());
+    status
+}
+
+fn validate() -> camlux_status {
+    camlux_scene_validate(null_mut())
+}
+
+#[test]
+fn a_panic_with_any_payload_is_caught() {
+    let formatted = with_panic(|| panic!("{} things", 2), validate);
+    fails(formatted, CAMLUX_ERROR_INTERNAL, "2 things");
+    let odd = with_panic(|| panic_any(7_u8), validate);
+    fails(odd, CAMLUX_ERROR_INTERNAL, "a panic");
+}
+
+/// The hook is the process's: it hears of a panic inside of a call as of any other.
+#[test]
+fn the_panic_hook_stays() {
+    static HEARD: AtomicU32 = AtomicU32::new(0);
+    let here = thread::current().id();
+    let before = Arc::new(panic::take_hook());
+    let others = before.clone();
+    panic::set_hook(Box::new(move |info| {
+        if thread::current().id() != here {
+            return others(info);
+        }
+        HEARD.fetch_add(1, Ordering::Relaxed);
+    }));
+    let status = with_panic(|| panic!("in a call"), validate);
+    panic::set_hook(Box::new(move |info| before(info)));
+    assert_eq!(status, CAMLUX_ERROR_INTERNAL);
+    assert_eq!(HEARD.load(Ordering::Relaxed), 1);
+}

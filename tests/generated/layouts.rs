@@ -1,0 +1,141 @@
+//! The structs of the C interface as they lie in memory.
+
+use camlux::capi::*;
+
+pub struct Layout {
+    pub name: &'static str,
+    pub bytes: usize,
+    /// 0 for what is only found inside of others.
+    pub version_1_bytes: usize,
+    pub fields: Vec<Field>,
+    /// The bytes of its `_INIT`; empty for what is only found inside of others.
+    pub init: Vec<u8>,
+}
+
+pub struct Field {
+    pub name: &'static str,
+    pub offset: usize,
+    pub bytes: usize,
+}
+
+fn size_of_field<T, F>(_: impl Fn(T) -> F) -> usize {
+    size_of::<F>()
+}
+
+macro_rules! fields {
+    ($name:ident { $($field:ident),* $(,)? }) => {
+        vec![$(Field {
+            name: stringify!($field),
+            offset: std::mem::offset_of!($name, $field),
+            bytes: size_of_field(|value: $name| value.$field),
+        }),*]
+    };
+}
+
+macro_rules! layouts {
+    ($($name:ident { $($field:ident),* $(,)? })*) => {
+        vec![$(Layout {
+            name: $name::NAME,
+            bytes: size_of::<$name>(),
+            version_1_bytes: $name::VERSION_1_BYTES,
+            fields: fields!($name { struct_size, $($field),* }),
+            init: init_bytes::<$name>(),
+        }),*]
+    };
+}
+
+fn init_bytes<T: CStruct>() -> Vec<u8> {
+    let init = T::default();
+    // SAFETY: a `CStruct` has no padding, so that all of its bytes are set.
+    unsafe { std::slice::from_raw_parts((&raw const init).cast::<u8>(), size_of::<T>()) }.to_vec()
+}
+
+/// Every struct of the interface.
+pub fn layouts() -> Vec<Layout> {
+    let mut layouts = layouts! {
+        camlux_device_options {
+            choice, index, validation, name,
+        }
+        camlux_device_info {
+            index, kind, is_usable, max_image_px, subgroup_lanes, max_allocation_bytes, name,
+            driver, lacks, api_version,
+        }
+        camlux_camera {
+            width_px, height_px, lens, position_m, look_at_m, up, fov_y_deg, fx_px, fy_px, cx_px,
+            cy_px,
+        }
+        camlux_sensor {
+            reserved, pixel_pitch_um, exposure_time_s, duty_cycle,
+        }
+        camlux_indirect {
+            estimator, rsm_size, reserved, target_error, interpolation_error,
+        }
+        camlux_direct {
+            shadow,
+        }
+        camlux_pose {
+            reserved, position_m, orientation_xyzw,
+        }
+        camlux_material {
+            kd_texture, kd, ks, shininess, name,
+        }
+        camlux_texture {
+            width_px, height_px, component, channels, encoding, pixels, row_stride_bytes, name,
+        }
+        camlux_mesh {
+            material, vertex_count, triangle_count, positions_m, normals, texcoords, indices,
+            triangle_materials, name,
+        }
+        camlux_light {
+            kind, position_m, direction, power_w, irradiance_w_m2, inner_half_angle_deg,
+            outer_half_angle_deg,
+        }
+        camlux_scene_counts {
+            textures, materials, meshes, instances, lights,
+        }
+        camlux_bounds {
+            is_empty, min_m, max_m,
+        }
+        camlux_render_options {
+            submission_target_ms, progress, progress_user, on_device, reserved, cancel_token,
+        }
+        camlux_vulkan_device {
+            queue_family, get_instance_proc_addr, instance, physical_device, device,
+            device_create_info, queue, lock_queue, unlock_queue, lock_user,
+        }
+        camlux_vulkan_image {
+            layer, image, semaphore, semaphore_value, format, layout, width_px, height_px,
+            queue_family, reserved, origin_m, metres_per_unit,
+        }
+        camlux_view {
+            layer, data, row_stride_bytes, size_bytes, width_px, height_px, channels, format, name,
+            unit,
+        }
+        camlux_exr_options {
+            half, layers, reserved,
+        }
+        camlux_frame_stats {
+            pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,
+            estimated_error, estimated_interpolation_error, submissions, reserved, device, driver,
+        }
+        camlux_pass_time {
+            reserved, ms, name,
+        }
+    };
+    layouts.insert(
+        0,
+        Layout {
+            name: "camlux_array",
+            bytes: size_of::<camlux_array>(),
+            version_1_bytes: 0,
+            fields: fields!(camlux_array {
+                data,
+                stride_bytes,
+                format,
+                reserved
+            }),
+            init: Vec::new(),
+        },
+    );
+    layouts
+}
