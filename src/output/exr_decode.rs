@@ -188,8 +188,11 @@ fn read_layers<R: Read + Seek>(
     Ok(layers)
 }
 
-/// The layers of a file with room for their values, and for each of its channels the layer it belongs to and its place there.
-fn empty_layers(header: &Header) -> Result<(Vec<ImageLayer>, Vec<(usize, usize)>), Refusal> {
+/// Where the values of a channel go: index of the layer, place in its pixels.
+type Place = (usize, usize);
+
+/// The layers of a file with room for their values, and the place of each of its channels.
+fn empty_layers(header: &Header) -> Result<(Vec<ImageLayer>, Vec<Place>), Refusal> {
     let mut by_name: BTreeMap<String, Vec<(usize, String, usize)>> = BTreeMap::new();
     for (index, channel) in header.channels.list.iter().enumerate() {
         let channel = channel.name.to_string();
