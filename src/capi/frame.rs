@@ -150,7 +150,9 @@ impl FrameObject {
 
     fn layer(&self, layer: i32) -> Outcome<(Layer, &LayerData)> {
         let kind = args::one_of("layer", layer, &LAYERS)?;
-        let data = self.frame()?.data(kind).ok_or_else(|| {
+        let mut layers = self.frame()?.layers.iter();
+        let found = layers.find(|(layer, _)| *layer == kind);
+        let (_, data) = found.ok_or_else(|| {
             let name = kind.name();
             Failure::argument(format!(
                 "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect"

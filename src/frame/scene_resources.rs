@@ -24,17 +24,8 @@ pub(crate) struct SceneResources {
     ray_tree: Cached<RayTreeKey, RayTreeImages>,
     /// Only where final gathering does.
     hit_surfaces: Cached<SurfacesKey, HitSurfaces>,
-    dirty: Dirty,
     /// Of the surfaces: another number, other surfaces.
     pub generation: u64,
-}
-
-/// What this frame has made, whose images are to be filled.
-#[derive(Default)]
-struct Dirty {
-    textures: bool,
-    ray_tree: bool,
-    hit_surfaces: bool,
 }
 
 #[derive(Clone, PartialEq)]
@@ -107,34 +98,33 @@ impl SceneResources {
             self.hit_surfaces.take();
         }
 
-        let (textures, is_new) = self.textures.get_or_make(textures_key, || {
+        let (textures, _) = self.textures.get_or_make(textures_key, || {
             Ok(Arc::new(Textures::upload(device, scene, plan)?))
         })?;
-        self.dirty.textures = is_new;
         let (_, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
             Surfaces::upload(device, scene, plan, space, textures)
         })?;
         self.generation += u64::from(is_new);
         if plan.has_rays() {
             let tree = || RayTreeImages::of(device, scene, space);
-            (_, self.dirty.ray_tree) = self.ray_tree.get_or_make(ray_tree_key, tree)?;
+            self.ray_tree.get_or_make(ray_tree_key, tree)?;
         }
         if plan.has_final_gather() {
             let hits = || HitSurfaces::upload(device, scene, plan);
-            (_, self.dirty.hit_surfaces) = self.hit_surfaces.get_or_make(surfaces_key, hits)?;
+            self.hit_surfaces.get_or_make(surfaces_key, hits)?;
         }
         Ok(())
     }
 
     /// Fills the images that are new, before anything reads them.
     pub fn record_copies<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        if let (true, Some(textures)) = (self.dirty.textures, self.textures.get()) {
+        if let Some(textures) = self.textures.get() {
             textures.record_copies(recorder);
         }
-        if let (true, Some(tree)) = (self.dirty.ray_tree, self.ray_tree.get()) {
+        if let Some(tree) = self.ray_tree.get() {
             tree.record_copy(recorder);
         }
-        if let (true, Some(surfaces)) = (self.dirty.hit_surfaces, self.hit_surfaces.get()) {
+        if let Some(surfaces) = self.hit_surfaces.get() {
             surfaces.record_copy(recorder);
         }
     }

@@ -173,11 +173,6 @@ impl Frame {
         vec![warning.into()]
     }
 
-    pub(crate) fn data(&self, layer: Layer) -> Option<&LayerData> {
-        let (_, data) = self.layers.iter().find(|(kind, _)| *kind == layer)?;
-        Some(data)
-    }
-
     /// Checks what the writers rely on, for a frame may have been put together by hand: some pixels, no layer twice, and
     /// in each layer as many values as its pixels have channels.
     ///

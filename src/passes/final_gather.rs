@@ -43,19 +43,11 @@ pub(crate) struct FinalGather<'b> {
     light_count: u32,
     kernel: RayKernel,
     lattice: Lattice,
-    /// Lists that have not been copied to their images.
-    dirty: DirtyLists,
 }
 
 struct Lattice {
     samples: u32,
     points: TexelList,
-}
-
-struct DirtyLists {
-    lights: bool,
-    vpl_sampler: bool,
-    lattice: bool,
 }
 
 /// What the sampling of VPLs and directions takes, in lists that the pilot's replace.
@@ -103,11 +95,6 @@ impl<'b> FinalGather<'b> {
             light_count: lights.len() as u32,
             kernel,
             lattice: Lattice::new(device, 64)?,
-            dirty: DirtyLists {
-                lights: true,
-                vpl_sampler: true,
-                lattice: true,
-            },
         })
     }
 }
@@ -137,7 +124,6 @@ impl Gatherer for FinalGather<'_> {
             self.vpl_sampler =
                 self.vpl_sampler
                     .learned(device, contributions, samples, guide_cells()?)?;
-            self.dirty.vpl_sampler = true;
         }
         Ok(true)
     }
@@ -163,7 +149,6 @@ impl Gatherer for FinalGather<'_> {
         }
         if self.lattice.samples != samples {
             self.lattice = Lattice::new(self.context.device, samples)?;
-            self.dirty.lattice = true;
         }
         let plan = self.context.plan;
         let pipeline = self.context.pipelines.compute(
@@ -217,15 +202,9 @@ impl Gatherer for FinalGather<'_> {
                 .clamp(receivers_per_group, MAX_GROUPS * receivers_per_group)
                 .min(count - done);
             let mut recorder = Recorder::new(self.context.device, 1)?;
-            if std::mem::take(&mut self.dirty.lights) {
-                self.lights.record_copy(&mut recorder);
-            }
-            if std::mem::take(&mut self.dirty.vpl_sampler) {
-                self.vpl_sampler.record_copy(&mut recorder);
-            }
-            if std::mem::take(&mut self.dirty.lattice) {
-                self.lattice.points.record_copy(&mut recorder);
-            }
+            self.lights.record_copy(&mut recorder);
+            self.vpl_sampler.record_copy(&mut recorder);
+            self.lattice.points.record_copy(&mut recorder);
             recorder.pass("final_gather", |recorder| {
                 for first_sample in (0..samples).step_by(samples_per_dispatch as usize) {
                     let parameters = FinalGatherParameters {

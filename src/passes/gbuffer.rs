@@ -1,9 +1,6 @@
 //! G-buffer pass: what the camera sees at each pixel's centre.
 
-use super::{
-    Context,
-    surface::{RasterPass, Surfaces},
-};
+use super::{Context, surface::Surfaces};
 use crate::{
     Result,
     plan::Plan,
@@ -41,27 +38,26 @@ impl<A: Allocate> GBuffer<A> {
 }
 
 impl GBuffer {
-    /// All but the depth.
-    pub fn colors(&self) -> Vec<&Image> {
+    /// All but the depth, under the names that the shaders give them.
+    fn images(&self) -> impl Iterator<Item = (&'static str, &Image)> {
         let images = [
-            &self.position_mesh,
-            &self.normal_geometric,
-            &self.kd_material,
+            ("position_mesh", &self.position_mesh),
+            ("normal_geometric", &self.normal_geometric),
+            ("kd_material", &self.kd_material),
         ];
-        images.into_iter().chain(&self.ks_shininess).collect()
+        let ks_shininess = self.ks_shininess.as_ref();
+        images
+            .into_iter()
+            .chain(ks_shininess.map(|image| ("ks_shininess", image)))
     }
 
-    /// The images under the names that the shaders give them.
+    pub fn colors(&self) -> Vec<&Image> {
+        self.images().map(|(_, image)| image).collect()
+    }
+
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let mut resources = vec![
-            ("position_mesh", Resource::Image(&self.position_mesh)),
-            ("normal_geometric", Resource::Image(&self.normal_geometric)),
-            ("kd_material", Resource::Image(&self.kd_material)),
-        ];
-        if let Some(image) = &self.ks_shininess {
-            resources.push(("ks_shininess", Resource::Image(image)));
-        }
-        resources
+        let resource = |(name, image)| (name, Resource::Image(image));
+        self.images().map(resource).collect()
     }
 }
 
@@ -76,19 +72,14 @@ pub(crate) fn draw<'r>(
     let colors = gbuffer.colors();
     recorder.prepare_images(&colors);
     recorder.prepare_images(&[&gbuffer.depth]);
+    let target = Target {
+        colors: &colors,
+        depth: &gbuffer.depth,
+        layer: 0,
+        clear: &[[0.0; 4]; 4],
+    };
+    let pass = ("gbuffer", Some(context.plan.brdf_word()));
     recorder.pass("gbuffer", |recorder| {
-        let pass = RasterPass {
-            name: "gbuffer",
-            pipelines: context.pipelines,
-            brdf: Some(context.plan.brdf_word()),
-            color_count: colors.len(),
-        };
-        let target = Target {
-            colors: &colors,
-            depth: &gbuffer.depth,
-            layer: 0,
-            clear: &[[0.0; 4]; 4],
-        };
-        surfaces.draw(recorder, &pass, &target, view, &[])
+        surfaces.draw(recorder, context, pass, &target, view, &[])
     })
 }

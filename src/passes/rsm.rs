@@ -1,10 +1,6 @@
 //! RSM pass: the reflective shadow map (Dachsbacher & Stamminger 2005) of a light.
 
-use super::{
-    Context,
-    light::DeviceLight,
-    surface::{RasterPass, Surfaces},
-};
+use super::{Context, light::DeviceLight, surface::Surfaces};
 use crate::{
     Result,
     plan::Plan,
@@ -46,22 +42,26 @@ impl<A: Allocate> Rsm<A> {
 }
 
 impl Rsm {
-    pub fn colors(&self) -> Vec<&Image> {
-        let images = [&self.position, &self.normal, &self.kd_irradiance];
-        images.into_iter().chain(&self.ks_shininess).collect()
+    /// All but the depth, under the names that the shaders give them.
+    fn images(&self) -> impl Iterator<Item = (&'static str, &Image)> {
+        let images = [
+            ("rsm_position", &self.position),
+            ("rsm_normal", &self.normal),
+            ("rsm_kd_irradiance", &self.kd_irradiance),
+        ];
+        let ks_shininess = self.ks_shininess.as_ref();
+        images
+            .into_iter()
+            .chain(ks_shininess.map(|image| ("rsm_ks_shininess", image)))
     }
 
-    /// The images under the names that the shaders give them.
+    pub fn colors(&self) -> Vec<&Image> {
+        self.images().map(|(_, image)| image).collect()
+    }
+
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let mut resources = vec![
-            ("rsm_position", Resource::Image(&self.position)),
-            ("rsm_normal", Resource::Image(&self.normal)),
-            ("rsm_kd_irradiance", Resource::Image(&self.kd_irradiance)),
-        ];
-        if let Some(image) = &self.ks_shininess {
-            resources.push(("rsm_ks_shininess", Resource::Image(image)));
-        }
-        resources
+        let resource = |(name, image)| (name, Resource::Image(image));
+        self.images().map(resource).collect()
     }
 }
 
@@ -76,13 +76,9 @@ pub(crate) fn draw<'r>(
     let colors = rsm.colors();
     recorder.prepare_images(&colors);
     recorder.prepare_images(&[&rsm.depth]);
+    let pass = ("rsm", Some(context.plan.brdf_word()));
+    let emission = [("emission", Resource::Buffer(&light.emission))];
     recorder.pass("rsm", |recorder| {
-        let pass = RasterPass {
-            name: "rsm",
-            pipelines: context.pipelines,
-            brdf: Some(context.plan.brdf_word()),
-            color_count: colors.len(),
-        };
         for (layer, view) in light.rsm_views.iter().enumerate() {
             let target = Target {
                 colors: &colors,
@@ -90,8 +86,7 @@ pub(crate) fn draw<'r>(
                 layer: layer as u32,
                 clear: &[NO_SURFACE, [0.0; 4], [0.0; 4], [0.0; 4]],
             };
-            let emission = ("emission", Resource::Buffer(&light.emission));
-            surfaces.draw(recorder, &pass, &target, view, &[emission])?;
+            surfaces.draw(recorder, context, pass, &target, view, &emission)?;
         }
         Ok(())
     })

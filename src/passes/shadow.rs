@@ -1,10 +1,6 @@
 //! Shadow pass: where a light's rays end, for lights whose RSM is absent or too coarse for the shadow test.
 
-use super::{
-    Context,
-    light::DeviceLight,
-    surface::{RasterPass, Surfaces},
-};
+use super::{Context, light::DeviceLight, surface::Surfaces};
 use crate::{
     Plan, Result,
     vulkan::{Allocate, Device, ImageShape, Recorder, Target},
@@ -40,12 +36,6 @@ pub(crate) fn draw<'r>(
 ) -> Result<()> {
     recorder.prepare_images(&[&map.position, &map.depth]);
     recorder.pass("shadow", |recorder| {
-        let pass = RasterPass {
-            name: "shadow",
-            pipelines: context.pipelines,
-            brdf: None,
-            color_count: 1,
-        };
         for (layer, view) in light.shadow_views.iter().enumerate() {
             let target = Target {
                 colors: &[&map.position],
@@ -53,7 +43,7 @@ pub(crate) fn draw<'r>(
                 layer: layer as u32,
                 clear: &[super::rsm::NO_SURFACE],
             };
-            surfaces.draw(recorder, &pass, &target, view, &[])?;
+            surfaces.draw(recorder, context, ("shadow", None), &target, view, &[])?;
         }
         Ok(())
     })

@@ -2,20 +2,20 @@
 
 use std::sync::Arc;
 
+use super::Context;
 use crate::{
     Result,
     local_space::LocalSpace,
     plan::Plan,
     scene::{Mesh, Scene, Shared, Texture},
     vulkan::{
-        Allocate, Buffer, BufferUse, Device, Image, ImageShape, Pipelines, Recorder, Resource,
-        Target,
+        Allocate, Buffer, BufferUse, Device, ImageShape, Recorder, Resource, Target, TexelList,
         shaders::{Draw, View},
     },
 };
 
-/// The textures of a scene, as images that are filled from buffers.
-pub(crate) struct Textures(Vec<(Image, Buffer)>);
+/// The textures of a scene.
+pub(crate) struct Textures(Vec<TexelList>);
 
 impl Textures {
     /// Copies them to the device; none where no surface shows one.
@@ -24,19 +24,15 @@ impl Textures {
         let upload = |texture: &Shared<Texture>| {
             let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
             let texels: Vec<[f32; 4]> = texture.linear_rgb.iter().map(rgba).collect();
-            let image = Image::new(device, "texture", ImageShape::plain(texture.size_px))?;
-            Ok((
-                image,
-                Buffer::filled(device, "texture", &texels, BufferUse::Staging)?,
-            ))
+            TexelList::with_size(device, "texture", &texels, texture.size_px)
         };
         textures.map(upload).collect::<Result<_>>().map(Textures)
     }
 
-    /// Fills the images; once, before anything is drawn.
+    /// Fills the images, before anything is drawn.
     pub fn record_copies<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        for (image, texels) in &self.0 {
-            recorder.copy_to_image(texels, image);
+        for texture in &self.0 {
+            texture.record_copy(recorder);
         }
     }
 }
@@ -58,15 +54,6 @@ struct Range {
     is_smooth: bool,
     texture: Option<usize>,
     draw: Draw,
-}
-
-/// Which of the raster passes draws: its shader, and how much of a surface it writes.
-pub(crate) struct RasterPass<'p> {
-    pub name: &'static str,
-    pub pipelines: &'p Pipelines,
-    /// The word for the BRDF; `None`: positions and triangles only, which need neither normals nor textures.
-    pub brdf: Option<&'static str>,
-    pub color_count: usize,
 }
 
 /// What a scene's surfaces and textures take.
@@ -123,48 +110,37 @@ impl Surfaces {
         ]
     }
 
-    /// Draws every surface as seen from a view.
+    /// Draws every surface as seen from a view, by the shader of the pass. Without the word for a BRDF the pass writes positions
+    /// and triangles only, which need neither normals nor textures.
     pub fn draw<'r>(
         &'r self,
         recorder: &mut Recorder<'r>,
-        pass: &RasterPass,
+        context: &Context,
+        (pass, brdf): (&str, Option<&str>),
         target: &Target<'_, 'r>,
         view: &'r Buffer,
         more_resources: &[(&str, Resource<'r>)],
     ) -> Result<()> {
+        let pipelines = context.pipelines;
         recorder.render(target, |recorder| {
             for range in &self.ranges {
-                let words: &[&str] = match pass.brdf {
-                    None => &[],
-                    Some(brdf) => &[
-                        brdf,
-                        if range.is_smooth { "smooth" } else { "flat" },
-                        if range.texture.is_some() {
-                            "textured"
-                        } else {
-                            ""
-                        },
-                    ],
-                };
-                let pipeline = pass.pipelines.raster(pass.name, words, pass.color_count)?;
+                let shading = if range.is_smooth { "smooth" } else { "flat" };
+                let texture = range.texture.and_then(|index| self.textures.0.get(index));
+                let is_textured = texture.map_or("", |_| "textured");
+                let words = brdf.map(|brdf| [brdf, shading, is_textured]);
+                let words = words.as_ref().map_or(&[][..], |words| words);
+                let pipeline = pipelines.raster(pass, words, target.colors.len())?;
                 let mut resources = vec![
                     ("view", Resource::Buffer(view)),
                     ("normals", Resource::Buffer(&self.normals)),
                     ("texcoords", Resource::Buffer(&self.texcoords)),
                 ];
                 resources.extend(self.triangles());
-                let texture = range.texture.and_then(|index| self.textures.0.get(index));
-                if let Some((image, _)) = texture {
-                    resources.push(("kd_texture", Resource::Image(image)));
-                }
+                resources.extend(texture.map(|texture| ("kd_texture", texture.resource())));
                 resources.extend_from_slice(more_resources);
                 recorder.bind_raster(&pipeline, &resources)?;
-                recorder.draw(
-                    &pipeline,
-                    &range.draw,
-                    range.first_triangle,
-                    range.triangle_count,
-                );
+                let (first, count) = (range.first_triangle, range.triangle_count);
+                recorder.draw(&pipeline, &range.draw, first, count);
             }
             Ok(())
         })

@@ -41,23 +41,16 @@ impl<A: Allocate> VplLists<A> {
             };
             allocate.image(what, shape)
         };
-        let (is_glossy_apart, matte_layers, compactor) = if indirect.is_final_gather() {
-            let layers = if plan.is_specular {
-                "GLOSSY_VPL_LAYERS"
-            } else {
-                "VPL_LAYERS"
-            };
-            (
-                false,
-                layers,
-                Compactor::with_run_places(allocate, texel_count)?,
-            )
-        } else {
-            (
-                plan.is_specular,
-                "VPL_LAYERS",
-                Compactor::new(allocate, texel_count)?,
-            )
+        // Final gathering keeps one list, in which every VPL has a lobe, and wants to know where the tiles lie in it.
+        let is_final_gather = indirect.is_final_gather();
+        let is_glossy_apart = plan.is_specular && !is_final_gather;
+        let matte_layers = match plan.is_specular && is_final_gather {
+            true => "GLOSSY_VPL_LAYERS",
+            false => "VPL_LAYERS",
+        };
+        let compactor = match is_final_gather {
+            true => Compactor::with_run_places(allocate, texel_count)?,
+            false => Compactor::new(allocate, texel_count)?,
         };
         Ok(Some(VplLists {
             matte: list("VPLs", matte_layers)?,

@@ -1,5 +1,7 @@
 //! Lists that shaders read as images: texel i lies at (i mod 1024, i / 1024).
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::{Allocate, Buffer, BufferUse, Device, Image, ImageShape, Recorder, Resource};
 use crate::Result;
 
@@ -10,16 +12,28 @@ const ROW_TEXELS: u64 = 1024;
 pub(crate) struct TexelList {
     image: Image,
     texels: Buffer,
+    /// Whether the texels are in the image.
+    is_copied: AtomicBool,
 }
 
 impl TexelList {
     pub fn new(device: &Device, what: &str, mut texels: Vec<[f32; 4]>) -> Result<TexelList> {
         let rows = texels.len().max(1).div_ceil(ROW_TEXELS as usize);
         texels.resize(rows * ROW_TEXELS as usize, [0.0; 4]);
-        let size_px = [ROW_TEXELS as u32, rows as u32];
+        TexelList::with_size(device, what, &texels, [ROW_TEXELS as u32, rows as u32])
+    }
+
+    /// In rows of the caller's choice.
+    pub fn with_size(
+        device: &Device,
+        what: &str,
+        texels: &[[f32; 4]],
+        size_px: [u32; 2],
+    ) -> Result<TexelList> {
         Ok(TexelList {
             image: Image::new(device, what, ImageShape::plain(size_px))?,
-            texels: Buffer::filled(device, what, &texels, BufferUse::Staging)?,
+            texels: Buffer::filled(device, what, texels, BufferUse::Staging)?,
+            is_copied: AtomicBool::new(false),
         })
     }
 
@@ -33,9 +47,11 @@ impl TexelList {
         Ok(())
     }
 
-    /// Fills the image; once, before anything reads it.
+    /// Fills the image, which must be before anything reads it. Later calls record nothing.
     pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        recorder.copy_to_image(&self.texels, &self.image);
+        if !self.is_copied.swap(true, Ordering::Relaxed) {
+            recorder.copy_to_image(&self.texels, &self.image);
+        }
     }
 
     pub fn resource(&self) -> Resource<'_> {
