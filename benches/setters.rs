@@ -24,8 +24,10 @@ fn main() {
     let mut scene = null_mut();
     let camera = camlux_camera::default();
     let pose = camlux_pose::default();
-    let mut light = camlux_light::default();
-    light.power_w = [1.0; 3];
+    let light = camlux_light {
+        power_w: [1.0; 3],
+        ..Default::default()
+    };
     let material = camlux_material::default();
     let mesh = camlux_mesh::default();
     let indirect = camlux_indirect::default();
