@@ -107,14 +107,18 @@ impl Layer {
         matches!(self, Layer::InstanceId | Layer::MaterialId | Layer::Edge)
     }
 
+    /// Whether renders can have the layer, and not a reference image alone.
+    pub fn is_rendered(self) -> bool {
+        !matches!(self, Layer::StandardError | Layer::Edge)
+    }
+
     /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light. No
     /// render has `stderr` or `edge`.
     pub fn is_made_for(self, scene: &Scene) -> bool {
         match self {
             Layer::Energy => scene.sensor.is_some(),
             Layer::Indirect => scene.indirect.is_some(),
-            Layer::StandardError | Layer::Edge => false,
-            _ => true,
+            _ => self.is_rendered(),
         }
     }
 }
