@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     Result,
+    output::Layer,
     passes::{
         final_gather, hits, light, rays, rsm::Rsm, shadow::ShadowMap, surface, vpl::VplLists,
     },
@@ -64,11 +65,11 @@ impl Plan {
 
     /// Bytes of the frame's layers, which lie in the host's memory.
     pub fn layer_bytes(&self) -> u64 {
-        // Radiance, direct light, positions and normals; depth, range and two numbers.
-        let mut words = 4 * 3 + 4;
-        words += 3 * u64::from(self.indirect.is_some());
-        words += 3 * u64::from(self.joule_per_irradiance.is_some());
-        self.pixel_count() * words * WORD_BYTES
+        let (sensor, indirect) = (self.joule_per_irradiance.is_some(), self.indirect.is_some());
+        let layers = Layer::ALL.into_iter();
+        let layers = layers.filter(|layer| layer.is_made_with(sensor, indirect));
+        let words: usize = layers.map(|layer| layer.channel_names().len()).sum();
+        self.pixel_count() * words as u64 * WORD_BYTES
     }
 
     fn pixel_count(&self) -> u64 {

@@ -107,14 +107,23 @@ impl Layer {
         matches!(self, Layer::InstanceId | Layer::MaterialId | Layer::Edge)
     }
 
+    /// Whether renders can have the layer, and not a reference image alone.
+    pub fn is_rendered(self) -> bool {
+        !matches!(self, Layer::StandardError | Layer::Edge)
+    }
+
     /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light. No
     /// render has `stderr` or `edge`.
     pub fn is_made_for(self, scene: &Scene) -> bool {
+        self.is_made_with(scene.sensor.is_some(), scene.indirect.is_some())
+    }
+
+    /// Whether a frame with or without a sensor and indirect light has the layer.
+    pub(crate) fn is_made_with(self, sensor: bool, indirect: bool) -> bool {
         match self {
-            Layer::Energy => scene.sensor.is_some(),
-            Layer::Indirect => scene.indirect.is_some(),
-            Layer::StandardError | Layer::Edge => false,
-            _ => true,
+            Layer::Energy => sensor,
+            Layer::Indirect => indirect,
+            _ => self.is_rendered(),
         }
     }
 }

@@ -39,18 +39,24 @@ pub struct Args {
     /// Store radiance, direct, indirect and N as 16-bit float
     #[arg(long, requires = "output")]
     pub half: bool,
-    /// Write these layers only, separated by commas: radiance, direct, indirect, energy, P, N, depth, range, id.instance, id.material
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
+    #[arg(long, help = layers_help(), value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
     pub layers: Option<Vec<Layer>>,
 }
 
+fn layers_help() -> String {
+    let names = layer_names();
+    format!("Write these layers only, separated by commas: {names}")
+}
+
 fn parse_layer(name: &str) -> Result<Layer, String> {
-    let is_rendered = |layer: &Layer| !matches!(layer, Layer::StandardError | Layer::Edge);
-    Layer::from_name(name).filter(is_rendered).ok_or_else(|| {
-        let rendered = Layer::ALL.into_iter().filter(is_rendered);
-        let names: Vec<&str> = rendered.map(Layer::name).collect();
-        format!("the layers are {}", names.join(", "))
-    })
+    let layer = Layer::from_name(name).filter(|layer| layer.is_rendered());
+    layer.ok_or_else(|| format!("the layers are {}", layer_names()))
+}
+
+fn layer_names() -> String {
+    let rendered = Layer::ALL.into_iter().filter(|layer| layer.is_rendered());
+    let names: Vec<&str> = rendered.map(Layer::name).collect();
+    names.join(", ")
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {

@@ -99,7 +99,7 @@ fn size(value: &Value) -> camlux::Result<[u32; 2]> {
 
 fn exr_options(keys: &mut Keys) -> Result<ExrOptions, Failure> {
     let rendered = Layer::ALL.into_iter();
-    let rendered = rendered.filter(|l| !matches!(l, Layer::StandardError | Layer::Edge));
+    let rendered = rendered.filter(|layer| layer.is_rendered());
     let rendered: Vec<Layer> = rendered.collect();
     let layers = keys.take("layers").map(|value| {
         let names = value.filled("name one or more")?.list()?;
