@@ -8,18 +8,9 @@ use std::thread;
 use super::{Intermediates, LightIntermediates, SurfacePoint};
 use crate::{
     Scene,
-    model::{self, Brdf, Receiver, Vpl},
+    model::{self, Receiver, Vpl},
     scene::{Bands, Light, VplSum},
 };
-
-/// f_P of a point of the G-buffer, or f_Q of one of an RSM.
-pub fn brdf(point: &SurfacePoint) -> Brdf {
-    Brdf {
-        kd: point.kd,
-        ks: point.ks,
-        shininess: point.shininess,
-    }
-}
 
 /// L_{P→C} of one light per pixel in W/sr/m², with V = 1; 0 for the background. Row by row from the top.
 pub fn unshadowed_direct(scene: &Scene, light: &Light, kept: &Intermediates) -> Vec<Bands> {
@@ -28,7 +19,7 @@ pub fn unshadowed_direct(scene: &Scene, light: &Light, kept: &Intermediates) -> 
         point.map_or([0.0; 3], |point| {
             model::direct_radiance(
                 light,
-                &brdf(&point),
+                &point.brdf(),
                 point.position_m,
                 point.normal,
                 camera_m,
@@ -50,7 +41,7 @@ pub fn vpls(light: &Light, kept: &LightIntermediates) -> Vec<Vpl> {
                 position_m: seen.point.position_m,
                 normal: seen.point.normal,
                 to_light: model::direction_to_light(light, seen.point.position_m),
-                brdf: brdf(&seen.point),
+                brdf: seen.point.brdf(),
                 irradiance_facing_w_m2: intensity.map(|i| i * seen.irradiance_per_intensity),
                 incident_power_w: kept.domain.incident_power_w(emission),
                 domain_share: emission.measure / total,
@@ -84,7 +75,7 @@ pub fn indirect_at(
             position_m: point.position_m,
             normal: point.normal,
             to_camera: (scene.camera.position_m - point.position_m).normalize_or_zero(),
-            brdf: brdf(&point),
+            brdf: point.brdf(),
         };
         model::indirect_radiance(estimator, &vpls, &receiver, |_| true)
     };

@@ -7,6 +7,7 @@ use crate::{
     Device, LocalSpace, Result, ShadowPlan,
     emission::{EmissionDomain, Projection},
     frame::Lights,
+    model::Brdf,
     passes::{Context, gbuffer::GBuffer},
     scene::Bands,
     vulkan::{Image, Readback},
@@ -34,6 +35,17 @@ pub struct SurfacePoint {
     pub kd: Bands,
     pub ks: Bands,
     pub shininess: f64,
+}
+
+impl SurfacePoint {
+    /// f_P of a point of the G-buffer, or f_Q of one of an RSM.
+    pub fn brdf(&self) -> Brdf {
+        Brdf {
+            kd: self.kd,
+            ks: self.ks,
+            shininess: self.shininess,
+        }
+    }
 }
 
 /// What was kept of one light.

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 
-use crate::scene::Bands;
+use crate::scene::{Bands, Material};
 
 /// f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s (Lafortune & Willems 1994).
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +26,15 @@ pub struct Lobes {
 }
 
 impl Brdf {
+    /// That of a material whose k_d is, by its texture, this.
+    pub fn new(material: &Material, kd: Bands) -> Brdf {
+        Brdf {
+            kd,
+            ks: material.ks,
+            shininess: material.shininess,
+        }
+    }
+
     pub fn is_black(&self) -> bool {
         self.kd == [0.0; 3] && self.ks == [0.0; 3]
     }

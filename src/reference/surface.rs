@@ -115,11 +115,7 @@ impl Surfaces {
                 turned_to(normal, geometric_normal)
             }),
             triangle: hit.triangle,
-            brdf: Brdf {
-                kd,
-                ks: material.ks,
-                shininess: material.shininess,
-            },
+            brdf: Brdf::new(material, kd),
         }
     }
 }
