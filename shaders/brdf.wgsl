@@ -19,8 +19,41 @@ struct Lobe {
     shininess: f32,
 }
 
-fn lobe_of(direction: vec3<f32>, normal: vec3<f32>, shininess: f32) -> Lobe {
-    return Lobe(2.0 * dot(normal, direction) * normal - direction, shininess);
+// What eval_lobe gives.
+alias Shape = f32;
+
+// `ks_shininess` is a texel of the G-buffer or of an RSM.
+fn lobe_of(direction: vec3<f32>, normal: vec3<f32>, ks_shininess: vec4<f32>) -> Lobe {
+    return Lobe(2.0 * dot(normal, direction) * normal - direction, ks_shininess.w);
+}
+
+// A lobe in layers of a list: so many texels.
+const LOBE_LAYERS: u32 = 1u;
+
+fn lobe_texel(lobe: Lobe, layer: u32) -> vec4<f32> {
+    return vec4<f32>(lobe.mirror, lobe.shininess);
+}
+
+fn lobe_of_texels(texels: array<vec4<f32>, LOBE_LAYERS>) -> Lobe {
+    return Lobe(texels[0].xyz, texels[0].w);
+}
+
+#if BROADCAST8 BROADCAST4
+#repeat LANE 8
+fn broadcast_of_LANE(mine: Lobe) -> Lobe {
+    return Lobe(subgroupBroadcast(mine.mirror, LANEu), subgroupBroadcast(mine.shininess, LANEu));
+}
+#endrepeat
+#endif
+
+// What was gathered as if k_s were 1 times this is what the lobe reflects.
+fn reflected_share(ks_shininess: vec4<f32>) -> vec3<f32> {
+    return ks_shininess.rgb;
+}
+
+// Whether what two lobes reflect can be interpolated.
+fn is_one_lobe(a: vec4<f32>, b: vec4<f32>) -> bool {
+    return a.w == b.w && any(a.rgb > vec3<f32>(0.0)) == any(b.rgb > vec3<f32>(0.0));
 }
 
 fn diffuse_factor(kd: vec3<f32>) -> vec3<f32> {
@@ -32,7 +65,7 @@ fn specular_factor(ks: vec3<f32>, shininess: f32) -> vec3<f32> {
 }
 
 // Shape of the specular lobe; 0 for r·w ≤ 0 also where s = 0.
-fn eval_lobe(lobe: Lobe, direction: vec3<f32>) -> f32 {
+fn eval_lobe(lobe: Lobe, direction: vec3<f32>) -> Shape {
     let cosine = dot(lobe.mirror, direction);
     // 1 − cosθ = |r − w|²/2 has no cancellation: a sharp lobe lives where the cosine is 1 to six digits.
     let apart = lobe.mirror - direction;
@@ -43,7 +76,7 @@ fn eval_lobe(lobe: Lobe, direction: vec3<f32>) -> f32 {
 fn eval_brdf(brdf: Brdf, normal: vec3<f32>, to_light: vec3<f32>, to_viewer: vec3<f32>) -> vec3<f32> {
     var value = diffuse_factor(brdf.kd);
 #if PHONG
-    value += specular_factor(brdf.ks, brdf.shininess) * eval_lobe(lobe_of(to_light, normal, brdf.shininess), to_viewer);
+    value += specular_factor(brdf.ks, brdf.shininess) * eval_lobe(lobe_of(to_light, normal, vec4<f32>(brdf.ks, brdf.shininess)), to_viewer);
 #endif
     return value;
 }
@@ -74,6 +107,6 @@ fn sample_lobe(square: vec2<f32>, lobe: Lobe, frame: Frame) -> vec3<f32> {
 }
 
 // `shape` is what eval_lobe gives for the direction.
-fn lobe_density(samples: f32, lobe: Lobe, shape: f32) -> f32 {
+fn lobe_density(samples: f32, lobe: Lobe, direction: vec3<f32>, shape: Shape) -> f32 {
     return samples * (lobe.shininess + 1.0) / (2.0 * PI) * shape;
 }

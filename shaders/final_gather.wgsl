@@ -92,7 +92,7 @@ fn unit(bits: u32) -> f32 {
 struct Contribution {
     irradiance: vec3<f32>,
     // Shape of the specular lobe of P.
-    lobe: f32,
+    lobe: Shape,
 }
 
 // Of a Q that sends `radiance` to P. `direction` leads from P to Q and has unit length; `vpl_area` is the area that a VPL stands for
@@ -101,12 +101,12 @@ fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<
     let samples = f32(parameters.samples);
     let cosine = dot(receiver_normal, direction);
     let is_above = cosine > 0.0 && dot(receiver_geometric, direction) > 0.0 && cosine_q > 0.0;
-    var lobe = 0.0;
+    var lobe = Shape();
     // Samples per solid angle at P: from P, and from L.
     var density = diffuse_density(samples, cosine);
 #if GLOSSY
     lobe = eval_lobe(receiver_lobe, direction);
-    density += lobe_density(samples, receiver_lobe, lobe);
+    density += lobe_density(samples, receiver_lobe, direction, lobe);
 #endif
     density += vpl_samples * distance_squared / (vpl_area * max(cosine_q, 1e-6));
     return Contribution(select(vec3<f32>(0.0), radiance * (cosine / density), is_above), lobe);
@@ -280,7 +280,7 @@ fn compute_main(
     let to_camera = normalize(parameters.camera_position - receiver_position);
     receiver_start = before_surface(receiver_position, receiver_geometric, ORIGIN_SHIFT) + ORIGIN_SHIFT * to_camera;
 #if GLOSSY
-    receiver_lobe = lobe_of(to_camera, receiver_normal, textureLoad(ks_shininess, pixel, 0).w);
+    receiver_lobe = lobe_of(to_camera, receiver_normal, textureLoad(ks_shininess, pixel, 0));
 #endif
 
     let seed0 = hash(packed ^ hash(parameters.seed));

@@ -147,7 +147,7 @@ fn compute_main(
         diffuse[i] = vec3<f32>(0.0);
 #if PHONG
         let to_camera = normalize(parameters.camera_position - position[i]);
-        lobe[i] = lobe_of(to_camera, normal[i], textureLoad(ks_shininess, pixel[i], 0).w);
+        lobe[i] = lobe_of(to_camera, normal[i], textureLoad(ks_shininess, pixel[i], 0));
         specular[i] = vec3<f32>(0.0);
 #endif
     }
@@ -241,8 +241,7 @@ fn vpl_of_LANE(mine: Vpl) -> Vpl {
 }
 
 fn lobe_of_LANE(mine: VplLobe) -> VplLobe {
-    return VplLobe(subgroupBroadcast(mine.specular, LANEu),
-        Lobe(subgroupBroadcast(mine.lobe.mirror, LANEu), subgroupBroadcast(mine.lobe.shininess, LANEu)));
+    return VplLobe(subgroupBroadcast(mine.specular, LANEu), broadcast_of_LANE(mine.lobe));
 }
 #endrepeat
 #endif

@@ -33,8 +33,7 @@ fn is_one_surface(a: Facing, b: Facing) -> bool {
     let off_plane = max(abs(dot(offset, a.normal)), abs(dot(offset, b.normal)));
     var is_one = dot(a.normal, b.normal) > MIN_COSINE && off_plane <= MAX_SLOPE * length(offset);
 #if PHONG
-    let has_lobes = vec2<bool>(any(a.ks_shininess.rgb > vec3<f32>(0.0)), any(b.ks_shininess.rgb > vec3<f32>(0.0)));
-    is_one = is_one && a.ks_shininess.w == b.ks_shininess.w && has_lobes.x == has_lobes.y;
+    is_one = is_one && is_one_lobe(a.ks_shininess, b.ks_shininess);
 #endif
     return is_one;
 }

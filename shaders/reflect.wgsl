@@ -2,6 +2,8 @@
 //
 // All images are storage images: lavapipe reads these in a third of the time that a texel of a sampled one takes it.
 
+#import brdf
+
 var position_mesh: texture_storage_2d<rgba32float, read>;
 var kd_material: texture_storage_2d<rgba32float, read>;
 #if PHONG
@@ -12,7 +14,7 @@ var ks_shininess: texture_storage_2d<rgba32float, read>;
 fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f32> {
     var radiance = textureLoad(kd_material, pixel).rgb * diffuse;
 #if PHONG
-    radiance += textureLoad(ks_shininess, pixel).rgb * specular;
+    radiance += reflected_share(textureLoad(ks_shininess, pixel)) * specular;
 #endif
     return radiance;
 }

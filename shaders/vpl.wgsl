@@ -90,18 +90,22 @@ fn place(item: u32, list: u32, index: u32) {
     let diffuse = diffuse_factor(kd_irradiance.rgb) * incident;
 #if PHONG
     let ks_shininess = textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0);
-    let specular = vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, ks_shininess.w);
-    let mirror = vec4<f32>(lobe_of(to_light, normal_geometric.xyz, ks_shininess.w).mirror, 0.0);
+    let specular = vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, 0.0);
+    let lobe = lobe_of(to_light, normal_geometric.xyz, ks_shininess);
 #if FINAL_GATHER
-    textureStore(matte_vpls, slot, 3, specular);
-    textureStore(matte_vpls, slot, 4, mirror);
+    textureStore(matte_vpls, slot, VPL_LAYERS, specular);
+    for (var i = 0u; i < LOBE_LAYERS; i++) {
+        textureStore(matte_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
+    }
 #else
     if (list == GLOSSY) {
         textureStore(glossy_vpls, slot, 0, vec4<f32>(position, area));
         textureStore(glossy_vpls, slot, 1, vec4<f32>(normal, 0.0));
         textureStore(glossy_vpls, slot, 2, vec4<f32>(diffuse, 0.0));
-        textureStore(glossy_vpls, slot, 3, specular);
-        textureStore(glossy_vpls, slot, 4, mirror);
+        textureStore(glossy_vpls, slot, VPL_LAYERS, specular);
+        for (var i = 0u; i < LOBE_LAYERS; i++) {
+            textureStore(glossy_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
+        }
         return;
     }
 #endif

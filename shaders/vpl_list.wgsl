@@ -5,9 +5,9 @@
 // Lists of VPLs lie in image arrays, one layer per member: lavapipe fetches a texel for eight lanes in half the time of a
 // buffer load, and images have no limit of 128 MiB. A row holds this many VPLs.
 const VPLS_PER_ROW: u32 = 1024u;
-// Layers: position and area, normal, diffuse; specular and s, mirror.
+// Layers: position and area, normal, diffuse; specular, those of the lobe.
 const VPL_LAYERS: u32 = 3u;
-const GLOSSY_VPL_LAYERS: u32 = 5u;
+const GLOSSY_VPL_LAYERS: u32 = VPL_LAYERS + 1u + LOBE_LAYERS;
 
 // A virtual point light on a matte surface.
 struct Vpl {
@@ -40,8 +40,11 @@ fn load_vpl(index: u32) -> Vpl {
 
 fn load_vpl_lobe(index: u32) -> VplLobe {
     let place = vpl_place(index);
-    let specular = textureLoad(vpls, place, 3, 0);
-    return VplLobe(specular.xyz, Lobe(textureLoad(vpls, place, 4, 0).xyz, specular.w));
+    var texels: array<vec4<f32>, LOBE_LAYERS>;
+    for (var i = 0u; i < LOBE_LAYERS; i++) {
+        texels[i] = textureLoad(vpls, place, VPL_LAYERS + 1u + i, 0);
+    }
+    return VplLobe(textureLoad(vpls, place, VPL_LAYERS, 0).xyz, lobe_of_texels(texels));
 }
 
 fn vpl_place(index: u32) -> vec2<u32> {

@@ -1,5 +1,6 @@
 //! What rays find on the scene's triangles, on the device: shading normals, texture coordinates and materials.
 
+use super::surface::brdf_texels;
 use crate::{
     Plan, Result, Scene,
     scene::{Shared, Texture},
@@ -48,10 +49,10 @@ impl HitSurfaces {
                 let texture = material.kd_texture.filter(|_| plan.is_textured);
                 let [width, height] = texture.map_or([0, 0], |i| scene.textures[i].size_px);
                 let first_texel = texture.map_or(0, |index| first_texels[index]);
-                let [kd, ks] = [material.kd, material.ks].map(|bands| bands.map(|k| k as f32));
+                let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
                 [
-                    [kd[0], kd[1], kd[2], material.shininess as f32],
-                    [ks[0], ks[1], ks[2], first_texel as f32],
+                    [kd[0], kd[1], kd[2], shininess],
+                    [kr, kg, kb, first_texel as f32],
                     [width as f32, height as f32, 0.0, 0.0],
                 ]
             })

@@ -7,7 +7,7 @@ use crate::{
     Result,
     local_space::LocalSpace,
     plan::Plan,
-    scene::{Mesh, Scene, Shared, Texture},
+    scene::{Material, Mesh, Scene, Shared, Texture},
     vulkan::{
         Allocate, Buffer, BufferUse, Device, ImageShape, Recorder, Resource, Target, TexelList,
         shaders::{Draw, View},
@@ -45,6 +45,13 @@ pub(crate) struct Surfaces {
     texcoords: Buffer,
     textures: Arc<Textures>,
     ranges: Vec<Range>,
+}
+
+/// k_d; k_s and s, of a material as the device has it.
+pub(crate) fn brdf_texels(material: &Material) -> ([f32; 3], [f32; 4]) {
+    let [kr, kg, kb] = material.ks.map(|ks| ks as f32);
+    let kd = material.kd.map(|kd| kd as f32);
+    (kd, [kr, kg, kb, material.shininess as f32])
 }
 
 /// Triangles of one mesh and one material.
@@ -200,16 +207,17 @@ impl Lists {
                 self.indices
                     .extend(corners.map(|corner| first_vertex + corner));
             }
+            let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
             self.ranges.push(Range {
                 first_triangle,
                 triangle_count: same.len() as u32,
                 is_smooth: !mesh.normals.is_empty(),
                 texture: material.kd_texture.filter(|_| !mesh.texcoords.is_empty()),
                 draw: Draw {
-                    kd: material.kd.map(|kd| kd as f32),
+                    kd,
                     mesh_id: (mesh_index + 1) as f32,
-                    ks: material.ks.map(|ks| ks as f32),
-                    shininess: material.shininess as f32,
+                    ks: [kr, kg, kb],
+                    shininess,
                     material_id: (material_index + 1) as f32,
                     ..Draw::default()
                 },

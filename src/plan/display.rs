@@ -7,7 +7,7 @@ use super::{GatherPlan, LightPlan, Plan, ShadowPlan};
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let [width, height] = self.resolution_px;
-        let brdf = if self.is_specular { "Phong" } else { "Lambert" };
+        let brdf = self.brdf_name();
         writeln!(f, "passes")?;
         writeln!(f, "  gbuffer    {width} x {height} px, {brdf}")?;
         for (index, light) in self.lights.iter().enumerate() {

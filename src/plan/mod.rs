@@ -176,6 +176,11 @@ impl Plan {
         if self.is_specular { "phong" } else { "lambert" }
     }
 
+    /// The same for who reads it.
+    fn brdf_name(&self) -> &'static str {
+        if self.is_specular { "Phong" } else { "Lambert" }
+    }
+
     /// Faces of the light that emits into the most.
     pub(crate) fn max_faces(&self) -> u32 {
         let faces = self.lights.iter().map(|light| light.faces);

@@ -115,11 +115,7 @@ impl Surfaces {
             geometric_normal,
             normal: turned_to(normal.unwrap_or(geometric_normal), geometric_normal),
             triangle: hit.triangle,
-            brdf: Brdf {
-                kd,
-                ks: material.ks.into(),
-                shininess: material.shininess,
-            },
+            brdf: Brdf::new(material, kd),
         }
     }
 }
