@@ -252,9 +252,8 @@ pub fn moved(scene: &Scene, scale: f64, shift_m: DVec3) -> Scene {
     place(&mut scene.camera.position_m);
     place(&mut scene.camera.look_at_m);
     for light in &mut scene.lights {
-        match light {
-            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => place(position_m),
-            Light::Directional { .. } => {}
+        if let Some(position_m) = light.position_m_mut() {
+            place(position_m);
         }
     }
     scene
@@ -273,17 +272,11 @@ pub fn turned(scene: &Scene, turn: DMat3) -> Scene {
     rotate(&mut camera.look_at_m);
     rotate(&mut camera.up);
     for light in &mut scene.lights {
-        match light {
-            Light::Point { position_m, .. } => rotate(position_m),
-            Light::Spot {
-                position_m,
-                direction,
-                ..
-            } => {
-                rotate(position_m);
-                rotate(direction);
-            }
-            Light::Directional { direction, .. } => rotate(direction),
+        if let Some(position_m) = light.position_m_mut() {
+            rotate(position_m);
+        }
+        if let Some(direction) = light.direction_mut() {
+            rotate(direction);
         }
     }
     scene

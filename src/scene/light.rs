@@ -85,6 +85,38 @@ impl Light {
         }
     }
 
+    /// L, metres; `None` for a directional light.
+    pub fn position_m(&self) -> Option<DVec3> {
+        match *self {
+            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => Some(position_m),
+            Light::Directional { .. } => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn position_m_mut(&mut self) -> Option<&mut DVec3> {
+        match self {
+            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => Some(position_m),
+            Light::Directional { .. } => None,
+        }
+    }
+
+    /// Axis of the cone, or direction in which parallel light travels, of any length but zero; `None` for a point light.
+    pub fn direction(&self) -> Option<DVec3> {
+        match *self {
+            Light::Spot { direction, .. } | Light::Directional { direction, .. } => Some(direction),
+            Light::Point { .. } => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn direction_mut(&mut self) -> Option<&mut DVec3> {
+        match self {
+            Light::Spot { direction, .. } | Light::Directional { direction, .. } => Some(direction),
+            Light::Point { .. } => None,
+        }
+    }
+
     /// What the light emits: P_L in W, or E_L in W/m² of a directional light.
     pub fn emission(&self) -> Bands {
         match *self {
@@ -92,6 +124,14 @@ impl Light {
             Light::Directional {
                 irradiance_w_m2, ..
             } => irradiance_w_m2,
+        }
+    }
+
+    /// The name of that value.
+    pub fn emission_name(&self) -> &'static str {
+        match self {
+            Light::Point { .. } | Light::Spot { .. } => "power_w",
+            Light::Directional { .. } => "irradiance_w_m2",
         }
     }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::validate_surface;
-use super::{Bands, Camera, Intrinsics, Lens, Light, Scene, Sensor};
+use super::{Bands, Camera, Intrinsics, Lens, Light, Scene, Sensor, SpotCone};
 use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
@@ -234,50 +234,33 @@ pub(super) fn check_sensor(sensor: &Sensor) -> Check {
 }
 
 pub(super) fn check_light(part: ScenePart, light: &Light) -> Check {
-    match *light {
-        Light::Point {
-            position_m,
-            power_w,
-        } => {
-            part.require_position("position", position_m)?;
-            part.require_emission("power_w", power_w)
-        }
-        Light::Spot {
-            position_m,
-            direction,
-            cone,
-            power_w,
-        } => {
-            part.require_position("position", position_m)?;
-            part.require_direction("direction", direction)?;
-            let (inner, outer) = (cone.inner_half_angle_deg, cone.outer_half_angle_deg);
-            part.require(
-                (NARROWEST_DEG..=180.0).contains(&outer),
-                || format!("outer_half_angle_deg is {outer}"),
-                "give degrees above 0 (1e-4 at least), up to 180",
-            )?;
-            part.require(
-                inner >= 0.0,
-                || format!("inner_half_angle_deg is {inner}"),
-                "give degrees from 0 up to outer_half_angle_deg",
-            )?;
-            part.require(
-                inner <= outer,
-                || {
-                    format!(
-                        "inner_half_angle_deg {inner} is larger than outer_half_angle_deg {outer}"
-                    )
-                },
-                "make the inner cone no wider than the outer",
-            )?;
-            part.require_emission("power_w", power_w)
-        }
-        Light::Directional {
-            direction,
-            irradiance_w_m2,
-        } => {
-            part.require_direction("direction", direction)?;
-            part.require_emission("irradiance_w_m2", irradiance_w_m2)
-        }
+    if let Some(position_m) = light.position_m() {
+        part.require_position("position", position_m)?;
     }
+    if let Some(direction) = light.direction() {
+        part.require_direction("direction", direction)?;
+    }
+    if let Light::Spot { cone, .. } = *light {
+        check_cone(part, cone)?;
+    }
+    part.require_emission(light.emission_name(), light.emission())
+}
+
+fn check_cone(part: ScenePart, cone: SpotCone) -> Check {
+    let (inner, outer) = (cone.inner_half_angle_deg, cone.outer_half_angle_deg);
+    part.require(
+        (NARROWEST_DEG..=180.0).contains(&outer),
+        || format!("outer_half_angle_deg is {outer}"),
+        "give degrees above 0 (1e-4 at least), up to 180",
+    )?;
+    part.require(
+        inner >= 0.0,
+        || format!("inner_half_angle_deg is {inner}"),
+        "give degrees from 0 up to outer_half_angle_deg",
+    )?;
+    part.require(
+        inner <= outer,
+        || format!("inner_half_angle_deg {inner} is larger than outer_half_angle_deg {outer}"),
+        "make the inner cone no wider than the outer",
+    )
 }

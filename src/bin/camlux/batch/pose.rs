@@ -99,17 +99,11 @@ impl Pose {
             Some(Aim::LookAt { target_m, .. }) => target_m - self.position_m,
         };
         let mut light = *light;
-        match &mut light {
-            Light::Point { position_m, .. } => *position_m = self.position_m,
-            Light::Spot {
-                position_m,
-                direction,
-                ..
-            } => {
-                *direction = aimed(*direction);
-                *position_m = self.position_m;
-            }
-            Light::Directional { direction, .. } => *direction = aimed(*direction),
+        if let Some(direction) = light.direction_mut() {
+            *direction = aimed(*direction);
+        }
+        if let Some(position_m) = light.position_m_mut() {
+            *position_m = self.position_m;
         }
         light
     }
