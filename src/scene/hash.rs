@@ -1,8 +1,8 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, IndirectLight, Intrinsics, Lens, Light, LightParameter, Material, Mesh, Scene,
-    Sensor, Shadow, Shared, Texture,
+    Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, Shadow,
+    Shared, Texture,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -143,11 +143,8 @@ impl Bytes {
             Light::Spot { .. } => 1,
             Light::Directional { .. } => 2,
         });
-        for (_, parameter) in light.parameters() {
-            match parameter {
-                LightParameter::Number(number) => self.numbers(&[number]),
-                LightParameter::Vector(vector) => self.numbers(&vector),
-            }
+        for (_, numbers) in light.parameters() {
+            self.numbers(&numbers);
         }
     }
 

@@ -25,14 +25,6 @@ pub enum Light {
     },
 }
 
-/// A value of [`Light::parameters`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum LightParameter {
-    Number(f64),
-    /// A position, a direction, or a value per band.
-    Vector([f64; 3]),
-}
-
 /// Opening of a spot light: full intensity up to the inner half angle, falling to 0 at the outer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpotCone {
@@ -52,16 +44,15 @@ impl Light {
         }
     }
 
-    /// What the light is, by the names that headers and manifests have.
-    pub fn parameters(&self) -> Vec<(&'static str, LightParameter)> {
-        use LightParameter::{Number, Vector};
+    /// What the light is, by the names that headers and manifests have: a number; or a position, a direction, or a value per band.
+    pub fn parameters(&self) -> Vec<(&'static str, Vec<f64>)> {
         match *self {
             Light::Point {
                 position_m,
                 power_w,
             } => vec![
-                ("position_m", Vector(position_m.to_array())),
-                ("power_w", Vector(power_w)),
+                ("position_m", position_m.to_array().into()),
+                ("power_w", power_w.into()),
             ],
             Light::Spot {
                 position_m,
@@ -69,18 +60,18 @@ impl Light {
                 cone,
                 power_w,
             } => vec![
-                ("position_m", Vector(position_m.to_array())),
-                ("direction", Vector(direction.to_array())),
-                ("inner_half_angle_deg", Number(cone.inner_half_angle_deg)),
-                ("outer_half_angle_deg", Number(cone.outer_half_angle_deg)),
-                ("power_w", Vector(power_w)),
+                ("position_m", position_m.to_array().into()),
+                ("direction", direction.to_array().into()),
+                ("inner_half_angle_deg", vec![cone.inner_half_angle_deg]),
+                ("outer_half_angle_deg", vec![cone.outer_half_angle_deg]),
+                ("power_w", power_w.into()),
             ],
             Light::Directional {
                 direction,
                 irradiance_w_m2,
             } => vec![
-                ("direction", Vector(direction.to_array())),
-                ("irradiance_w_m2", Vector(irradiance_w_m2)),
+                ("direction", direction.to_array().into()),
+                ("irradiance_w_m2", irradiance_w_m2.into()),
             ],
         }
     }

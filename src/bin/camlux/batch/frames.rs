@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat4, DQuat, DVec3};
 use camlux::output::Attribute;
-use camlux::scene::{Intrinsics, Light, LightParameter, Mesh, Shared};
+use camlux::scene::{Intrinsics, Light, Mesh, Shared};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
@@ -255,10 +255,10 @@ impl Planned {
 
 fn describe_light(light: &Light) -> Value {
     let mut object = Map::from_iter([("kind".to_owned(), json!(light.kind()))]);
-    for (name, parameter) in light.parameters() {
-        let value = match parameter {
-            LightParameter::Number(number) => json!(number),
-            LightParameter::Vector(vector) => json!(vector),
+    for (name, numbers) in light.parameters() {
+        let value = match numbers[..] {
+            [number] => json!(number),
+            _ => json!(numbers),
         };
         object.insert(name.into(), value);
     }
