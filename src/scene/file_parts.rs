@@ -68,7 +68,10 @@ pub(super) fn light(keys: &mut Keys) -> Result<Light> {
     const DIRECTION: &str = "direction = [x, y, z], the way the light travels";
     const POWER: &str = "power_w = 50.0 or power_w = [r, g, b]";
 
-    let kind = keys.need("kind", "kind = \"point\", \"spot\" or \"directional\"")?;
+    let kind = keys.need(
+        "kind",
+        &format!("kind = \"{}\"", Light::KINDS.join("\" or \"")),
+    )?;
     match kind.text()? {
         "point" => {
             keys.only(&["position", "power_w"])?;
@@ -108,7 +111,7 @@ pub(super) fn light(keys: &mut Keys) -> Result<Light> {
                     .bands()?,
             })
         }
-        word => Err(keys.unknown_word(&kind, word, &["point", "spot", "directional"])),
+        word => Err(keys.unknown_word(&kind, word, &Light::KINDS)),
     }
 }
 

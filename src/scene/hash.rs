@@ -138,11 +138,9 @@ impl Bytes {
     }
 
     fn light(&mut self, light: &Light) {
-        self.whole(match light {
-            Light::Point { .. } => 0,
-            Light::Spot { .. } => 1,
-            Light::Directional { .. } => 2,
-        });
+        let kinds = Light::KINDS.iter();
+        let before = kinds.take_while(|&&kind| kind != light.kind());
+        self.whole(before.count() as u64);
         for (_, numbers) in light.parameters() {
             self.numbers(&numbers);
         }

@@ -35,6 +35,9 @@ pub struct SpotCone {
 }
 
 impl Light {
+    /// The words that name kinds in scene files. A new one comes last: scene hashes count them.
+    pub const KINDS: [&str; 3] = ["point", "spot", "directional"];
+
     /// The word that names this kind in scene files.
     pub fn kind(&self) -> &'static str {
         match self {
