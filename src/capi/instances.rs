@@ -5,7 +5,7 @@ use glam::{DQuat, DVec3};
 use super::*;
 use crate::{
     Error,
-    scene::{BoundingBox, Light, Mesh, Shared, validate_instance},
+    scene::{BoundingBox, Mesh, Shared, validate_instance},
 };
 
 /// The camera; its index is 0.
@@ -218,14 +218,11 @@ fn move_light(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
     let light = part(&mut state.scene.lights, index, "light")?;
     let mut moved = *light;
     let ahead = pose.orientation * DVec3::Z;
-    match &mut moved {
-        Light::Point { position_m, .. } => *position_m = pose.position_m,
-        Light::Spot {
-            position_m,
-            direction,
-            ..
-        } => (*position_m, *direction) = (pose.position_m, ahead),
-        Light::Directional { direction, .. } => *direction = ahead,
+    if let Some(position_m) = moved.position_m_mut() {
+        *position_m = pose.position_m;
+    }
+    if let Some(direction) = moved.direction_mut() {
+        *direction = ahead;
     }
     moved.validate(index as usize)?;
     *light = moved;

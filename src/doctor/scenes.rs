@@ -229,7 +229,7 @@ pub fn moved(scene: &Scene, scale: f64, shift_m: DVec3) -> Scene {
     place(&mut scene.camera.position_m);
     place(&mut scene.camera.look_at_m);
     for light in &mut scene.lights {
-        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = light {
+        if let Some(position_m) = light.position_m_mut() {
             place(position_m);
         }
     }
@@ -253,10 +253,10 @@ pub fn turned(scene: &Scene, turn: DMat3) -> Scene {
         rotate(vector);
     }
     for light in &mut scene.lights {
-        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = light {
+        if let Some(position_m) = light.position_m_mut() {
             rotate(position_m);
         }
-        if let Light::Spot { direction, .. } | Light::Directional { direction, .. } = light {
+        if let Some(direction) = light.direction_mut() {
             rotate(direction);
         }
     }

@@ -10,8 +10,8 @@ use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::model::{CompensatedSum, axial_intensity};
-use crate::scene::{Bands, BoundingSphere, Light, SpotCone};
+use crate::model::{CompensatedSum, ConeIntegral, axial_intensity};
+use crate::scene::{Bands, BoundingSphere, Light};
 use texels::ConeFace;
 
 /// Widest outer half angle for which a spot light gets one perspective face. Beyond it, texels at the rim would be more
@@ -110,11 +110,16 @@ impl EmissionDomain {
                 let outer_deg = cone.outer_half_angle_deg;
                 let (faces, texels) = if outer_deg <= SINGLE_FACE_OUTER_HALF_ANGLE_DEG {
                     let half_extent = outer_deg.to_radians().tan() * FACE_MARGIN;
-                    let texels = texels::cone_face(size, half_extent, cone, ConeFace::Front);
+                    let texels = texels::cone_face(
+                        size,
+                        half_extent,
+                        &ConeIntegral::new(cone),
+                        ConeFace::Front,
+                    );
                     let face = face(axis, axis.any_orthonormal_vector(), half_extent);
                     (vec![face], texels)
                 } else {
-                    axis_aligned_cube(axis, size, cone)
+                    axis_aligned_cube(axis, size, &ConeIntegral::new(cone))
                 };
                 perspective(position_m, faces, texels, axial_intensity(power_w, cone))
             }
@@ -178,10 +183,10 @@ fn cube_faces(axis: DVec3, side: DVec3) -> [EmissionFace; 6] {
 fn axis_aligned_cube(
     axis: DVec3,
     size: u32,
-    cone: SpotCone,
+    integral: &ConeIntegral,
 ) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
     let [front, back, side] = [ConeFace::Front, ConeFace::Back, ConeFace::Side]
-        .map(|kind| texels::cone_face(size, 1.0, cone, kind));
+        .map(|kind| texels::cone_face(size, 1.0, integral, kind));
     let tables = [&side, &side, &front, &back, &side, &side];
     let mut faces = Vec::new();
     let mut texels = Vec::new();

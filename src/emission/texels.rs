@@ -2,7 +2,7 @@
 //!
 //! Everything is integrated along the edges of the texels. With θ the angle from the axis, φ the azimuth about it and
 //! G(θ) = ∫₀^θ s·sin θ' dθ' in closed form ([`ConeIntegral`]), Green's theorem gives ∫ s dω = ∮ G(θ) dφ around a texel. On an
-//! edge, θ is a smooth function of φ but for the points where it crosses the cone's rims, which are known; so a
+//! edge, θ is a smooth function of φ but for the points where the emission has kinks, which are known; so a
 //! low-order Gauss rule between them reaches rounding error. As neighbours share their edges, the sums over a face
 //! telescope: they are exact whatever the size. Nothing is normalised afterwards.
 
@@ -12,7 +12,6 @@ use glam::DVec2;
 
 use super::TexelEmission;
 use crate::model::{ConeIntegral, rectangle_solid_angle};
-use crate::scene::SpotCone;
 
 /// Where a face of a cube lies about a spot light's axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -42,12 +41,12 @@ pub(super) fn cube_face(size: u32) -> Vec<TexelEmission> {
 pub(super) fn cone_face(
     size: u32,
     half_extent: f64,
-    cone: SpotCone,
+    integral: &ConeIntegral,
     kind: ConeFace,
 ) -> Vec<TexelEmission> {
     let grid = Grid::new(size, half_extent);
-    let integral = ConeIntegral::new(cone);
     let outer_rad = integral.outer_rad;
+    let kinks_rad = integral.kinks_rad();
     let within = |theta| {
         let solid_angle = integral.solid_angle_within(theta);
         DVec2::new(solid_angle, integral.falloff_within(theta))
@@ -58,7 +57,7 @@ pub(super) fn cone_face(
         ConeFace::Front => centred_face(
             &grid,
             |near, _| near.atan() < outer_rad,
-            |p, t| arc(p, 1.0).integrate(t.map(|t| t / p), integral, within),
+            |p, t| arc(p, 1.0).integrate(t.map(|t| t / p), &kinks_rad, within),
         ),
         // G is counted from the opposite pole here: around it, ∮ dφ is not 0.
         ConeFace::Back => centred_face(
@@ -66,13 +65,13 @@ pub(super) fn cone_face(
             |_, far| PI - far.atan() < outer_rad,
             |p, t| {
                 let beyond = |theta| total - within(theta);
-                arc(p, -1.0).integrate(t.map(|t| t / p), integral, beyond)
+                arc(p, -1.0).integrate(t.map(|t| t / p), &kinks_rad, beyond)
             },
         ),
         ConeFace::Side => side_face(
             &grid,
             |cot_theta| 1f64.atan2(cot_theta) < outer_rad,
-            |b, a| arc(1.0, b).integrate(a, integral, within),
+            |b, a| arc(1.0, b).integrate(a, &kinks_rad, within),
         ),
     }
 }
@@ -223,21 +222,20 @@ struct Arc {
 }
 
 impl Arc {
-    /// ∫ f(θ) dψ between sinh τ = start and sinh τ = end, where f may have kinks at the cone's inner and outer rim.
+    /// ∫ f(θ) dψ between sinh τ = start and sinh τ = end, where f may have kinks at some θ.
     fn integrate(
         &self,
         span: [f64; 2],
-        cone: ConeIntegral,
+        kinks_rad: &[f64],
         f: impl Fn(f64) -> Integral,
     ) -> Integral {
         let [start, end] = span.map(f64::asinh);
-        let mut cuts = [start; 6];
-        cuts[5] = end;
-        for (i, rim_rad) in [cone.inner_rad, cone.outer_rad].into_iter().enumerate() {
-            // NaN where the circle never meets the rim; `max` then puts the cut at the start.
-            let crossing = (self.reach * rim_rad.sin() / (self.rise * rim_rad.cos())).acosh();
-            cuts[2 * i + 1] = (-crossing).max(start).min(end);
-            cuts[2 * i + 2] = crossing.max(start).min(end);
+        let mut cuts = vec![start, end];
+        for kink_rad in kinks_rad {
+            // NaN where the circle never meets it; `max` then puts the cut at the start.
+            let crossing = (self.reach * kink_rad.sin() / (self.rise * kink_rad.cos())).acosh();
+            cuts.push((-crossing).max(start).min(end));
+            cuts.push(crossing.max(start).min(end));
         }
         cuts.sort_by(f64::total_cmp);
         let mut sum = DVec2::ZERO;

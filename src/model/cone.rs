@@ -38,6 +38,11 @@ impl ConeIntegral {
         }
     }
 
+    /// Angles at which the falloff is not smooth.
+    pub fn kinks_rad(&self) -> Vec<f64> {
+        vec![self.inner_rad, self.outer_rad]
+    }
+
     /// ∫ sin θ' dθ' from 0 to min(θ, θ_o): solid angle of the cone inside θ per radian of azimuth, sr/rad.
     pub fn solid_angle_within(&self, theta_rad: f64) -> f64 {
         versine(theta_rad.min(self.outer_rad))

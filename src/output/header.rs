@@ -6,7 +6,7 @@ use glam::{DMat4, DVec3, DVec4};
 
 use super::exr::ExrOptions;
 use super::frame::{Frame, FrameDescription};
-use crate::scene::{Camera, CameraBasis, Intrinsics, LightParameter, Sensor};
+use crate::scene::{Camera, CameraBasis, Intrinsics, Sensor};
 
 /// A value in the header of an OpenEXR file.
 #[derive(Debug, Clone, PartialEq)]
@@ -140,10 +140,11 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     }
     for (index, light) in lights.iter().enumerate() {
         add(&format!("light.{index}.kind"), light.kind().into());
-        for (name, parameter) in light.parameters() {
-            let value = match parameter {
-                LightParameter::Number(number) => Attribute::Number(number),
-                LightParameter::Vector(vector) => Attribute::Vector3(vector),
+        for (name, numbers) in light.parameters() {
+            let value = match numbers[..] {
+                [number] => Attribute::Number(number),
+                [x, y, z] => Attribute::Vector3([x, y, z]),
+                _ => Attribute::Text(format!("{numbers:?}")),
             };
             add(&format!("light.{index}.{name}"), value);
         }

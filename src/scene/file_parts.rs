@@ -68,8 +68,9 @@ pub(super) fn light(mut keys: Keys) -> Result<Light> {
     const INNER: &str = "inner_half_angle_deg";
     const OUTER: &str = "outer_half_angle_deg";
 
-    let kind = keys.need("kind", "kind = \"point\", \"spot\" or \"directional\"")?;
-    match kind.choice(&["point", "spot", "directional"], |kind| kind)? {
+    let kinds = format!("kind = \"{}\"", Light::KINDS.join("\" or \""));
+    let kind = keys.need("kind", &kinds)?;
+    match kind.choice(&Light::KINDS, |kind| kind)? {
         "point" => {
             keys.only(&["position", "power_w"])?;
             Ok(Light::Point {

@@ -1,8 +1,7 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, Intrinsics, Lens, Light, LightParameter, Material, Mesh, Scene, Sensor, Shadow,
-    Texture,
+    Camera, Direct, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, Shadow, Texture,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -111,11 +110,10 @@ impl Bytes {
 
     fn light(&mut self, light: &Light) {
         self.name(light.kind());
-        for (_, parameter) in light.parameters() {
-            match parameter {
-                LightParameter::Number(number) => self.numbers([number]),
-                LightParameter::Vector(vector) => self.numbers(vector),
-            }
+        for (_, numbers) in light.parameters() {
+            numbers
+                .into_iter()
+                .for_each(|number| self.numbers([number]));
         }
     }
 

@@ -25,14 +25,6 @@ pub enum Light {
     },
 }
 
-/// A value of [`Light::parameters`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum LightParameter {
-    Number(f64),
-    /// A position, a direction, or a value per band.
-    Vector([f64; 3]),
-}
-
 /// Opening of a spot light: full intensity up to the inner half angle, falling to 0 at the outer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SpotCone {
@@ -43,6 +35,9 @@ pub struct SpotCone {
 }
 
 impl Light {
+    /// The words that name kinds in scene files. A new one comes last: scene hashes count them.
+    pub const KINDS: [&str; 3] = ["point", "spot", "directional"];
+
     /// The word that names this kind in scene files.
     pub fn kind(&self) -> &'static str {
         match self {
@@ -52,16 +47,15 @@ impl Light {
         }
     }
 
-    /// What the light is, by the names that headers and manifests have.
-    pub fn parameters(&self) -> Vec<(&'static str, LightParameter)> {
-        use LightParameter::{Number, Vector};
+    /// What the light is, by the names that headers and manifests have: a number; or a position, a direction, or a value per band.
+    pub fn parameters(&self) -> Vec<(&'static str, Vec<f64>)> {
         match *self {
             Light::Point {
                 position_m,
                 power_w,
             } => vec![
-                ("position_m", Vector(position_m.to_array())),
-                ("power_w", Vector(power_w)),
+                ("position_m", position_m.to_array().into()),
+                ("power_w", power_w.into()),
             ],
             Light::Spot {
                 position_m,
@@ -69,19 +63,51 @@ impl Light {
                 cone,
                 power_w,
             } => vec![
-                ("position_m", Vector(position_m.to_array())),
-                ("direction", Vector(direction.to_array())),
-                ("inner_half_angle_deg", Number(cone.inner_half_angle_deg)),
-                ("outer_half_angle_deg", Number(cone.outer_half_angle_deg)),
-                ("power_w", Vector(power_w)),
+                ("position_m", position_m.to_array().into()),
+                ("direction", direction.to_array().into()),
+                ("inner_half_angle_deg", vec![cone.inner_half_angle_deg]),
+                ("outer_half_angle_deg", vec![cone.outer_half_angle_deg]),
+                ("power_w", power_w.into()),
             ],
             Light::Directional {
                 direction,
                 irradiance_w_m2,
             } => vec![
-                ("direction", Vector(direction.to_array())),
-                ("irradiance_w_m2", Vector(irradiance_w_m2)),
+                ("direction", direction.to_array().into()),
+                ("irradiance_w_m2", irradiance_w_m2.into()),
             ],
+        }
+    }
+
+    /// L, metres; `None` for a directional light.
+    pub fn position_m(&self) -> Option<DVec3> {
+        match *self {
+            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => Some(position_m),
+            Light::Directional { .. } => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn position_m_mut(&mut self) -> Option<&mut DVec3> {
+        match self {
+            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => Some(position_m),
+            Light::Directional { .. } => None,
+        }
+    }
+
+    /// Axis of the cone, or direction in which parallel light travels, of any length but zero; `None` for a point light.
+    pub fn direction(&self) -> Option<DVec3> {
+        match *self {
+            Light::Spot { direction, .. } | Light::Directional { direction, .. } => Some(direction),
+            Light::Point { .. } => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn direction_mut(&mut self) -> Option<&mut DVec3> {
+        match self {
+            Light::Spot { direction, .. } | Light::Directional { direction, .. } => Some(direction),
+            Light::Point { .. } => None,
         }
     }
 
@@ -92,6 +118,14 @@ impl Light {
             Light::Directional {
                 irradiance_w_m2, ..
             } => irradiance_w_m2,
+        }
+    }
+
+    /// The name of that value.
+    pub fn emission_name(&self) -> &'static str {
+        match self {
+            Light::Point { .. } | Light::Spot { .. } => "power_w",
+            Light::Directional { .. } => "irradiance_w_m2",
         }
     }
 

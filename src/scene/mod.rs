@@ -26,7 +26,7 @@ mod warnings;
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use indirect::{DEFAULT_TARGET_ERROR, IndirectLight, TARGET_ERRORS, VplSum};
-pub use light::{Light, LightParameter, SpotCone};
+pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;
 pub use shared::Shared;

@@ -202,10 +202,10 @@ impl Sensor {
 impl Light {
     pub(crate) fn validate(&self, index: usize) -> Result<()> {
         let part = Part(format!("light {index} ({})", self.kind()));
-        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = *self {
+        if let Some(position_m) = self.position_m() {
             part.require_position("position", position_m)?;
         }
-        if let Light::Spot { direction, .. } | Light::Directional { direction, .. } = *self {
+        if let Some(direction) = self.direction() {
             part.require_direction("direction", direction)?;
         }
         if let Light::Spot { cone, .. } = self {
@@ -229,10 +229,7 @@ impl Light {
             )?;
         }
         let emission = self.emission();
-        let name = match self {
-            Light::Directional { .. } => "irradiance_w_m2",
-            Light::Point { .. } | Light::Spot { .. } => "power_w",
-        };
+        let name = self.emission_name();
         part.require(
             emission
                 .iter()

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Bands, Light, Material, Scene};
+use super::{Bands, Material, Scene};
 
 /// Nearer to a surface than this, over the radius of the scene, a light is in it: whether it lights one side or the other, or
 /// none, is rounding.
@@ -55,7 +55,7 @@ impl Scene {
             if light.emission() == [0.0; 3] {
                 warnings.push(format!("light {i} ({kind}) emits nothing"));
             }
-            let (Light::Point { position_m, .. } | Light::Spot { position_m, .. }) = *light else {
+            let Some(position_m) = light.position_m() else {
                 continue;
             };
             let is_at_light = |corners| is_in_triangle(position_m, corners, tolerance_m);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat4, DQuat, DVec3};
 use camlux::output::Attribute;
-use camlux::scene::{Intrinsics, Light, LightParameter, Mesh, Shared};
+use camlux::scene::{Intrinsics, Light, Mesh, Shared};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
@@ -215,10 +215,10 @@ fn describe_mesh((mesh, position_m, rotation): &(usize, DVec3, DQuat)) -> Value 
 
 fn describe_light(light: &Light) -> Value {
     let mut object = json!({ "kind": light.kind() });
-    for (name, parameter) in light.parameters() {
-        object[name] = match parameter {
-            LightParameter::Number(number) => json!(number),
-            LightParameter::Vector(vector) => json!(vector),
+    for (name, numbers) in light.parameters() {
+        object[name] = match numbers[..] {
+            [number] => json!(number),
+            _ => json!(numbers),
         };
     }
     object

@@ -97,10 +97,10 @@ impl Pose {
             Some(Aim::LookAt { target_m, .. }) => target_m - self.position_m,
         };
         let mut light = *light;
-        if let Light::Spot { direction, .. } | Light::Directional { direction, .. } = &mut light {
+        if let Some(direction) = light.direction_mut() {
             *direction = aimed(*direction);
         }
-        if let Light::Point { position_m, .. } | Light::Spot { position_m, .. } = &mut light {
+        if let Some(position_m) = light.position_m_mut() {
             *position_m = self.position_m;
         }
         light
