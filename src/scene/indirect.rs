@@ -17,7 +17,8 @@ pub enum IndirectLight {
         /// `None`: the sum is taken at every pixel. It says nothing of how far that sum is from the true bounce.
         interpolation_error: Option<f64>,
     },
-    /// The sum over all VPLs with the integral's measure kept (Keller 1997), without visibility.
+    /// The sum over all VPLs with the integral's measure kept (Keller 1997), without visibility. At every pixel: the 1/d² of a
+    /// near VPL makes spikes of a pixel or two that neither a grid nor a sample of pixels sees.
     InstantRadiosity { rsm_size: u32 },
     /// Final gathering by multiple importance sampling from P and from the RSM: converges to the true single bounce.
     FinalGather {
@@ -67,10 +68,15 @@ impl IndirectLight {
 
     /// The estimator's name, one of [`IndirectLight::NAMES`].
     pub fn name(&self) -> &'static str {
+        self.sum().map_or("final-gather", VplSum::name)
+    }
+
+    /// The formula of the sum over VPLs; `None` for final gathering.
+    pub fn sum(&self) -> Option<VplSum> {
         match self {
-            IndirectLight::FinalGather { .. } => "final-gather",
-            IndirectLight::RsmAverage { .. } => VplSum::RsmAverage.name(),
-            IndirectLight::InstantRadiosity { .. } => VplSum::InstantRadiosity.name(),
+            IndirectLight::FinalGather { .. } => None,
+            IndirectLight::RsmAverage { .. } => Some(VplSum::RsmAverage),
+            IndirectLight::InstantRadiosity { .. } => Some(VplSum::InstantRadiosity),
         }
     }
 
@@ -125,7 +131,7 @@ impl IndirectLight {
 }
 
 impl VplSum {
-    /// Both, in the order of the documentation.
+    /// All, in the order of the documentation.
     pub const ALL: [VplSum; 2] = [VplSum::RsmAverage, VplSum::InstantRadiosity];
 
     /// The name of the estimator that takes this sum.
