@@ -141,4 +141,12 @@ impl VplSum {
             VplSum::InstantRadiosity => "instant-radiosity",
         }
     }
+
+    /// The word of the shader permutation.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            VplSum::RsmAverage => "average",
+            VplSum::InstantRadiosity => "radiosity",
+        }
+    }
 }
