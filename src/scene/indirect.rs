@@ -108,14 +108,18 @@ impl IndirectLight {
         }
     }
 
+    /// What a scene file says of it besides its name and `rsm_size`: keys, and values where there are any.
+    pub fn parameters(&self) -> Vec<(&'static str, Option<f64>)> {
+        vec![
+            ("target_error", self.target_error()),
+            ("interpolation_error", self.interpolation_error()),
+        ]
+    }
+
     pub(crate) fn validate(&self) -> Result<()> {
         let part = Part("indirect".into());
         let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
-        let errors = [
-            ("target_error", self.target_error()),
-            ("interpolation_error", self.interpolation_error()),
-        ];
-        for (key, error) in errors {
+        for (key, error) in self.parameters() {
             part.require(
                 error.is_none_or(|error| TARGET_ERRORS.contains(&error)),
                 format_args!("{key} is {}", error.unwrap_or_default()),
