@@ -43,9 +43,11 @@ pub const DEFAULT_TARGET_ERROR: f64 = 0.02;
 /// Errors that can be requested.
 pub const TARGET_ERRORS: RangeInclusive<f64> = 0.002..=0.5;
 
+const FINAL_GATHER: &str = "final-gather";
+
 impl IndirectLight {
     /// The estimators' names in scene files, on the command line and in image headers.
-    pub const NAMES: [&'static str; 3] = ["final-gather", "rsm-average", "instant-radiosity"];
+    pub const NAMES: [&'static str; 3] = [FINAL_GATHER, "rsm-average", "instant-radiosity"];
 
     /// A plain sum over the VPLs of a reflective shadow map, at every pixel.
     pub const fn vpl_sum(sum: VplSum, rsm_size: u32) -> Self {
@@ -66,9 +68,19 @@ impl IndirectLight {
         }
     }
 
+    /// The estimator of that name, one of [`IndirectLight::NAMES`]: a sum of an RSM of that size, or final gathering as a scene
+    /// file has it that says no more.
+    pub fn from_name(name: &str, rsm_size_of_sum: u32) -> Option<Self> {
+        if name == FINAL_GATHER {
+            return Some(IndirectLight::final_gather(DEFAULT_TARGET_ERROR));
+        }
+        let sum = VplSum::ALL.into_iter().find(|sum| sum.name() == name)?;
+        Some(IndirectLight::vpl_sum(sum, rsm_size_of_sum))
+    }
+
     /// The estimator's name, one of [`IndirectLight::NAMES`].
     pub fn name(&self) -> &'static str {
-        self.sum().map_or("final-gather", VplSum::name)
+        self.sum().map_or(FINAL_GATHER, VplSum::name)
     }
 
     /// The formula of the sum over VPLs; `None` for final gathering.
@@ -86,6 +98,15 @@ impl IndirectLight {
             IndirectLight::RsmAverage { rsm_size, .. }
             | IndirectLight::InstantRadiosity { rsm_size } => Some(rsm_size),
             IndirectLight::FinalGather { rsm_size, .. } => rsm_size,
+        }
+    }
+
+    /// Chooses the size of the RSM, texels along one edge of a face.
+    pub fn set_rsm_size(&mut self, size: u32) {
+        match self {
+            IndirectLight::RsmAverage { rsm_size, .. }
+            | IndirectLight::InstantRadiosity { rsm_size } => *rsm_size = size,
+            IndirectLight::FinalGather { rsm_size, .. } => *rsm_size = Some(size),
         }
     }
 
