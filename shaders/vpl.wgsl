@@ -46,7 +46,9 @@ fn list_of(item: u32) -> u32 {
 #if PHONG
     is_glossy = any(textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0).rgb > vec3<f32>(0.0));
 #endif
-#if APART AVERAGE RADIOSITY
+#if FINAL_GATHER
+    // One list of both.
+#else
     if (is_lit && is_glossy) {
         return GLOSSY;
     }
@@ -81,11 +83,11 @@ fn place(item: u32, list: u32, index: u32) {
     position = before_surface(surface, geometric_normal, END_SHIFT) + END_SHIFT * to_light;
     normal = geometric_normal;
 #endif
-#if RADIOSITY
-    let incident = light.intensity * (emission[texel.index].x * emission[texel.index].y);
-#else
+#if AVERAGE FINAL_GATHER
     let cosine = max(dot(normal_geometric.xyz, to_light), 0.0);
     let incident = light.intensity * (kd_irradiance.w * cosine * part);
+#else
+    let incident = light.intensity * (emission[texel.index].x * emission[texel.index].y);
 #endif
     let diffuse = diffuse_factor(kd_irradiance.rgb) * incident;
 #if PHONG

@@ -124,7 +124,7 @@ fn spread<W: std::fmt::Debug>(
     bound: f64,
 ) -> Result<Vec<f64>> {
     let scenes = VplSum::ALL.map(|sum| with_sum(&room_of_three_lights(), sum, 48));
-    let mut first = [None, None];
+    let mut first = VplSum::ALL.map(|_| None);
     let mut errors = Vec::new();
     for way in ways {
         for ((sum, scene), first) in VplSum::ALL.into_iter().zip(&scenes).zip(&mut first) {

@@ -117,17 +117,16 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
             if let Some(rsm_size) = indirect.rsm_size() {
                 add("rsm_size", count(rsm_size));
             }
-            for (name, error) in [
-                ("target_error", indirect.target_error()),
+            let estimates = [
                 ("estimated_error", stats.estimated_error),
-                ("interpolation_error", indirect.interpolation_error()),
                 (
                     "estimated_interpolation_error",
                     stats.estimated_interpolation_error,
                 ),
-            ] {
-                if let Some(error) = error {
-                    add(name, Attribute::Number(error));
+            ];
+            for (name, value) in indirect.parameters().into_iter().chain(estimates) {
+                if let Some(value) = value {
+                    add(name, Attribute::Number(value));
                 }
             }
         }

@@ -9,7 +9,7 @@ use super::{
     gatherer::{Gatherer, Results, Samples},
     gbuffer::GBuffer,
     receivers::{ReceiverRange, Receivers},
-    vpl::{VplLists, sum_word},
+    vpl::VplLists,
 };
 use crate::{
     Result,
@@ -95,7 +95,7 @@ impl<'g> Gather<'g> {
             "gather",
             &[
                 self.kernel.name(),
-                sum_word(self.sum),
+                self.sum.word(),
                 if range.is_glossy { "phong" } else { "lambert" },
                 if list.is_glossy { "glossy" } else { "matte" },
             ],

@@ -92,7 +92,6 @@ mod tests {
 
     use crate::{
         GatherKernel, RayKernel,
-        passes::vpl::sum_word,
         scene::VplSum,
         vulkan::shaders::{MODULES, Module},
     };
@@ -148,7 +147,7 @@ mod tests {
                 .extend(["predict", "resolve", "error_estimate"].map(|pass| (pass, vec![brdf])));
             requested.extend(["exact", "noisy"].map(|noise| ("scatter", vec![brdf, noise])));
             requested.extend(["fit", "store"].map(|kernel| ("smooth", vec![kernel, brdf])));
-            for estimator in VplSum::ALL.map(sum_word) {
+            for estimator in VplSum::ALL.map(VplSum::word) {
                 requested.push(("vpl", vec!["write", brdf, estimator]));
                 for kernel in GatherKernel::ALL {
                     let words = |vpl| ("gather", vec![kernel.name(), estimator, brdf, vpl]);

@@ -4,7 +4,6 @@ use super::{Context, compact::Compactor, light::DeviceLight, rsm::Rsm};
 use crate::{
     Result,
     plan::Plan,
-    scene::VplSum,
     vulkan::{
         Allocate, Device, ImageShape, Recorder, Resource,
         shaders::{ListLengths, Module},
@@ -93,14 +92,6 @@ impl VplLists {
     }
 }
 
-/// The word of the shader permutations for a sum.
-pub(crate) fn sum_word(sum: VplSum) -> &'static str {
-    match sum {
-        VplSum::RsmAverage => "average",
-        VplSum::InstantRadiosity => "radiosity",
-    }
-}
-
 /// Lists the VPLs of an RSM, in the light's own place among those of all lights.
 pub(crate) fn extract<'r>(
     recorder: &mut Recorder<'r>,
@@ -121,7 +112,7 @@ pub(crate) fn extract<'r>(
     let brdf = context.plan.brdf_word();
     let (list, record) = match context.plan.indirect.and_then(|plan| plan.sum()) {
         None => ("final_gather", "final_gather"),
-        Some(sum) => ("apart", sum_word(sum)),
+        Some(sum) => ("apart", sum.word()),
     };
     vpls.compactor.record(
         recorder,

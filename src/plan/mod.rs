@@ -211,28 +211,21 @@ impl Plan {
 }
 
 fn planned_gather(indirect: IndirectLight, device: &DeviceInfo) -> GatherPlan {
-    let vpl_sum = |sum| GatherPlan::VplSum {
-        sum,
-        kernel: GatherKernel::best_for(device),
-    };
-    match indirect {
-        IndirectLight::RsmAverage { .. } => vpl_sum(VplSum::RsmAverage),
-        IndirectLight::InstantRadiosity { .. } => vpl_sum(VplSum::InstantRadiosity),
-        IndirectLight::FinalGather { .. } => GatherPlan::FinalGather {
+    match indirect.sum() {
+        Some(sum) => GatherPlan::VplSum {
+            sum,
+            kernel: GatherKernel::best_for(device),
+        },
+        None => GatherPlan::FinalGather {
             kernel: RayKernel::best_for(device),
         },
     }
 }
 
 fn planned_refinement(indirect: IndirectLight, resolution_px: [u32; 2]) -> RefinementPlan {
-    let (target_error, grid_points) = match indirect {
-        IndirectLight::RsmAverage {
-            interpolation_error,
-            ..
-        } => (interpolation_error, SUM_GRID_POINTS),
-        // The 1/d² of a near VPL makes spikes of a pixel or two that neither the grid nor a sample of pixels sees.
-        IndirectLight::InstantRadiosity { .. } => (None, SUM_GRID_POINTS),
-        IndirectLight::FinalGather { target_error, .. } => (Some(target_error), RAY_GRID_POINTS),
+    let (target_error, grid_points) = match indirect.sum() {
+        Some(_) => (indirect.interpolation_error(), SUM_GRID_POINTS),
+        None => (indirect.target_error(), RAY_GRID_POINTS),
     };
     RefinementPlan {
         target_error,
@@ -250,7 +243,7 @@ fn coarsest_stride(resolution_px: [u32; 2], points: u32) -> u32 {
 /// Texels along one edge of a face. Final gathering takes VPLs in Morton order, for which it is a power of two.
 fn planned_rsm_size(indirect: IndirectLight, light_count: usize) -> u32 {
     match (indirect.rsm_size(), light_count) {
-        (Some(size), _) if indirect.target_error().is_none() => size,
+        (Some(size), _) if indirect.sum().is_some() => size,
         // At least a tile.
         (Some(size), _) => size.checked_next_power_of_two().unwrap_or(1 << 31).max(8),
         // Many lights share the room that one has.

@@ -6,7 +6,7 @@ use glam::DMat3;
 
 use super::assets::{Assets, MeshRequest, Transform};
 use super::validate::Places;
-use super::{Scene, Shared, file_parts};
+use super::{Scene, Shared, file_parts, indirect};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
 use crate::{Error, Result};
 
@@ -44,9 +44,7 @@ impl Scene {
         };
         let sensor = optional("sensor")?.map(file_parts::sensor).transpose()?;
         let direct = optional("direct")?.map(file_parts::direct).transpose()?;
-        let indirect = optional("indirect")?
-            .map(file_parts::indirect)
-            .transpose()?;
+        let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
         let mut lights = Vec::new();
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {

@@ -1,9 +1,6 @@
 //! Reads the parts of a scene file that name no other file.
 
-use super::{
-    Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Sensor,
-    Shadow, SpotCone,
-};
+use super::{Camera, Direct, Intrinsics, Lens, Light, Material, Sensor, Shadow, SpotCone};
 use crate::Result;
 use crate::keys::{Keys, Value};
 
@@ -106,71 +103,6 @@ pub(super) fn direct(mut keys: Keys) -> Result<Direct> {
     Ok(Direct {
         shadow: Some(shadow.choice(&Shadow::ALL, Shadow::name)?),
     })
-}
-
-pub(super) fn indirect(mut keys: Keys) -> Result<IndirectLight> {
-    const RSM_SIZE: &str = "rsm_size = 64, texels along one face's edge";
-    const FINAL_GATHER: &str =
-        "estimator = \"final-gather\", which finds visibility by rays and meets a target_error";
-
-    // A key of former versions.
-    if let Some(visibility) = keys.take("visibility") {
-        let hint = match visibility.text() {
-            Ok("none") => "remove it: rsm-average and instant-radiosity have none".into(),
-            _ => format!("remove it, and set {FINAL_GATHER}"),
-        };
-        return Err(visibility.error("follows from the estimator", hint));
-    }
-    keys.only(&[
-        "estimator",
-        "rsm_size",
-        "target_error",
-        "interpolation_error",
-    ])?;
-    let names = IndirectLight::NAMES;
-    let example = format!("estimator = \"{}\"", names.join("\" or \""));
-    let estimator = keys.need("estimator", &example)?;
-    match estimator.choice(&names, |name| name)? {
-        "final-gather" => {
-            keys.refuse(
-                "interpolation_error",
-                "counts against a sum over VPLs, which final-gather does not take",
-                "use target_error, which counts against the true bounce",
-            )?;
-            let target_error = keys.optional("target_error", Value::number)?;
-            Ok(IndirectLight::FinalGather {
-                target_error: target_error.unwrap_or(DEFAULT_TARGET_ERROR),
-                rsm_size: keys.optional("rsm_size", Value::count)?,
-            })
-        }
-        "rsm-average" => {
-            keys.refuse(
-                "target_error",
-                "counts against the true bounce, to which rsm-average does not converge",
-                "use interpolation_error, which counts against the sum at every pixel",
-            )?;
-            Ok(IndirectLight::RsmAverage {
-                rsm_size: keys.need("rsm_size", RSM_SIZE)?.count()?,
-                interpolation_error: keys.optional("interpolation_error", Value::number)?,
-            })
-        }
-        _ => {
-            keys.refuse(
-                "target_error",
-                "counts against the true bounce, to which instant-radiosity does not converge",
-                &format!("remove it, or set {FINAL_GATHER}"),
-            )?;
-            keys.refuse(
-                "interpolation_error",
-                "belongs to rsm-average: instant-radiosity is summed at every pixel",
-                "remove it",
-            )?;
-            let example = format!("{RSM_SIZE}; or set {FINAL_GATHER}");
-            Ok(IndirectLight::InstantRadiosity {
-                rsm_size: keys.need("rsm_size", &example)?.count()?,
-            })
-        }
-    }
 }
 
 pub(super) fn material(mut keys: Keys, name: String) -> Result<Material> {

@@ -37,11 +37,8 @@ impl Scene {
         bytes.name(indirect.map_or("none", |indirect| indirect.name()));
         if let Some(indirect) = indirect {
             let rsm_size = indirect.rsm_size().map(f64::from);
-            for value in [
-                rsm_size,
-                indirect.target_error(),
-                indirect.interpolation_error(),
-            ] {
+            let parameters = indirect.parameters().into_iter().map(|(_, value)| value);
+            for value in [rsm_size].into_iter().chain(parameters) {
                 bytes.list(value.as_slice(), |value| [*value]);
             }
         }

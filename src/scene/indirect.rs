@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 use super::validate::Part;
 use crate::Result;
+use crate::keys::{Keys, Value};
 
 /// How the single bounce is computed. See `docs/model.md`.
 ///
@@ -17,7 +18,8 @@ pub enum IndirectLight {
         /// `None`: the sum is taken at every pixel. It says nothing of how far that sum is from the true bounce.
         interpolation_error: Option<f64>,
     },
-    /// The sum over all VPLs with the integral's measure kept (Keller 1997), without visibility.
+    /// The sum over all VPLs with the integral's measure kept (Keller 1997), without visibility. At every pixel: the 1/d² of a
+    /// near VPL makes spikes of a pixel or two that neither a grid nor a sample of pixels sees.
     InstantRadiosity { rsm_size: u32 },
     /// Final gathering by multiple importance sampling from P and from the RSM: converges to the true single bounce.
     FinalGather {
@@ -42,9 +44,11 @@ pub const DEFAULT_TARGET_ERROR: f64 = 0.02;
 /// Errors that can be requested.
 pub const TARGET_ERRORS: RangeInclusive<f64> = 0.002..=0.5;
 
+const FINAL_GATHER: &str = "final-gather";
+
 impl IndirectLight {
     /// The estimators' names in scene files, on the command line and in image headers.
-    pub const NAMES: [&'static str; 3] = ["final-gather", "rsm-average", "instant-radiosity"];
+    pub const NAMES: [&'static str; 3] = [FINAL_GATHER, "rsm-average", "instant-radiosity"];
 
     /// A plain sum over the VPLs of a reflective shadow map, at every pixel.
     pub const fn vpl_sum(sum: VplSum, rsm_size: u32) -> Self {
@@ -65,12 +69,27 @@ impl IndirectLight {
         }
     }
 
+    /// The estimator of that name, one of [`IndirectLight::NAMES`]: a sum of an RSM of that size, or final gathering as a scene
+    /// file has it that says no more.
+    pub fn from_name(name: &str, rsm_size_of_sum: u32) -> Option<Self> {
+        if name == FINAL_GATHER {
+            return Some(IndirectLight::final_gather(DEFAULT_TARGET_ERROR));
+        }
+        let sum = VplSum::ALL.into_iter().find(|sum| sum.name() == name)?;
+        Some(IndirectLight::vpl_sum(sum, rsm_size_of_sum))
+    }
+
     /// The estimator's name, one of [`IndirectLight::NAMES`].
     pub fn name(&self) -> &'static str {
+        self.sum().map_or(FINAL_GATHER, VplSum::name)
+    }
+
+    /// The formula of the sum over VPLs; `None` for final gathering.
+    pub fn sum(&self) -> Option<VplSum> {
         match self {
-            IndirectLight::FinalGather { .. } => "final-gather",
-            IndirectLight::RsmAverage { .. } => VplSum::RsmAverage.name(),
-            IndirectLight::InstantRadiosity { .. } => VplSum::InstantRadiosity.name(),
+            IndirectLight::FinalGather { .. } => None,
+            IndirectLight::RsmAverage { .. } => Some(VplSum::RsmAverage),
+            IndirectLight::InstantRadiosity { .. } => Some(VplSum::InstantRadiosity),
         }
     }
 
@@ -80,6 +99,15 @@ impl IndirectLight {
             IndirectLight::RsmAverage { rsm_size, .. }
             | IndirectLight::InstantRadiosity { rsm_size } => Some(rsm_size),
             IndirectLight::FinalGather { rsm_size, .. } => rsm_size,
+        }
+    }
+
+    /// Chooses the size of the RSM, texels along one edge of a face.
+    pub fn set_rsm_size(&mut self, size: u32) {
+        match self {
+            IndirectLight::RsmAverage { rsm_size, .. }
+            | IndirectLight::InstantRadiosity { rsm_size } => *rsm_size = size,
+            IndirectLight::FinalGather { rsm_size, .. } => *rsm_size = Some(size),
         }
     }
 
@@ -102,14 +130,18 @@ impl IndirectLight {
         }
     }
 
+    /// What a scene file says of it besides its name and `rsm_size`: keys, and values where there are any.
+    pub fn parameters(&self) -> Vec<(&'static str, Option<f64>)> {
+        vec![
+            ("target_error", self.target_error()),
+            ("interpolation_error", self.interpolation_error()),
+        ]
+    }
+
     pub(crate) fn validate(&self) -> Result<()> {
         let part = Part("indirect".into());
         let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
-        let errors = [
-            ("target_error", self.target_error()),
-            ("interpolation_error", self.interpolation_error()),
-        ];
-        for (key, error) in errors {
+        for (key, error) in self.parameters() {
             part.require(
                 error.is_none_or(|error| TARGET_ERRORS.contains(&error)),
                 format_args!("{key} is {}", error.unwrap_or_default()),
@@ -125,7 +157,7 @@ impl IndirectLight {
 }
 
 impl VplSum {
-    /// Both, in the order of the documentation.
+    /// All, in the order of the documentation.
     pub const ALL: [VplSum; 2] = [VplSum::RsmAverage, VplSum::InstantRadiosity];
 
     /// The name of the estimator that takes this sum.
@@ -133,6 +165,80 @@ impl VplSum {
         match self {
             VplSum::RsmAverage => "rsm-average",
             VplSum::InstantRadiosity => "instant-radiosity",
+        }
+    }
+
+    /// The word of the shader permutation.
+    pub(crate) fn word(self) -> &'static str {
+        match self {
+            VplSum::RsmAverage => "average",
+            VplSum::InstantRadiosity => "radiosity",
+        }
+    }
+}
+
+/// Reads the table of a scene file.
+pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
+    const RSM_SIZE: &str = "rsm_size = 64, texels along one face's edge";
+    const FINAL_GATHER: &str =
+        "estimator = \"final-gather\", which finds visibility by rays and meets a target_error";
+
+    // A key of former versions.
+    if let Some(visibility) = keys.take("visibility") {
+        let hint = match visibility.text() {
+            Ok("none") => "remove it: rsm-average and instant-radiosity have none".into(),
+            _ => format!("remove it, and set {FINAL_GATHER}"),
+        };
+        return Err(visibility.error("follows from the estimator", hint));
+    }
+    keys.only(&[
+        "estimator",
+        "rsm_size",
+        "target_error",
+        "interpolation_error",
+    ])?;
+    let names = IndirectLight::NAMES;
+    let example = format!("estimator = \"{}\"", names.join("\" or \""));
+    let estimator = keys.need("estimator", &example)?;
+    match estimator.choice(&names, |name| name)? {
+        "final-gather" => {
+            keys.refuse(
+                "interpolation_error",
+                "counts against a sum over VPLs, which final-gather does not take",
+                "use target_error, which counts against the true bounce",
+            )?;
+            let target_error = keys.optional("target_error", Value::number)?;
+            Ok(IndirectLight::FinalGather {
+                target_error: target_error.unwrap_or(DEFAULT_TARGET_ERROR),
+                rsm_size: keys.optional("rsm_size", Value::count)?,
+            })
+        }
+        "rsm-average" => {
+            keys.refuse(
+                "target_error",
+                "counts against the true bounce, to which rsm-average does not converge",
+                "use interpolation_error, which counts against the sum at every pixel",
+            )?;
+            Ok(IndirectLight::RsmAverage {
+                rsm_size: keys.need("rsm_size", RSM_SIZE)?.count()?,
+                interpolation_error: keys.optional("interpolation_error", Value::number)?,
+            })
+        }
+        _ => {
+            keys.refuse(
+                "target_error",
+                "counts against the true bounce, to which instant-radiosity does not converge",
+                &format!("remove it, or set {FINAL_GATHER}"),
+            )?;
+            keys.refuse(
+                "interpolation_error",
+                "belongs to rsm-average: instant-radiosity is summed at every pixel",
+                "remove it",
+            )?;
+            let example = format!("{RSM_SIZE}; or set {FINAL_GATHER}");
+            Ok(IndirectLight::InstantRadiosity {
+                rsm_size: keys.need("rsm_size", &example)?.count()?,
+            })
         }
     }
 }

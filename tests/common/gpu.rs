@@ -92,12 +92,8 @@ pub fn demo_scene(name: &str, resolution_px: [u32; 2]) -> Scene {
 
 /// The scene with a plain sum: its own, or that of instant radiosity where its light is gathered.
 pub fn plain_sum(mut scene: Scene, rsm_size: u32) -> Scene {
-    let sum = match scene.indirect.expect("the scene has indirect light") {
-        IndirectLight::RsmAverage { .. } => VplSum::RsmAverage,
-        IndirectLight::InstantRadiosity { .. } | IndirectLight::FinalGather { .. } => {
-            VplSum::InstantRadiosity
-        }
-    };
+    let indirect = scene.indirect.expect("the scene has indirect light");
+    let sum = indirect.sum().unwrap_or(VplSum::InstantRadiosity);
     scene.indirect = Some(IndirectLight::vpl_sum(sum, rsm_size));
     scene
 }

@@ -1,6 +1,6 @@
 //! The options of the command line about indirect light.
 
-use camlux::scene::{DEFAULT_TARGET_ERROR, IndirectLight};
+use camlux::scene::IndirectLight;
 
 /// Filled in where a sum is requested and neither the scene nor the command line has a size.
 const RSM_SIZE: u32 = 64;
@@ -50,30 +50,33 @@ impl IndirectArgs {
             }
         }
         let same = in_scene.filter(|indirect| indirect.name() == estimator);
-        if estimator == "final-gather" {
-            let error = target_error.or(same.and_then(|same| same.target_error()));
-            let gather = IndirectLight::FinalGather {
-                target_error: error.unwrap_or(DEFAULT_TARGET_ERROR),
-                rsm_size: rsm_size.or(same.and_then(|same| same.rsm_size())),
-            };
-            return Ok((Some(gather), None));
-        }
+        let mut indirect = same
+            .or_else(|| IndirectLight::from_name(estimator, RSM_SIZE))
+            .ok_or_else(|| format!("there is no estimator {estimator}"))?;
+        let is_sum = indirect.sum().is_some();
         // Sums share a size, but one of final gathering means something else.
-        let sum_in_scene = in_scene.filter(|indirect| indirect.target_error().is_none());
+        let sum_in_scene = in_scene.filter(|in_scene| is_sum && in_scene.sum().is_some());
         let size = rsm_size.or(sum_in_scene.and_then(|sum| sum.rsm_size()));
-        let note = size
-            .is_none()
+        let note = (is_sum && size.is_none())
             .then(|| format!("no rsm_size for {estimator}: it is {RSM_SIZE} (--rsm-size sets it)"));
-        let rsm_size = size.unwrap_or(RSM_SIZE);
-        let sum = match estimator {
-            "rsm-average" => IndirectLight::RsmAverage {
-                rsm_size,
-                interpolation_error: interpolation_error
-                    .or(same.and_then(|same| same.interpolation_error())),
-            },
-            _ => IndirectLight::InstantRadiosity { rsm_size },
-        };
-        Ok((Some(sum), note))
+        if let Some(size) = size {
+            indirect.set_rsm_size(size);
+        }
+        if let IndirectLight::FinalGather {
+            target_error: in_force,
+            ..
+        } = &mut indirect
+        {
+            *in_force = target_error.unwrap_or(*in_force);
+        }
+        if let IndirectLight::RsmAverage {
+            interpolation_error: in_force,
+            ..
+        } = &mut indirect
+        {
+            *in_force = interpolation_error.or(*in_force);
+        }
+        Ok((Some(indirect), note))
     }
 
     /// That of the command line, that of the scene, or the only one that has the error given. `None`: no indirect light.

@@ -20,7 +20,7 @@ pub fn text(run: &RunSummary) -> String {
         .map(|(content, path)| json!({ "path": path.to_string_lossy(), "content": content }));
     let wall = run.wall.iter();
     let wall = wall.map(|&(name, milliseconds)| (name.to_owned(), json!(milliseconds)));
-    let object = json!({
+    let mut object = json!({
         "camlux_version": env!("CARGO_PKG_VERSION"),
         "scene": {
             "path": run.args.scene.to_string_lossy(),
@@ -30,8 +30,8 @@ pub fn text(run: &RunSummary) -> String {
             "resolution_px": run.frame.resolution_px,
             "estimator": indirect.map(|i| i.name()),
             "rsm_size": indirect.and_then(|i| i.rsm_size()),
-            "target_error": indirect.and_then(|i| i.target_error()),
-            "interpolation_error": indirect.and_then(|i| i.interpolation_error()),
+            "target_error": null,
+            "interpolation_error": null,
             "half": run.args.half,
             "layers": Vec::from_iter(layers.into_iter().map(Layer::name)),
         },
@@ -49,5 +49,8 @@ pub fn text(run: &RunSummary) -> String {
         "files": Vec::from_iter(files),
         "warnings": run.warnings,
     });
+    for (name, value) in indirect.iter().flat_map(|i| i.parameters()) {
+        object["settings"][name] = json!(value);
+    }
     format!("{object:#}\n")
 }

@@ -17,7 +17,7 @@ pub struct Setting {
 }
 
 /// The series, each from its fastest setting to its slowest.
-pub fn series(is_quick: bool) -> [Vec<Setting>; 3] {
+pub fn series(is_quick: bool) -> Vec<Vec<Setting>> {
     let (sizes, target_errors) = if is_quick {
         (&SIZES[..4], &TARGET_ERRORS[..2])
     } else {
@@ -41,11 +41,8 @@ pub fn series(is_quick: bool) -> [Vec<Setting>; 3] {
         indirect: IndirectLight::final_gather(requested),
         sum: None,
     });
-    [
-        sums(VplSum::RsmAverage),
-        sums(VplSum::InstantRadiosity),
-        final_gather.collect(),
-    ]
+    let sums = VplSum::ALL.map(sums).into_iter();
+    sums.chain([final_gather.collect()]).collect()
 }
 
 #[cfg(test)]
@@ -55,11 +52,12 @@ mod tests {
     #[test]
     fn a_report_has_every_estimator() {
         let names = |is_quick| {
-            series(is_quick).map(|settings| {
+            let name = |settings: &Vec<Setting>| {
                 let labels = settings.iter().map(|setting| setting.label.as_str());
                 let labels: Vec<&str> = labels.collect();
                 format!("{}: {}", settings[0].series, labels.join(", "))
-            })
+            };
+            series(is_quick).iter().map(name).collect::<Vec<String>>()
         };
         assert_eq!(
             names(false),
