@@ -291,7 +291,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 2, name: "indices", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("vertex.spv"),
     },
     Module {
@@ -304,7 +304,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 2, name: "indices", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("gbuffer_lambert_flat.spv"),
     },
     Module {
@@ -319,7 +319,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "texcoords", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "kd_texture", kind: DescriptorType::SAMPLED_IMAGE },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("gbuffer_lambert_flat_textured.spv"),
     },
     Module {
@@ -333,7 +333,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "indices", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 3, name: "normals", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("gbuffer_lambert_smooth.spv"),
     },
     Module {
@@ -349,7 +349,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "texcoords", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "kd_texture", kind: DescriptorType::SAMPLED_IMAGE },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("gbuffer_lambert_smooth_textured.spv"),
     },
     Module {
@@ -362,7 +362,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 2, name: "indices", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("gbuffer_phong_flat.spv"),
     },
     Module {
@@ -377,7 +377,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "texcoords", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "kd_texture", kind: DescriptorType::SAMPLED_IMAGE },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("gbuffer_phong_flat_textured.spv"),
     },
     Module {
@@ -391,7 +391,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "indices", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 3, name: "normals", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("gbuffer_phong_smooth.spv"),
     },
     Module {
@@ -407,7 +407,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "texcoords", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "kd_texture", kind: DescriptorType::SAMPLED_IMAGE },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("gbuffer_phong_smooth_textured.spv"),
     },
     Module {
@@ -420,7 +420,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 2, name: "indices", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("shadow.spv"),
     },
     Module {
@@ -434,7 +434,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "indices", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ],
         spirv: include_bytes!("rsm_lambert_flat.spv"),
     },
     Module {
@@ -450,7 +450,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "kd_texture", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ],
         spirv: include_bytes!("rsm_lambert_flat_textured.spv"),
     },
     Module {
@@ -465,7 +465,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "normals", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ],
         spirv: include_bytes!("rsm_lambert_smooth.spv"),
     },
     Module {
@@ -482,7 +482,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "kd_texture", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ],
         spirv: include_bytes!("rsm_lambert_smooth_textured.spv"),
     },
     Module {
@@ -496,7 +496,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "indices", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ],
         spirv: include_bytes!("rsm_phong_flat.spv"),
     },
     Module {
@@ -512,7 +512,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "kd_texture", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ],
         spirv: include_bytes!("rsm_phong_flat_textured.spv"),
     },
     Module {
@@ -527,7 +527,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "normals", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ],
         spirv: include_bytes!("rsm_phong_smooth.spv"),
     },
     Module {
@@ -544,7 +544,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "kd_texture", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 6, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ],
         spirv: include_bytes!("rsm_phong_smooth_textured.spv"),
     },
     Module {
@@ -617,7 +617,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_count_lambert_apart.spv"),
     },
     Module {
@@ -632,7 +632,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_count_lambert_final_gather.spv"),
     },
     Module {
@@ -648,7 +648,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_count_phong_apart.spv"),
     },
     Module {
@@ -664,7 +664,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "emission", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_count_phong_final_gather.spv"),
     },
     Module {
@@ -681,7 +681,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "matte_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_write_lambert_average.spv"),
     },
     Module {
@@ -698,7 +698,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "matte_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_write_lambert_radiosity.spv"),
     },
     Module {
@@ -715,7 +715,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "matte_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_write_lambert_final_gather.spv"),
     },
     Module {
@@ -734,7 +734,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "matte_vpls", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "glossy_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_write_phong_average.spv"),
     },
     Module {
@@ -753,7 +753,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "matte_vpls", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "glossy_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_write_phong_radiosity.spv"),
     },
     Module {
@@ -771,7 +771,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 9, name: "matte_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("LOBE_LAYERS", 1), ("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("vpl_write_phong_final_gather.spv"),
     },
     Module {
@@ -801,7 +801,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_point_lambert.spv"),
     },
     Module {
@@ -820,7 +820,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_point_phong.spv"),
     },
     Module {
@@ -838,7 +838,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_spot_lambert.spv"),
     },
     Module {
@@ -857,7 +857,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_spot_phong.spv"),
     },
     Module {
@@ -875,7 +875,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_directional_lambert.spv"),
     },
     Module {
@@ -894,7 +894,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("TILE_COLUMNS", 8), ("TILE_ROWS", 8), ],
         spirv: include_bytes!("direct_directional_phong.spv"),
     },
     Module {
@@ -911,7 +911,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet.spv"),
     },
     Module {
@@ -928,7 +928,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet_tree.spv"),
     },
     Module {
@@ -945,7 +945,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_single.spv"),
     },
     Module {
@@ -962,7 +962,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_single_tree.spv"),
     },
     Module {
@@ -980,7 +980,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet.spv"),
     },
     Module {
@@ -998,7 +998,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet_tree.spv"),
     },
     Module {
@@ -1016,7 +1016,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_single.spv"),
     },
     Module {
@@ -1034,7 +1034,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_single_tree.spv"),
     },
     Module {
@@ -1051,7 +1051,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet.spv"),
     },
     Module {
@@ -1068,7 +1068,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet_tree.spv"),
     },
     Module {
@@ -1085,7 +1085,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_single.spv"),
     },
     Module {
@@ -1102,7 +1102,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_single_tree.spv"),
     },
     Module {
@@ -1120,7 +1120,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet.spv"),
     },
     Module {
@@ -1138,7 +1138,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet_tree.spv"),
     },
     Module {
@@ -1156,7 +1156,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_single.spv"),
     },
     Module {
@@ -1174,7 +1174,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_single_tree.spv"),
     },
     Module {
@@ -1191,7 +1191,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet.spv"),
     },
     Module {
@@ -1208,7 +1208,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet_tree.spv"),
     },
     Module {
@@ -1225,7 +1225,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_single.spv"),
     },
     Module {
@@ -1242,7 +1242,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_single_tree.spv"),
     },
     Module {
@@ -1260,7 +1260,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet.spv"),
     },
     Module {
@@ -1278,7 +1278,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet_tree.spv"),
     },
     Module {
@@ -1296,7 +1296,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_single.spv"),
     },
     Module {
@@ -1314,7 +1314,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_single_tree.spv"),
     },
     Module {
@@ -1329,7 +1329,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_lambert_matte.spv"),
     },
     Module {
@@ -1344,7 +1344,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_lambert_glossy.spv"),
     },
     Module {
@@ -1360,7 +1360,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_phong_matte.spv"),
     },
     Module {
@@ -1376,7 +1376,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_average_phong_glossy.spv"),
     },
     Module {
@@ -1391,7 +1391,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_matte.spv"),
     },
     Module {
@@ -1406,7 +1406,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_lambert_glossy.spv"),
     },
     Module {
@@ -1422,7 +1422,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_matte.spv"),
     },
     Module {
@@ -1438,7 +1438,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast8_radiosity_phong_glossy.spv"),
     },
     Module {
@@ -1453,7 +1453,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_lambert_matte.spv"),
     },
     Module {
@@ -1468,7 +1468,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_lambert_glossy.spv"),
     },
     Module {
@@ -1484,7 +1484,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_phong_matte.spv"),
     },
     Module {
@@ -1500,7 +1500,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_average_phong_glossy.spv"),
     },
     Module {
@@ -1515,7 +1515,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_matte.spv"),
     },
     Module {
@@ -1530,7 +1530,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_lambert_glossy.spv"),
     },
     Module {
@@ -1546,7 +1546,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_matte.spv"),
     },
     Module {
@@ -1562,7 +1562,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 4), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_broadcast4_radiosity_phong_glossy.spv"),
     },
     Module {
@@ -1577,7 +1577,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_lambert_matte.spv"),
     },
     Module {
@@ -1592,7 +1592,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_lambert_glossy.spv"),
     },
     Module {
@@ -1608,7 +1608,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_phong_matte.spv"),
     },
     Module {
@@ -1624,7 +1624,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_average_phong_glossy.spv"),
     },
     Module {
@@ -1639,7 +1639,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 8), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_lambert_matte.spv"),
     },
     Module {
@@ -1654,7 +1654,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_lambert_glossy.spv"),
     },
     Module {
@@ -1670,7 +1670,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_phong_matte.spv"),
     },
     Module {
@@ -1686,7 +1686,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("RECEIVERS", 4), ("TILE_VPLS", 256), ("FETCH_VPLS", 64), ("WORKGROUP", 64), ],
         spirv: include_bytes!("gather_tile_radiosity_phong_glossy.spv"),
     },
     Module {
@@ -1736,7 +1736,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet.spv"),
     },
     Module {
@@ -1761,7 +1761,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -1786,7 +1786,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single.spv"),
     },
     Module {
@@ -1811,7 +1811,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single_tree.spv"),
     },
     Module {
@@ -1837,7 +1837,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -1863,7 +1863,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -1889,7 +1889,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single.spv"),
     },
     Module {
@@ -1915,7 +1915,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -1940,7 +1940,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet.spv"),
     },
     Module {
@@ -1965,7 +1965,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -1990,7 +1990,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single.spv"),
     },
     Module {
@@ -2015,7 +2015,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2041,7 +2041,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2067,7 +2067,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2093,7 +2093,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2119,7 +2119,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2144,7 +2144,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet.spv"),
     },
     Module {
@@ -2169,7 +2169,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -2194,7 +2194,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single.spv"),
     },
     Module {
@@ -2219,7 +2219,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single_tree.spv"),
     },
     Module {
@@ -2245,7 +2245,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -2271,7 +2271,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2297,7 +2297,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single.spv"),
     },
     Module {
@@ -2323,7 +2323,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2348,7 +2348,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet.spv"),
     },
     Module {
@@ -2373,7 +2373,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -2398,7 +2398,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single.spv"),
     },
     Module {
@@ -2423,7 +2423,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2449,7 +2449,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2475,7 +2475,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2501,7 +2501,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2527,7 +2527,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2553,7 +2553,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet.spv"),
     },
     Module {
@@ -2579,7 +2579,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet_tree.spv"),
     },
     Module {
@@ -2605,7 +2605,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single.spv"),
     },
     Module {
@@ -2631,7 +2631,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single_tree.spv"),
     },
     Module {
@@ -2658,7 +2658,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet.spv"),
     },
     Module {
@@ -2685,7 +2685,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2712,7 +2712,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single.spv"),
     },
     Module {
@@ -2739,7 +2739,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2765,7 +2765,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet.spv"),
     },
     Module {
@@ -2791,7 +2791,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet_tree.spv"),
     },
     Module {
@@ -2817,7 +2817,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single.spv"),
     },
     Module {
@@ -2843,7 +2843,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single_tree.spv"),
     },
     Module {
@@ -2870,7 +2870,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet.spv"),
     },
     Module {
@@ -2897,7 +2897,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2924,7 +2924,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single.spv"),
     },
     Module {
@@ -2951,7 +2951,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("GUIDE_CELLS", 4096), ("TILE_TEXELS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2966,7 +2966,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_lambert.spv"),
     },
     Module {
@@ -2983,7 +2983,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 6, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_phong.spv"),
     },
     Module {
@@ -2997,7 +2997,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_lambert_exact.spv"),
     },
     Module {
@@ -3012,7 +3012,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "squared_differences", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_lambert_noisy.spv"),
     },
     Module {
@@ -3028,7 +3028,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_phong_exact.spv"),
     },
     Module {
@@ -3045,7 +3045,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 7, name: "squared_differences", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_phong_noisy.spv"),
     },
     Module {
@@ -3060,7 +3060,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "squared_differences", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 5, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("smooth_fit_lambert.spv"),
     },
     Module {
@@ -3077,7 +3077,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "squared_differences", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("smooth_fit_phong.spv"),
     },
     Module {
@@ -3089,7 +3089,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 5, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("smooth_store_lambert.spv"),
     },
     Module {
@@ -3102,7 +3102,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("smooth_store_phong.spv"),
     },
     Module {
@@ -3116,7 +3116,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 3, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("resolve_lambert.spv"),
     },
     Module {
@@ -3132,7 +3132,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("resolve_phong.spv"),
     },
     Module {
@@ -3147,7 +3147,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("error_estimate_lambert.spv"),
     },
     Module {
@@ -3163,7 +3163,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[],
+        constants: &[("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("error_estimate_phong.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -3179,7 +3179,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -3195,7 +3195,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -3211,7 +3211,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_single.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -3227,7 +3227,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_single_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -3243,7 +3243,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -3259,7 +3259,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -3275,7 +3275,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_single.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -3291,7 +3291,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_single_tree.spv"),
     },
 ];
