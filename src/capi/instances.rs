@@ -127,9 +127,12 @@ impl Instance {
     /// The mesh in world space: the same one as long as it has not moved, and with the identity the unplaced one.
     pub fn placed(&mut self, meshes: &[UnplacedMesh]) -> Shared<Mesh> {
         let mesh = &meshes[self.mesh].mesh;
-        let place = || match self.pose.is_identity() {
-            true => mesh.clone(),
-            false => self.pose.place_mesh(mesh).into(),
+        let place = || {
+            if self.pose.is_identity() {
+                mesh.clone()
+            } else {
+                self.pose.place_mesh(mesh).into()
+            }
         };
         self.placed.get_or_insert_with(place).clone()
     }

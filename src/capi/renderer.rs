@@ -146,9 +146,10 @@ impl RendererObject {
         }
         let stays_on_device = args::flag("on_device", options.on_device)?;
         args::reserved(camlux_render_options::NAME, options.reserved)?;
-        let token = match options.cancel_token.is_null() {
-            true => Arc::default(),
-            false => handle::get(options.cancel_token)?,
+        let token = if options.cancel_token.is_null() {
+            Arc::default()
+        } else {
+            handle::get(options.cancel_token)?
         };
         let mut renderer = match self.renderer.try_lock() {
             Ok(renderer) => renderer,
@@ -166,22 +167,26 @@ impl RendererObject {
         let start = Instant::now();
         let scene_now = scene.snapshot();
         let snapshot_ms = start.elapsed().as_secs_f64() * 1e3;
-        let mut report = |progress| match is_enough(progress, options) || token.is_cancelled() {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
+        let mut report = |progress| {
+            if is_enough(progress, options) || token.is_cancelled() {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
         };
         let mut render_options = RenderOptions {
             progress: Some(&mut report),
             submission_target: Duration::from_millis(options.submission_target_ms.into()),
             ..RenderOptions::default()
         };
-        let rendered = match stays_on_device {
-            true => renderer
+        let rendered = if stays_on_device {
+            renderer
                 .render_on_device(&scene_now, &mut render_options)
-                .map(|frame| Rendered::OnDevice(frame, OnceLock::new())),
-            false => renderer
+                .map(|frame| Rendered::OnDevice(frame, OnceLock::new()))
+        } else {
+            renderer
                 .render(&scene_now, &mut render_options)
-                .map(Rendered::ToHost),
+                .map(Rendered::ToHost)
         };
         // A callback of the log may render with this renderer.
         drop(renderer);

@@ -90,9 +90,12 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
         CAMLUX_ENCODING_SRGB => true,
     ];
     let is_encoded = args::one_of("encoding", texture.encoding, &encodings)?;
-    let decode = |value: f64| match is_encoded {
-        true => linear_from_srgb(value) as f32,
-        false => value as f32,
+    let decode = |value: f64| {
+        if is_encoded {
+            linear_from_srgb(value) as f32
+        } else {
+            value as f32
+        }
     };
     let rows = Rows {
         name: "pixels",

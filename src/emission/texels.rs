@@ -110,9 +110,10 @@ fn centred_face(
     for line in first_line..=size {
         let p = grid.line(line);
         for span in size / 2..size {
-            edges.push(match p > 0.0 {
-                true => edge(p, grid.span(span)),
-                false => DVec2::ZERO,
+            edges.push(if p > 0.0 {
+                edge(p, grid.span(span))
+            } else {
+                DVec2::ZERO
             });
         }
     }
@@ -202,9 +203,10 @@ impl Grid {
                 let (measure, weighted) = integral(x, row).into();
                 // The part may be so small that only rounding is left of the two integrals.
                 let falloff = (weighted / measure).clamp(0.0, 1.0);
-                texels.push(match measure > 0.0 {
-                    true => TexelEmission { measure, falloff },
-                    false => TexelEmission::default(),
+                texels.push(if measure > 0.0 {
+                    TexelEmission { measure, falloff }
+                } else {
+                    TexelEmission::default()
                 });
             }
         }

@@ -111,17 +111,19 @@ fn resolve_target(path: &Path) -> Result<PathBuf> {
 
 fn folder_of(path: &Path) -> &Path {
     let parent = path.parent().unwrap_or(Path::new(""));
-    match parent.as_os_str().is_empty() {
-        true => Path::new("."),
-        false => parent,
+    if parent.as_os_str().is_empty() {
+        Path::new(".")
+    } else {
+        parent
     }
 }
 
 fn creation_error(path: &Path, error: &io::Error) -> Error {
     let folder = folder_of(path);
-    let name = match folder == Path::new(".") {
-        true => "the current folder".into(),
-        false => folder.display().to_string(),
+    let name = if folder == Path::new(".") {
+        "the current folder".into()
+    } else {
+        folder.display().to_string()
     };
     let (problem, hint) = match error.kind() {
         // Where a system shows its state as files, as in /proc.

@@ -43,13 +43,15 @@ impl<A: Allocate> VplLists<A> {
         // Final gathering keeps one list, in which every VPL has a lobe, and wants to know where the tiles lie in it.
         let is_final_gather = indirect.is_final_gather();
         let is_glossy_apart = plan.is_specular && !is_final_gather;
-        let matte_layers = match plan.is_specular && is_final_gather {
-            true => "GLOSSY_VPL_LAYERS",
-            false => "VPL_LAYERS",
+        let matte_layers = if plan.is_specular && is_final_gather {
+            "GLOSSY_VPL_LAYERS"
+        } else {
+            "VPL_LAYERS"
         };
-        let compactor = match is_final_gather {
-            true => Compactor::with_run_places(allocate, texel_count)?,
-            false => Compactor::new(allocate, texel_count)?,
+        let compactor = if is_final_gather {
+            Compactor::with_run_places(allocate, texel_count)?
+        } else {
+            Compactor::new(allocate, texel_count)?
         };
         Ok(Some(VplLists {
             matte: list("VPLs", matte_layers)?,

@@ -112,9 +112,10 @@ fn named_material(value: &Value, own: &[String]) -> Result<u32> {
         return Ok(index as u32);
     }
     let known: Vec<&str> = own.iter().map(String::as_str).collect();
-    let hint = match known.is_empty() {
-        true => format!("add a [material.{name}] table"),
-        false => did_you_mean(name, &known),
+    let hint = if known.is_empty() {
+        format!("add a [material.{name}] table")
+    } else {
+        did_you_mean(name, &known)
     };
     let problem = format!("there is no [material.{name}] in this file");
     Err(Error::scene(&value.at, problem, hint))

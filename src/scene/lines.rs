@@ -113,9 +113,10 @@ impl Line<'_> {
             _ => Err(self.error(format!("has \"{word}\" for a number"), expected())),
         };
         let numbers: Vec<f64> = self.words().map(number).collect::<Result<_>>()?;
-        match counts.contains(&numbers.len()) {
-            true => Ok(numbers),
-            false => Err(self.error(format!("has {} numbers", numbers.len()), expected())),
+        if counts.contains(&numbers.len()) {
+            Ok(numbers)
+        } else {
+            Err(self.error(format!("has {} numbers", numbers.len()), expected()))
         }
     }
 

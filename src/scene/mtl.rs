@@ -48,9 +48,10 @@ impl Library {
 
     /// Some exporters name the library again with every object.
     fn read_once(&mut self, file: &Path, named_at: &str) -> Result<()> {
-        match self.files_read.insert(resolved(file)) {
-            true => self.read_file(file, named_at),
-            false => Ok(()),
+        if self.files_read.insert(resolved(file)) {
+            self.read_file(file, named_at)
+        } else {
+            Ok(())
         }
     }
 

@@ -52,9 +52,10 @@ pub(super) fn assemble(
         let is_flat = any_normals && !run.form.normals;
         let first = mesh.positions_m.len() as u32;
         let in_order = |count: usize| (0..count as u32).collect::<Vec<_>>();
-        let (vertices, indices) = match is_flat {
-            true => (group.indices.clone(), in_order(group.indices.len())),
-            false => (in_order(group.positions.len() / 3), group.indices.clone()),
+        let (vertices, indices) = if is_flat {
+            (group.indices.clone(), in_order(group.indices.len()))
+        } else {
+            (in_order(group.positions.len() / 3), group.indices.clone())
         };
         for vertex in vertices.into_iter().map(|vertex| vertex as usize) {
             let position = DVec3::from_slice(&group.positions[3 * vertex..]);

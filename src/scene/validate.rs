@@ -85,9 +85,10 @@ impl Part {
         problem: impl Display,
         hint: impl Into<String>,
     ) -> Result<()> {
-        match fine {
-            true => Ok(()),
-            false => Err(Error::scene(&self.0, problem.to_string(), hint)),
+        if fine {
+            Ok(())
+        } else {
+            Err(Error::scene(&self.0, problem.to_string(), hint))
         }
     }
 

@@ -311,9 +311,10 @@ fn allocate(
         allocation_scheme: AllocationScheme::GpuAllocatorManaged,
     };
     device.check()?;
-    let allocated = match device.faults().next_call_fails("vkAllocateMemory") {
-        true => Err(AllocationError::OutOfMemory),
-        false => device.memory().allocate(&request),
+    let allocated = if device.faults().next_call_fails("vkAllocateMemory") {
+        Err(AllocationError::OutOfMemory)
+    } else {
+        device.memory().allocate(&request)
     };
     allocated.map_err(|error| Error::Memory {
         what: what.into(),

@@ -193,9 +193,10 @@ impl Sequence {
     /// Any call, with any arguments of the right types.
     fn step(&mut self, device: *mut camlux_device) {
         // Frames are few and dear: in the sequences that have some, they come soon.
-        let call = match self.renders > 0 && self.random.one_in(6) {
-            true => 34,
-            false => self.random.below(35),
+        let call = if self.renders > 0 && self.random.one_in(6) {
+            34
+        } else {
+            self.random.below(35)
         };
         // SAFETY: pointers are null, misaligned, or point to structs of at least the size that they say.
         let status = unsafe { self.call(call, device) };
@@ -398,9 +399,10 @@ impl Sequence {
         let (renderer, scene) = (self.handle(RENDERER), self.handle(SCENE));
         let mut options = init!(camlux_render_options {
             submission_target_ms: self.random.pick(&[0, 500, 500, 500]),
-            cancel_token: match self.random.one_in(8) {
-                true => self.handle(TOKEN),
-                false => null_mut(),
+            cancel_token: if self.random.one_in(8) {
+                self.handle(TOKEN)
+            } else {
+                null_mut()
             },
         });
         let mut frame = null_mut();

@@ -30,9 +30,10 @@ pub fn is_interrupted() -> bool {
 
 /// Breaks after a signal.
 pub fn go_on() -> ControlFlow<()> {
-    match is_interrupted() {
-        true => ControlFlow::Break(()),
-        false => ControlFlow::Continue(()),
+    if is_interrupted() {
+        ControlFlow::Break(())
+    } else {
+        ControlFlow::Continue(())
     }
 }
 

@@ -234,9 +234,10 @@ impl Change {
 
 impl<const N: usize> Values<N> {
     fn between(keys: &Keys, least: [f64; N], most: [f64; N]) -> Result<Self, Failure> {
-        match (0..N).all(|i| least[i] <= most[i]) {
-            true => Ok(Values::Random(least, most)),
-            false => Err(keys.error(format!("{least:?} is above {most:?}"), "exchange them"))?,
+        if (0..N).all(|i| least[i] <= most[i]) {
+            Ok(Values::Random(least, most))
+        } else {
+            Err(keys.error(format!("{least:?} is above {most:?}"), "exchange them"))?
         }
     }
 

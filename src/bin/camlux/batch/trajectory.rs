@@ -24,9 +24,10 @@ pub fn read(file: &Path, named_at: &str) -> Result<Vec<Pose>, Failure> {
     let mut poses = Vec::new();
     for (index, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let row = line.split('#').next().unwrap_or_default().trim();
-        let words: Vec<&str> = match row.contains(',') {
-            true => row.split(',').map(str::trim).collect(),
-            false => row.split_whitespace().collect(),
+        let words: Vec<&str> = if row.contains(',') {
+            row.split(',').map(str::trim).collect()
+        } else {
+            row.split_whitespace().collect()
         };
         if words.is_empty() || poses.is_empty() && words.join(" ") == COLUMNS {
             continue;
@@ -34,9 +35,10 @@ pub fn read(file: &Path, named_at: &str) -> Result<Vec<Pose>, Failure> {
         let place = |problem| format!("{name}:{}: {problem}; write {COLUMNS}", index + 1);
         poses.push(pose_of(&words).map_err(place)?);
     }
-    match poses.is_empty() {
-        true => Err(format!("{name}: holds no pose; write rows of {COLUMNS}").into()),
-        false => Ok(poses),
+    if poses.is_empty() {
+        Err(format!("{name}: holds no pose; write rows of {COLUMNS}").into())
+    } else {
+        Ok(poses)
     }
 }
 
@@ -64,10 +66,11 @@ fn pose_of(words: &[&str]) -> Result<Pose, String> {
 pub fn unit_quaternion(xyzw: [f64; 4]) -> Result<DQuat, String> {
     let quaternion = DQuat::from_array(xyzw);
     let length = quaternion.length();
-    match (length - 1.0).abs() <= LENGTH_TOLERANCE {
-        true => Ok(quaternion.normalize()),
-        false => Err(format!(
+    if (length - 1.0).abs() <= LENGTH_TOLERANCE {
+        Ok(quaternion.normalize())
+    } else {
+        Err(format!(
             "the quaternion {xyzw:?} has length {length:.4} instead of 1"
-        )),
+        ))
     }
 }

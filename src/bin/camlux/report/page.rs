@@ -110,9 +110,10 @@ fn describe(scene: &SceneReport) -> String {
         Some(floor) => format!("its noise is {} of its root mean square", percent(floor)),
         None => "its indirect light is black".into(),
     };
-    let origin = match truth.was_there {
-        true => "begun in an earlier report, ",
-        false => "",
+    let origin = if truth.was_there {
+        "begun in an earlier report, "
+    } else {
+        ""
     };
     format!(
         "{}: {width} × {height} pixels, {} triangles, lights: {}. Truth: {} samples a pixel, {origin}{} of work in this one; {floor}. \

@@ -168,9 +168,10 @@ pub fn median(values: &[f64]) -> Option<f64> {
     sorted.sort_by(f64::total_cmp);
     let middle = sorted.len() / 2;
     let upper = *sorted.get(middle)?;
-    match sorted.len().is_multiple_of(2) {
-        true => Some(0.5 * (sorted[middle - 1] + upper)),
-        false => Some(upper),
+    if sorted.len().is_multiple_of(2) {
+        Some(0.5 * (sorted[middle - 1] + upper))
+    } else {
+        Some(upper)
     }
 }
 
@@ -201,9 +202,10 @@ impl ModelError {
     /// The relRMSE, with its uncertainty where that is known, or as a bound.
     pub fn text(&self) -> String {
         let uncertainty = self.relative_rmse_uncertainty.unwrap_or(0.0);
-        match self.is_upper_bound {
-            true => format!("≤ {}", percent(self.relative_rmse)),
-            false => with_uncertainty(self.relative_rmse, uncertainty),
+        if self.is_upper_bound {
+            format!("≤ {}", percent(self.relative_rmse))
+        } else {
+            with_uncertainty(self.relative_rmse, uncertainty)
         }
     }
 }
