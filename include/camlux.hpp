@@ -183,8 +183,7 @@ public:
     void set_indirect(const std::optional<camlux::indirect> &indirect) { try_set_indirect(indirect).value(); }
     result<void> try_set_indirect(const std::optional<camlux::indirect> &indirect)
     {
-        const camlux_indirect raw = detail::raw_of(indirect.value_or(camlux::indirect()));
-        return detail::ended(camlux_scene_set_indirect(get(), indirect ? &raw : nullptr));
+        return detail::ended(camlux_scene_set_indirect(get(), indirect ? &*indirect : nullptr));
     }
 
     /** How direct light is computed. */

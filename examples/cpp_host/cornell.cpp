@@ -93,7 +93,7 @@ Cornell cornell_box(std::uint32_t size_px)
     scene.set_sensor(sensor);
 
     camlux::indirect indirect;
-    indirect.estimator = camlux::estimator::rsm_average;
+    indirect.estimator = CAMLUX_ESTIMATOR_RSM_AVERAGE;
     indirect.rsm_size = 64;
     scene.set_indirect(indirect);
 

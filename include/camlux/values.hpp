@@ -65,12 +65,6 @@ enum class log_level : std::int32_t {
     debug = CAMLUX_LOG_DEBUG,
 };
 
-enum class estimator : std::int32_t {
-    final_gather = CAMLUX_ESTIMATOR_FINAL_GATHER,
-    rsm_average = CAMLUX_ESTIMATOR_RSM_AVERAGE,
-    instant_radiosity = CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
-};
-
 enum class shadow : std::int32_t {
     standard = CAMLUX_SHADOW_DEFAULT,
     map = CAMLUX_SHADOW_MAP,
@@ -107,12 +101,9 @@ struct sensor {
     double duty_cycle = 1;
 };
 
-/** camlux_indirect. */
-struct indirect {
-    camlux::estimator estimator = camlux::estimator::final_gather;
-    std::uint32_t rsm_size = 0;
-    double target_error = 0;
-    double interpolation_error = 0;
+/** camlux_indirect, which begins with CAMLUX_INDIRECT_INIT. */
+struct indirect : camlux_indirect {
+    indirect() noexcept : camlux_indirect CAMLUX_INDIRECT_INIT {}
 };
 
 /** camlux_material. */
@@ -378,16 +369,6 @@ inline camlux_sensor raw_of(const sensor &from) noexcept
     to.pixel_pitch_um[1] = from.pixel_pitch_um[1];
     to.exposure_time_s = from.exposure_time_s;
     to.duty_cycle = from.duty_cycle;
-    return to;
-}
-
-inline camlux_indirect raw_of(const indirect &from) noexcept
-{
-    camlux_indirect to = CAMLUX_INDIRECT_INIT;
-    to.estimator = number(from.estimator);
-    to.rsm_size = from.rsm_size;
-    to.target_error = from.target_error;
-    to.interpolation_error = from.interpolation_error;
     return to;
 }
 

@@ -96,13 +96,37 @@ fn for_c(header: &str) -> String {
         } else if let Some(name) = line.strip_suffix(" 4294967295") {
             lines.push(format!("{name} UINT32_C(0xffffffff)"));
         } else if line == GUARD_END {
-            lines.push(read("src/capi/inits.h").trim().to_owned());
-            lines.push(format!("\n{GUARD_END}"));
+            lines.push(init_macros(&layouts()));
+            lines.push(GUARD_END.to_owned());
         } else {
             lines.push(line.to_owned());
         }
     }
     lines.join("\n") + "\n"
+}
+
+/// The first values of the structs, as Rust has them.
+fn init_macros(layouts: &[Layout]) -> String {
+    let mut text = String::from(
+        "/* The first values of the structs: camlux_camera camera = CAMLUX_CAMERA_INIT; */\n",
+    );
+    for Layout { name, fields, .. } in with_init(layouts) {
+        let macro_name = init_macro(name);
+        let _ = write!(text, "\n#define {macro_name} {{ (uint32_t)sizeof({name})");
+        for field in &fields[1..] {
+            let _ = write!(text, ", {}", field.first);
+        }
+        text.push_str(" }\n");
+    }
+    text
+}
+
+fn with_init(layouts: &[Layout]) -> impl Iterator<Item = &Layout> {
+    layouts.iter().filter(|layout| !layout.init.is_empty())
+}
+
+fn init_macro(struct_name: &str) -> String {
+    format!("{}_INIT", struct_name.to_uppercase())
 }
 
 #[test]
@@ -135,9 +159,8 @@ fn layout_checks(layouts: &[Layout], header: &str) -> String {
     }
     // What the `_INIT` macros set, byte by byte.
     text.push_str("\nstruct init { const char *name; size_t bytes; const unsigned char *of_rust; const void *of_c; };\n");
-    let with_init = || layouts.iter().filter(|layout| !layout.init.is_empty());
-    for Layout { name, init, .. } in with_init() {
-        let macro_name = format!("{}_INIT", name.to_uppercase());
+    for Layout { name, init, .. } in with_init(layouts) {
+        let macro_name = init_macro(name);
         let bytes: Vec<String> = init.iter().map(u8::to_string).collect();
         let _ = writeln!(
             text,
@@ -147,7 +170,7 @@ fn layout_checks(layouts: &[Layout], header: &str) -> String {
         );
     }
     text.push_str("static const struct init inits[] = {\n");
-    for Layout { name, bytes, .. } in with_init() {
+    for Layout { name, bytes, .. } in with_init(layouts) {
         let _ = writeln!(
             text,
             "    {{\"{name}\", {bytes}, rust_{name}, &init_of_{name}}},"

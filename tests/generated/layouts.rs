@@ -1,5 +1,7 @@
 //! The structs of the C interface as they lie in memory.
 
+use std::ffi::c_char;
+
 use camlux::capi::*;
 
 pub struct Layout {
@@ -16,20 +18,86 @@ pub struct Field {
     pub name: &'static str,
     pub offset: usize,
     pub bytes: usize,
+    /// Its first value, as C writes it.
+    pub first: String,
 }
 
-fn size_of_field<T, F>(_: impl Fn(T) -> F) -> usize {
-    size_of::<F>()
+trait InC {
+    /// An initialiser of C with this value.
+    fn in_c(&self) -> String;
+}
+
+macro_rules! numbers_in_c {
+    ($($number:ty),*) => {
+        $(impl InC for $number {
+            fn in_c(&self) -> String {
+                format!("{self:?}")
+            }
+        })*
+    };
+}
+
+numbers_in_c!(c_char, i32, u64, usize, f64);
+
+impl InC for u32 {
+    fn in_c(&self) -> String {
+        match *self {
+            CAMLUX_NONE => "CAMLUX_NONE".into(),
+            number => number.to_string(),
+        }
+    }
+}
+
+impl<T> InC for *const T {
+    fn in_c(&self) -> String {
+        assert!(self.is_null(), "no struct begins with a place in memory");
+        "NULL".into()
+    }
+}
+
+impl<T> InC for *mut T {
+    fn in_c(&self) -> String {
+        self.cast_const().in_c()
+    }
+}
+
+/// A function.
+impl<T> InC for Option<T> {
+    fn in_c(&self) -> String {
+        assert!(self.is_none(), "no struct begins with a function");
+        "NULL".into()
+    }
+}
+
+impl<T: InC, const N: usize> InC for [T; N] {
+    fn in_c(&self) -> String {
+        let items: Vec<String> = self.iter().map(InC::in_c).collect();
+        // All of a text that is empty.
+        if items.iter().all(|item| item == "0") {
+            return "{0}".into();
+        }
+        format!("{{{}}}", items.join(", "))
+    }
+}
+
+impl InC for camlux_array {
+    fn in_c(&self) -> String {
+        let Layout { fields, .. } = array_layout(*self);
+        let members: Vec<String> = fields.into_iter().map(|field| field.first).collect();
+        format!("{{{}}}", members.join(", "))
+    }
 }
 
 macro_rules! fields {
-    ($name:ident { $($field:ident),* $(,)? }) => {
+    ($first:expr, $name:ident { $($field:ident),* $(,)? }) => {{
+        let first: $name = $first;
         vec![$(Field {
             name: stringify!($field),
             offset: std::mem::offset_of!($name, $field),
-            bytes: size_of_field(|value: $name| value.$field),
+            bytes: size_of_val(&first.$field),
+            first: first.$field.in_c(),
         }),*]
-    };
+    }};
 }
 
 macro_rules! layouts {
@@ -38,7 +106,7 @@ macro_rules! layouts {
             name: $name::NAME,
             bytes: size_of::<$name>(),
             version_1_bytes: $name::VERSION_1_BYTES,
-            fields: fields!($name { struct_size, $($field),* }),
+            fields: fields!($name::default(), $name { struct_size, $($field),* }),
             init: init_bytes::<$name>(),
         }),*]
     };
@@ -122,20 +190,25 @@ pub fn layouts() -> Vec<Layout> {
             reserved, ms, name,
         }
     };
-    layouts.insert(
-        0,
-        Layout {
-            name: "camlux_array",
-            bytes: size_of::<camlux_array>(),
-            version_1_bytes: 0,
-            fields: fields!(camlux_array {
+    layouts.insert(0, array_layout(camlux_mesh::default().positions_m));
+    layouts
+}
+
+/// That of a struct which is only found inside of others.
+fn array_layout(first: camlux_array) -> Layout {
+    Layout {
+        name: "camlux_array",
+        bytes: size_of::<camlux_array>(),
+        version_1_bytes: 0,
+        fields: fields!(
+            first,
+            camlux_array {
                 data,
                 stride_bytes,
                 format,
                 reserved
-            }),
-            init: Vec::new(),
-        },
-    );
-    layouts
+            }
+        ),
+        init: Vec::new(),
+    }
 }
