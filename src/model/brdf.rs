@@ -27,9 +27,13 @@ impl Brdf {
     /// around r, so that f is the limit of s → 0 and no light leaves against the mirror direction. Whether l and v lie
     /// above the horizon is not looked at: the cosines that f is multiplied by see to that.
     pub fn eval(&self, l: DVec3, n: DVec3, v: DVec3) -> Bands {
+        let diffuse = self.kd.map(|kd| kd / PI);
+        if self.ks == [0.0; 3] {
+            return diffuse;
+        }
         let r = 2.0 * n.dot(l) * n - l;
         let lobe = phong_lobe(r.dot(v), self.shininess);
-        std::array::from_fn(|band| self.kd[band] / PI + self.ks[band] * lobe)
+        std::array::from_fn(|band| diffuse[band] + self.ks[band] * lobe)
     }
 }
 

@@ -72,6 +72,8 @@ impl Random {
 struct Sequence {
     random: Random,
     live: BTreeMap<(usize, usize), u32>,
+    /// Of the live ones: the test itself holds a reference of each, which no sequence gives back.
+    lent: Vec<(usize, usize)>,
     gone: Vec<usize>,
     renders: usize,
     statuses: BTreeMap<i32, usize>,
@@ -156,8 +158,8 @@ impl Sequence {
 
     fn release(&mut self, kind: usize) -> camlux_status {
         let handle = self.handle::<()>(kind).addr();
-        if self.live.get(&(DEVICE, handle)) == Some(&1) {
-            // The test's own reference.
+        let lent = self.lent.iter().find(|(_, lent)| *lent == handle);
+        if lent.is_some_and(|lent| self.live[lent] == 1) {
             return CAMLUX_OK;
         }
         let status = Self::release_one(kind, handle);
@@ -175,11 +177,13 @@ impl Sequence {
         status
     }
 
-    /// Releases all but the test's own reference of the device.
-    fn end(mut self, device: &Device) -> BTreeMap<i32, usize> {
-        let owed = self.live.remove(&(DEVICE, device.0.addr()));
-        for _ in 1..owed.expect("the test's own reference is left") {
-            ok(camlux_device_release(device.0));
+    /// Releases all but the test's own references.
+    fn end(mut self) -> BTreeMap<i32, usize> {
+        for lent in std::mem::take(&mut self.lent) {
+            let owed = self.live.remove(&lent);
+            for _ in 1..owed.expect("the test's own reference is left") {
+                ok(Self::release_one(lent.0, lent.1));
+            }
         }
         for ((kind, handle), references) in std::mem::take(&mut self.live) {
             for _ in 0..references {
@@ -437,42 +441,50 @@ fn pose(r: &mut Random) -> camlux_pose {
     })
 }
 
-/// A scene that can be rendered, so that some are.
-fn begin(random: Random, device: &Device, renders: usize) -> Sequence {
-    let mut sequence = Sequence {
-        random,
-        live: BTreeMap::new(),
-        gone: Vec::new(),
-        renders,
-        statuses: BTreeMap::new(),
-    };
+/// With a scene that can be rendered and a renderer, so that some are.
+fn begin(
+    random: Random,
+    device: &Device,
+    renderer: *mut camlux_renderer,
+    renders: usize,
+) -> Sequence {
+    let mut lent = vec![(DEVICE, device.0.addr())];
+    let mut live = BTreeMap::new();
     if renders > 0 {
         let scene = load("cornell");
         resize(scene, 16, 16);
         plain_sum(scene, 4);
-        sequence.live.insert((SCENE, scene.addr()), 1);
-        let renderer = device.renderer();
-        sequence.live.insert((RENDERER, renderer.addr()), 1);
+        live.insert((SCENE, scene.addr()), 1);
+        lent.push((RENDERER, renderer.addr()));
     }
-    sequence
+    live.extend(lent.iter().map(|lent| (*lent, 1)));
+    Sequence {
+        random,
+        live,
+        lent,
+        gone: Vec::new(),
+        renders,
+        statuses: BTreeMap::new(),
+    }
 }
 
 fn run(sequences: u64, calls: usize, rendering_one_in: u64) {
     let device = Device::open();
+    // One of which pipelines are made once; sequences create others.
+    let renderer = device.renderer();
     let mut statuses = BTreeMap::<i32, usize>::new();
     let mut rendered = 0;
     for seed in 0..sequences {
         let renders = 2 * usize::from(seed % rendering_one_in == 0);
-        let mut sequence = begin(Random(seed), &device, renders);
-        sequence.live.insert((DEVICE, device.0.addr()), 1);
+        let mut sequence = begin(Random(seed), &device, renderer, renders);
         for _ in 0..calls {
             sequence.step(device.0);
         }
         rendered += renders - sequence.renders;
-        for (status, count) in sequence.end(&device) {
+        for (status, count) in sequence.end() {
             *statuses.entry(status).or_default() += count;
         }
-        assert_eq!(handle_count(), 1, "sequence {seed}");
+        assert_eq!(handle_count(), 2, "sequence {seed}");
     }
     println!("{sequences} sequences, {rendered} frames, statuses {statuses:?}");
     // Otherwise the sequences would show nothing.
@@ -485,6 +497,7 @@ fn run(sequences: u64, calls: usize, rendering_one_in: u64) {
         assert!(statuses[&status] > calls, "{status}");
     }
     assert!(rendered > 0);
+    ok(camlux_renderer_release(renderer));
     drop(device);
     assert_eq!(handle_count(), 0);
 }

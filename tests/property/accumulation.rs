@@ -27,7 +27,7 @@ fn closed_room(estimator: VplSum, rsm_size: u32) -> Scene {
     .collect();
     Scene {
         camera: Camera {
-            resolution_px: [8, 8],
+            resolution_px: [6, 6],
             position_m: DVec3::new(0.8, 0.7, 0.9),
             look_at_m: DVec3::new(-0.2, -0.1, -0.4),
             up: DVec3::Y,

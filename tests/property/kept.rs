@@ -118,9 +118,9 @@ fn what_is_kept_does_not_show() {
         plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16),
         refined(two_lights(demo_scene("cornell_spot", [200, 200]))),
     ];
+    let mut gpu = Gpu::open();
+    let mut anew = Renderer::new(&gpu.device).expect("a renderer");
     for mut scene in scenes {
-        let mut gpu = Gpu::open();
-        let mut anew = Renderer::new(&gpu.device).expect("a renderer");
         for (what, change) in changes() {
             change(&mut scene);
             let frame = gpu.render(&scene);

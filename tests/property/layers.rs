@@ -2,9 +2,20 @@
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
+    Scene,
     output::{Frame, Layer},
-    scene::{Sensor, Texture},
+    scene::{IndirectLight, Sensor, Texture},
 };
+
+/// A demo scene whose indirect light need not be exact.
+fn coarse(name: &str) -> Scene {
+    let mut scene = demo_scene(name, [32, 32]);
+    scene.indirect = Some(IndirectLight::FinalGather {
+        target_error: 0.2,
+        rsm_size: Some(16),
+    });
+    scene
+}
 
 fn values(frame: &Frame, layer: Layer) -> &[f32] {
     frame.values(layer).expect("the layer is there")
@@ -14,7 +25,7 @@ fn values(frame: &Frame, layer: Layer) -> &[f32] {
 fn radiance_is_direct_plus_indirect() {
     let mut gpu = Gpu::open();
     for name in DEMO_SCENES {
-        let frame = gpu.render(&demo_scene(name, [32, 32]));
+        let frame = gpu.render(&coarse(name));
         assert_is_lit(&frame, Layer::Direct);
         assert_is_lit(&frame, Layer::Indirect);
         let direct = values(&frame, Layer::Direct).iter();
@@ -29,7 +40,7 @@ fn radiance_is_direct_plus_indirect() {
 #[test]
 fn without_indirect_light_radiance_is_direct() {
     let mut gpu = Gpu::open();
-    let mut scene = demo_scene("cornell", [32, 32]);
+    let mut scene = coarse("cornell");
     let direct = values(&gpu.render(&scene), Layer::Direct).to_vec();
     scene.indirect = None;
     let frame = gpu.render(&scene);
@@ -44,7 +55,7 @@ fn without_indirect_light_radiance_is_direct() {
 fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
     let mut gpu = Gpu::open();
     for indirect in [true, false] {
-        let mut scene = demo_scene("cornell", [32, 32]);
+        let mut scene = coarse("cornell");
         scene.sensor = Some(Sensor {
             pixel_pitch_um: [7.5, 5.0],
             exposure_time_s: 3e-4,
@@ -70,7 +81,7 @@ fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
 #[test]
 fn background_is_black_and_infinitely_far() {
     let mut gpu = Gpu::open();
-    let mut scene = demo_scene("glossy", [32, 32]);
+    let mut scene = coarse("glossy");
     // From farther away there is room around the scene.
     scene.camera.position_m *= 2.0;
     let frame = gpu.render(&scene);
