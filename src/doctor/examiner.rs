@@ -28,8 +28,12 @@ pub(super) const TARGET_SLACK: f64 = 1.3;
 
 /// Rounds of a reference: from their spread comes its standard error.
 const REFERENCE_ROUNDS: u32 = 8;
-/// Samples of a round in each pixel: enough for a noise well below [`TARGET_ERROR`].
-pub(super) const REFERENCE_SAMPLES: u32 = 256;
+/// Standard error of a reference that [`TARGET_ERROR`] is held against: a fifth of that, and it is taken off.
+const REFERENCE_ERROR: f64 = 0.2 * TARGET_ERROR;
+/// Samples of a round in each pixel, of which there are as many as [`REFERENCE_ERROR`] takes.
+const SAMPLES_OF_A_ROUND: u32 = 32;
+/// Of the references whose error falls slowly.
+const MOST_ROUNDS: u32 = 64;
 
 /// What runs the cases on a device. The checks of a case record one error or more each.
 pub struct Examiner {
@@ -138,15 +142,36 @@ impl Examiner {
 
     /// relRMSE of the direct light against the reference.
     pub(super) fn direct(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
-        let error = self.error_against(&unsampled(scene)?, scene, Layer::Direct)?;
+        self.direct_against(&unsampled(scene)?, what, scene, bound)
+    }
+
+    /// The same against a given reference.
+    pub(super) fn direct_against(
+        &mut self,
+        truth: &Frame,
+        what: &str,
+        scene: &Scene,
+        bound: f64,
+    ) -> Result<()> {
+        let error = self.error_against(truth, scene, Layer::Direct)?;
         self.record(what, "direct", error, bound);
         Ok(())
     }
 
     /// The same with shadows from a map.
     pub(super) fn direct_by_map(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
+        self.direct_by_map_against(&unsampled(scene)?, what, scene, bound)
+    }
+
+    fn direct_by_map_against(
+        &mut self,
+        truth: &Frame,
+        what: &str,
+        scene: &Scene,
+        bound: f64,
+    ) -> Result<()> {
         let by_map = with_shadow(scene, Shadow::Map);
-        let error = self.error_against(&unsampled(scene)?, &by_map, Layer::Direct)?;
+        let error = self.error_against(truth, &by_map, Layer::Direct)?;
         self.record(what, "direct by shadow map", error, bound);
         Ok(())
     }
@@ -170,7 +195,7 @@ impl Examiner {
 
     /// relRMSE of final gathering against the reference.
     pub(super) fn bounce(&mut self, what: &str, scene: &Scene) -> Result<()> {
-        let truth = sampled(scene, REFERENCE_SAMPLES)?;
+        let truth = sampled_enough(scene)?;
         self.bounce_against(&truth, what, scene, TARGET_ERROR)
     }
 
@@ -203,17 +228,19 @@ impl Examiner {
 
     /// Direct light by shadow rays, both sums over VPLs, final gathering.
     pub(super) fn by_rays(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
-        self.direct(what, scene, bound)?;
+        let truth = sampled_enough(scene)?;
+        self.direct_against(&truth, what, scene, bound)?;
         self.sums(what, scene, 24, KERNEL_BOUND)?;
-        self.bounce(what, scene)
+        self.bounce_against(&truth, what, scene, TARGET_ERROR)
     }
 
     /// Everything against the truth, with a bound for direct light.
     pub(super) fn all_within(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
-        self.direct(what, scene, bound)?;
-        self.direct_by_map(what, scene, bound)?;
+        let truth = sampled_enough(scene)?;
+        self.direct_against(&truth, what, scene, bound)?;
+        self.direct_by_map_against(&truth, what, scene, bound)?;
         self.sums(what, scene, 24, KERNEL_BOUND)?;
-        self.bounce(what, scene)
+        self.bounce_against(&truth, what, scene, TARGET_ERROR)
     }
 
     /// Everything against the truth.
@@ -231,6 +258,25 @@ pub(super) fn unsampled(scene: &Scene) -> Result<Frame> {
 pub(super) fn sampled(scene: &Scene, samples_per_round: u32) -> Result<Frame> {
     let mut reference = Reference::new(scene, samples_per_round)?;
     for _ in 0..REFERENCE_ROUNDS {
+        reference.add_round(&mut |_| ControlFlow::Continue(()))?;
+    }
+    Ok(reference.frame())
+}
+
+/// The reference as well as [`TARGET_ERROR`] takes it.
+pub(super) fn sampled_enough(scene: &Scene) -> Result<Frame> {
+    let mut reference = Reference::new(scene, SAMPLES_OF_A_ROUND)?;
+    let is_enough = |reference: &Reference| {
+        let error = reference.relative_standard_error();
+        let is_exact = error.is_none_or(|error| error <= REFERENCE_ERROR);
+        reference.rounds()
+            >= if is_exact {
+                REFERENCE_ROUNDS
+            } else {
+                MOST_ROUNDS
+            }
+    };
+    while !is_enough(&reference) {
         reference.add_round(&mut |_| ControlFlow::Continue(()))?;
     }
     Ok(reference.frame())

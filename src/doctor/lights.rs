@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec3, dvec3};
 use super::{
     Case, Examiner,
     examiner::{
-        DIRECT_BOUND, KERNEL_BOUND, REFERENCE_SAMPLES, TARGET_ERROR, error_of, largest, sampled,
+        DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR, error_of, largest, sampled, sampled_enough,
         unsampled, values,
     },
     scenes::{
@@ -181,7 +181,7 @@ fn light_on_a_surface(exam: &mut Examiner, tilt: f64) -> Result<()> {
         // Half of its light goes below the floor. A lamp above, however near, would shine on the floor under it instead.
         let half_sphere = spot_light(lifted, above, [90.0, 90.0]);
         let upper = lit_by(&room, vec![amplified(half_sphere, [0.5; 3])]);
-        let truth = sampled(&upper, REFERENCE_SAMPLES)?;
+        let truth = sampled_enough(&upper)?;
         exam.bounce_against(&truth, &what, &scene, TARGET_ERROR)?;
     }
     Ok(())
@@ -362,12 +362,19 @@ fn axes_of_the_cube(exam: &mut Examiner) -> Result<()> {
             lost_power(exam, &what, &scene, 9)?;
             exam.sums(&what, &scene, 9, KERNEL_BOUND)?;
             // A cone that lights nothing in view has no relative error.
-            if largest(values(&unsampled(&scene)?, Layer::Direct)) > 0.0 {
-                exam.direct(&what, &scene, DIRECT_BOUND + penumbra_bound(8.0))?;
+            let is_wide = half_angles_deg[1] > 90.0;
+            let truth = if is_wide {
+                sampled_enough(&scene)?
+            } else {
+                unsampled(&scene)?
+            };
+            if largest(values(&truth, Layer::Direct)) > 0.0 {
+                let bound = DIRECT_BOUND + penumbra_bound(8.0);
+                exam.direct_against(&truth, &what, &scene, bound)?;
             }
             // The narrow cone may not be seen to light anything, and then nothing may be claimed.
-            if half_angles_deg[1] > 90.0 {
-                exam.bounce(&what, &scene)?;
+            if is_wide {
+                exam.bounce_against(&truth, &what, &scene, TARGET_ERROR)?;
             }
         }
     }
