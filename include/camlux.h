@@ -251,6 +251,12 @@
 /** The plain sum over the virtual point lights (Keller 1997): no visibility. */
 #define CAMLUX_ESTIMATOR_INSTANT_RADIOSITY 2
 
+/** The error counts over all pixels at once: bright pixels count most. */
+#define CAMLUX_NORM_IMAGE 0
+
+/** The error counts over tiles of the image, each with light as much as another: no dark part is left noisy. */
+#define CAMLUX_NORM_LOCAL 1
+
 /** By rays where indirect light casts some, else from maps. */
 #define CAMLUX_SHADOW_DEFAULT 0
 
@@ -329,6 +335,9 @@
 /** 0: no surface, else 1 + the index of its material (CAMLUX_FORMAT_U32). */
 #define CAMLUX_LAYER_MATERIAL_ID 9
 
+/** Standard error of the indirect light, W/sr/m^2, channels R, G, B; with stderr_layer of camlux_indirect. */
+#define CAMLUX_LAYER_STDERR 10
+
 /** The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH. */
 #define CAMLUX_VERSION_MAJOR 0
 
@@ -337,6 +346,18 @@
 
 /** See CAMLUX_VERSION_MAJOR. */
 #define CAMLUX_VERSION_PATCH 0
+
+/** Nothing was aimed at, or the indirect light is dark. */
+#define CAMLUX_STOP_NONE 0
+
+/** The error is within target_error. */
+#define CAMLUX_STOP_TARGET_MET 1
+
+/** max_ms or max_rays was spent before: the frame is the best image so far. */
+#define CAMLUX_STOP_BUDGET_SPENT 2
+
+/** More samples are not to be had: target_error was missed. */
+#define CAMLUX_STOP_SAMPLES_EXHAUSTED 3
 
 /** Ends renders from another thread. See camlux_cancel_token_create. */
 typedef struct camlux_cancel_token camlux_cancel_token;
@@ -504,8 +525,8 @@ typedef struct camlux_indirect {
    * CAMLUX_ESTIMATOR_FINAL_GATHER only.
    */
   uint32_t rsm_size;
-  /** 0. */
-  uint32_t reserved;
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: what target_error counts over, CAMLUX_NORM_IMAGE or CAMLUX_NORM_LOCAL. */
+  int32_t error_norm;
   /** CAMLUX_ESTIMATOR_FINAL_GATHER only: relative error (relRMSE) against the true bounce, 0.002 to 0.5; 0: 0.02. */
   double target_error;
   /**
@@ -513,6 +534,17 @@ typedef struct camlux_indirect {
    * pixels may cause, 0.002 to 0.5; 0: the sum at every pixel.
    */
   double interpolation_error;
+  /**
+   * CAMLUX_ESTIMATOR_FINAL_GATHER only: wall-clock time for the indirect light of a frame, milliseconds; where it is over before
+   * the target is met, the best image so far is the result. 0: as long as it takes.
+   */
+  double max_ms;
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: the same for rays; 0: as many as it takes. */
+  uint64_t max_rays;
+  /** CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR. */
+  int32_t stderr_layer;
+  /** 0. */
+  uint32_t reserved;
 } camlux_indirect;
 
 /** How direct light is computed. Begin with CAMLUX_DIRECT_INIT: CAMLUX_SHADOW_DEFAULT. */
@@ -753,6 +785,8 @@ typedef struct camlux_frame_stats {
    * NaN where it cannot know, as for the sums of CAMLUX_ESTIMATOR_RSM_AVERAGE and CAMLUX_ESTIMATOR_INSTANT_RADIOSITY.
    */
   double estimated_error;
+  /** What that error is below with a confidence of 95 %, by the estimate's own uncertainty; NaN where there is no such bound. */
+  double estimated_error_upper;
   /**
    * Relative error (relRMSE) of the indirect light against the sum at every pixel, estimated likewise; NaN where no
    * interpolation_error was requested.
@@ -760,8 +794,11 @@ typedef struct camlux_frame_stats {
   double estimated_interpolation_error;
   /** Queue submissions. */
   uint32_t submissions;
-  /** 0. */
-  uint32_t reserved;
+  /**
+   * Why final gathering went no further: CAMLUX_STOP_TARGET_MET and so on; CAMLUX_STOP_NONE for sums and for a frame without indirect
+   * light.
+   */
+  int32_t stop;
   /** Name of the device, UTF-8, valid until the frame's last release. */
   const char *device;
   /** Name and version of its driver, UTF-8, valid until the frame's last release. */
@@ -1397,11 +1434,11 @@ camlux_status camlux_device_create_from_vulkan(const struct camlux_vulkan_device
  * access. The image is there, and no other frame touches it, until the frame's last release, which must not be before the
  * host's commands are done.
  *
- * Radiance, direct, indirect and energy have R, G and B in the layer's unit; normals X, Y and Z; positions X, Y and Z in units of
+ * Radiance, direct, indirect, stderr and energy have R, G and B in the layer's unit; normals X, Y and Z; positions X, Y and Z in units of
  * their own (see camlux_vulkan_image) and 1 + the index of the instance, 0 without a surface. Other layers are made on the way
  * to the host.
  *
- * \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _ENERGY, _POSITION or _NORMAL.
+ * \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _STDERR, _ENERGY, _POSITION or _NORMAL.
  * \param image begin with CAMLUX_VULKAN_IMAGE_INIT.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device.
  * \threads any; frames do not change.
@@ -1424,7 +1461,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0 }
 
-#define CAMLUX_INDIRECT_INIT { (uint32_t)sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0 }
+#define CAMLUX_INDIRECT_INIT { (uint32_t)sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
 
 #define CAMLUX_DIRECT_INIT { (uint32_t)sizeof(camlux_direct), 0 }
 
@@ -1452,7 +1489,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0 }
 
-#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0, 0, NULL, NULL }
+#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL }
 
 #define CAMLUX_PASS_TIME_INIT { (uint32_t)sizeof(camlux_pass_time), 0, 0.0, NULL }
 

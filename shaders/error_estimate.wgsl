@@ -13,7 +13,8 @@ var indirect_radiance: texture_storage_2d<rgba32float, read>;
 var<storage, read> receivers: array<u32>;
 // Two a receiver: diffuse, specular; and their sums of squared differences. Where gathers have no noise, the second may be the first.
 var<storage, read> results: array<vec4<f32>>;
-// Σ over bands of (x − t₁)(x − t₂), t₁·t₂, (t₁ − t₂)²; the squared differences of both.
+// Two a receiver: Σ over bands of (x − t₁)(x − t₂), t₁·t₂, (t₁ − t₂)²; the squared differences of both. And the pixel, and the error
+// that was expected, as the resolve pass has it.
 var<storage, read_write> estimates: array<vec4<f32>>;
 var<immediate> parameters: ErrorEstimateParameters;
 
@@ -30,7 +31,9 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let first_radiance = reflect(pixel, results[first].rgb, results[first + 1u].rgb);
     let second_radiance = reflect(pixel, results[second].rgb, results[second + 1u].rgb);
     let difference = first_radiance - second_radiance;
-    let image = textureLoad(indirect_radiance, pixel).rgb;
-    estimates[id.x] = vec4<f32>(dot(image - first_radiance, image - second_radiance), dot(first_radiance, second_radiance), dot(difference, difference),
+    let image_error = textureLoad(indirect_radiance, pixel);
+    let image = image_error.rgb;
+    estimates[first] = vec4<f32>(dot(image - first_radiance, image - second_radiance), dot(first_radiance, second_radiance), dot(difference, difference),
         reflect_squares(pixel, vec2<f32>(results[first].w + results[second].w, results[first + 1u].w + results[second + 1u].w)));
+    estimates[first + 1u] = vec4<f32>(vec2<f32>(pixel), image_error.w, 0.0);
 }

@@ -10,14 +10,10 @@
 #import light
 #import hits
 #import vpl_list
+#import random
 
 // A light of the list `lights`, which lies there as in a buffer.
 #loader Light lights
-
-// Parts of 0 to 1 in which the range of a sample is known.
-const GUIDE_CELLS: u32 = 4096u;
-// Texels along the edge of a tile; compact.wgsl takes as many together.
-const TILE_TEXELS: u32 = 8u;
 
 struct FinalGatherParameters {
     // C
@@ -33,7 +29,9 @@ struct FinalGatherParameters {
     // Samples of each technique in all.
     samples: u32,
     light_count: u32,
-    range_count: u32,
+    // VPLs of a set, and sets, which receivers take in turn.
+    set_size: u32,
+    set_count: u32,
     // 1: what VPLs contribute is kept.
     is_pilot: u32,
     // Another number: other samples.
@@ -48,13 +46,9 @@ var ks_shininess: texture_2d<f32>;
 // Lists in images, as that of triangles in trace.wgsl.
 var lights: texture_storage_2d<rgba32float, read>;
 var<storage, read> receivers: array<u32>;
-// The tiles of 8 x 8 texels that have VPLs, which lie next to each other: the first VPL, their number; and their probability: from
-// where in the cumulative distribution, and how much.
-var vpl_ranges: texture_storage_2d<rgba32float, read>;
-// For every GUIDE_CELLS-th part of 0 to 1 the range in which it begins.
-var vpl_guide: texture_storage_2d<rgba32float, read>;
-// For every tile of every light the probability of each of its VPLs; 0: it has none.
-var vpl_pmf: texture_storage_2d<rgba32float, read>;
+// The density of VPLs in the lights' maps. A tile of every light: where its cells begin, and how many there are along its edge. In the
+// third component of a cell: samples per area of the map's tiles, if there is one sample.
+var vpl_densities: texture_storage_2d<rgba32float, read>;
 // What each sample of a VPL contributed; only where the parameters say so.
 var<storage, read_write> vpl_contributions: array<f32>;
 // Rank-1 lattice on the unit square in Morton order.
@@ -77,17 +71,6 @@ var<private> specular: vec3<f32>;
 var<private> diffuse_squared_differences: f32;
 var<private> specular_squared_differences: f32;
 
-fn hash(value: u32) -> u32 {
-    // PCG (Jarzynski & Olano 2020).
-    let state = value * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}
-
-fn unit(bits: u32) -> f32 {
-    return f32(bits >> 8u) * 5.9604645e-8;
-}
-
 // What a Q contributes.
 struct Contribution {
     irradiance: vec3<f32>,
@@ -95,9 +78,9 @@ struct Contribution {
     lobe: Shape,
 }
 
-// Of a Q that sends `radiance` to P. `direction` leads from P to Q and has unit length; `vpl_area` is the area that a VPL stands for
-// at Q, and `vpl_samples` how many samples are expected of it.
-fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_area: f32, vpl_samples: f32) -> Contribution {
+// Of a Q that sends `radiance` to P. `direction` leads from P to Q and has unit length; `vpl_density` is that of the
+// VPLs there, per area, if there is one sample.
+fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_density: f32) -> Contribution {
     let samples = f32(parameters.samples);
     let cosine = dot(receiver_normal, direction);
     let is_above = cosine > 0.0 && dot(receiver_geometric, direction) > 0.0 && cosine_q > 0.0;
@@ -108,26 +91,24 @@ fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<
     lobe = eval_lobe(receiver_lobe, direction);
     density += lobe_density(samples, receiver_lobe, direction, lobe);
 #endif
-    density += vpl_samples * distance_squared / (vpl_area * max(cosine_q, 1e-6));
+    density += samples * vpl_density * distance_squared / max(cosine_q, 1e-6);
     return Contribution(select(vec3<f32>(0.0), radiance * (cosine / density), is_above), lobe);
 }
 
-// The VPLs that a light has where it reaches a point: the area of each that faces the light, and how many samples are expected of it.
-struct VplDensity {
-    facing_area: f32,
-    samples: f32,
-}
-
-fn vpl_density(light: Light, position: vec3<f32>) -> VplDensity {
+// The density of a light's VPLs on a surface that faces it at a point which it reaches, as that of a VPL.
+fn facing_vpl_density(light: Light, position: vec3<f32>) -> f32 {
     let from_light = position - light.position;
     let shown = map_place(light, from_light);
-    let size = light.rsm_size;
-    let texel = clamp(shown.place * f32(size), vec2<f32>(0.0), vec2<f32>(f32(size) - 0.5));
-    let tile = vec2<u32>(texel) / TILE_TEXELS;
-    let tiles = size / TILE_TEXELS;
-    let tile_index = light.first_tile + shown.face * tiles * tiles + spread_bits(tile.x) + 2u * spread_bits(tile.y);
-    return VplDensity(facing_texel_area(light, from_light, shown.depth),
-        f32(parameters.samples) * textureLoad(vpl_pmf, list_place(tile_index)).x);
+    let tiles = light.emission_size;
+    let place = max(shown.place, vec2<f32>(0.0)) * f32(tiles);
+    let column_row = min(vec2<u32>(place), vec2<u32>(tiles - 1u));
+    let tile = textureLoad(vpl_densities, list_place(light.first_tile + shown.face * tiles * tiles + morton_code(column_row)));
+    let cell = min(vec2<u32>((place - vec2<f32>(column_row)) * tile.y), vec2<u32>(u32(tile.y) - 1u));
+    return textureLoad(vpl_densities, list_place(u32(tile.x) + morton_code(cell))).z / facing_cell_area(light, from_light, shown.depth);
+}
+
+fn morton_code(column_row: vec2<u32>) -> u32 {
+    return spread_bits(column_row.x) + 2u * spread_bits(column_row.y);
 }
 
 // What each ray contributes if nothing is in its way.
@@ -159,6 +140,13 @@ fn add_unblocked() {
 #endif
 }
 
+// The same whatever the order of the bands: what is learned from it must not depend on that.
+fn band_sum(v: vec3<f32>) -> f32 {
+    let low = min(v.x, v.y);
+    let high = max(v.x, v.y);
+    return min(low, v.z) + max(low, min(high, v.z)) + max(high, v.z);
+}
+
 fn square(v: vec3<f32>) -> f32 {
     return dot(v, v);
 }
@@ -183,13 +171,12 @@ fn follow_directions() {
             let is_hit = met != NOTHING_HIT;
             let hit = hit_surface(select(0u, met, is_hit), receiver_start, direction);
             let illumination = illuminate(light, hit.position);
-            let vpls_there = vpl_density(light, hit.position);
             let cosine_light = dot(hit.shading_normal, illumination.to_light);
             let geometric_cosine_light = dot(hit.geometric_normal, illumination.to_light);
             let reflected = eval_brdf(hit.brdf, hit.shading_normal, illumination.to_light, -direction);
             let offset = hit.position - receiver_position;
             let found = mis_contribution(direction, dot(offset, offset), reflected * illumination.irradiance * cosine_light,
-                -dot(hit.geometric_normal, direction), vpls_there.facing_area / max(geometric_cosine_light, 1e-6), vpls_there.samples);
+                -dot(hit.geometric_normal, direction), facing_vpl_density(light, hit.position) * geometric_cosine_light);
             let is_lit = is_hit && cosine_light > 0.0 && geometric_cosine_light > 0.0 && any(found.irradiance > vec3<f32>(0.0));
             set_contribution(i, found);
             // On the side that P sees, where Q lies in a second surface, too.
@@ -201,19 +188,11 @@ fn follow_directions() {
     }
 }
 
-fn follow_to_vpls(first: u32, end: u32, shift: f32, first_record: u32, is_receiver: bool) {
+fn follow_to_vpls(first: u32, end: u32, shift: f32, first_vpl: u32, first_record: u32, is_receiver: bool) {
     for (var i = 0u; i < RAYS; i++) {
         let sample = sample_of(first, i);
         let x = (f32(sample) + shift) / f32(parameters.samples);
-        var index = u32(textureLoad(vpl_guide, list_place(min(u32(x * f32(GUIDE_CELLS)), GUIDE_CELLS - 1u))).x);
-        var range = textureLoad(vpl_ranges, list_place(index));
-        while (index + 1u < parameters.range_count && x >= range.z + range.w) {
-            index++;
-            range = textureLoad(vpl_ranges, list_place(index));
-        }
-        let step = min(max((x - range.z) / range.w * range.y, 0.0), range.y - 1.0);
-        let vpl_index = u32(range.x) + u32(step);
-        let vpl_samples = f32(parameters.samples) * range.w / range.y;
+        let vpl_index = first_vpl + min(u32(x * f32(parameters.set_size)), parameters.set_size - 1u);
         let vpl = load_vpl(vpl_index);
         let offset = vpl.position - receiver_position;
         let distance_squared = dot(offset, offset);
@@ -223,9 +202,9 @@ fn follow_to_vpls(first: u32, end: u32, shift: f32, first_record: u32, is_receiv
         let vpl_lobe = load_vpl_lobe(vpl_index);
         radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
 #endif
-        let found = mis_contribution(direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.area, vpl_samples);
+        let found = mis_contribution(direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.density);
         set_contribution(i, found);
-        let is_wanted = sample < end && parameters.range_count > 0u && any(found.irradiance > vec3<f32>(0.0));
+        let is_wanted = sample < end && parameters.set_size > 0u && any(found.irradiance > vec3<f32>(0.0));
         set_ray(i, vpl.position - receiver_start, select(NOT_WANTED, 1.0, is_wanted));
     }
     trace(receiver_start, true);
@@ -233,7 +212,7 @@ fn follow_to_vpls(first: u32, end: u32, shift: f32, first_record: u32, is_receiv
     if (parameters.is_pilot == 1u) {
 #repeat SLOT 8
         if (is_receiver && sample_of(first, SLOTu) < end) {
-            let sum_SLOT = dot(contributions[SLOT].irradiance, vec3<f32>(1.0));
+            let sum_SLOT = band_sum(contributions[SLOT].irradiance);
             vpl_contributions[first_record + sample_of(first, SLOTu)] = select(sum_SLOT, 0.0, ray_inverse_t[SLOT] > 1.0);
         }
 #endrepeat
@@ -283,13 +262,15 @@ fn compute_main(
     receiver_lobe = lobe_of(to_camera, receiver_normal, textureLoad(ks_shininess, pixel, 0));
 #endif
 
-    let seed0 = hash(packed ^ hash(parameters.seed));
+    let set_index = (parameters.first_receiver + slot) % parameters.set_count;
+    let seed0 = hash(packed ^ hash(parameters.seed + set_index));
     let seed1 = hash(seed0);
     // The host must know which VPLs the pilot sampled.
     let pilot_shift = fract(f32(parameters.first_result + slot) * 0.618034);
     let shift_of_vpls = select(unit(hash(seed1)), pilot_shift, parameters.is_pilot == 1u);
     let first_record = (parameters.first_result + min(slot, parameters.receiver_count - 1u)) * parameters.samples;
     let shift = vec2<f32>(unit(seed0), unit(seed1));
+    let first_vpl = set_index * parameters.set_size;
     let end = parameters.first_sample + parameters.sample_count;
     let around_normal = frame_around(receiver_normal);
 #if GLOSSY
@@ -312,7 +293,7 @@ fn compute_main(
         }
         follow_directions();
 #endif
-        follow_to_vpls(first, end, shift_of_vpls, first_record, is_receiver);
+        follow_to_vpls(first, end, shift_of_vpls, first_vpl, first_record, is_receiver);
     }
 
     let diffuse_sum = subgroupAdd(vec4<f32>(diffuse, diffuse_squared_differences));

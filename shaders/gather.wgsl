@@ -236,7 +236,7 @@ fn compute_main(
 #if BROADCAST8 BROADCAST4
 #repeat LANE 8
 fn vpl_of_LANE(mine: Vpl) -> Vpl {
-    return Vpl(subgroupBroadcast(mine.position, LANEu), subgroupBroadcast(mine.area, LANEu),
+    return Vpl(subgroupBroadcast(mine.position, LANEu), subgroupBroadcast(mine.density, LANEu),
         subgroupBroadcast(mine.normal, LANEu), subgroupBroadcast(mine.diffuse, LANEu));
 }
 

@@ -35,13 +35,13 @@ struct Light {
     face_count: u32,
     // Texels along a face's edge of the map that the shadow test reads.
     shadow_size: u32,
-    // Texels along a face's edge of the RSM.
-    rsm_size: u32,
-    // ΣΔΩ over the RSM: the measure of the emission domain.
+    // Cells along a face's edge of the emission domain: texels of the RSM, or tiles that final gathering sends rays through.
+    emission_size: u32,
+    // ΣΔΩ over the cells: the measure of the emission domain.
     emission_measure: f32,
     // 1 for a directional light, else 0.
     is_parallel: u32,
-    // Where its VPLs, and the tiles of its RSM, begin in lists that all lights share.
+    // Where its VPLs, or its tiles, begin in lists that all lights share.
     first_vpl: u32,
     first_tile: u32,
 }
@@ -127,10 +127,10 @@ fn map_place(light: Light, from_light: vec3<f32>) -> MapPlace {
     return MapPlace(face, depth, half_extent, 0.5 + 0.5 * (across / half_extent));
 }
 
-// Area that an RSM's texel has where its ray meets a surface that faces the light, local units². Not cut at the rim of the
-// emission domain.
-fn facing_texel_area(light: Light, from_light: vec3<f32>, depth: f32) -> f32 {
-    let edge = 2.0 * light.half_extent / f32(light.rsm_size);
+// Area of a cell of the emission domain where its ray meets a surface that faces the light, local units². Not cut at the rim of
+// the domain.
+fn facing_cell_area(light: Light, from_light: vec3<f32>, depth: f32) -> f32 {
+    let edge = 2.0 * light.half_extent / f32(light.emission_size);
     // ΔΩ·d² = edge²·(depth/d)³·d²
     let narrowing = depth * depth * depth * inverseSqrt(max(dot(from_light, from_light), 1e-18));
     return edge * edge * select(narrowing, 1.0, light.is_parallel == 1u);

@@ -13,10 +13,11 @@ struct PredictParameters {
     // New points of a row, and in all.
     columns: u32,
     item_count: u32,
-    // What an interpolated pixel may be off by, over the image's radiance; negative: nothing is interpolated.
+    // What an interpolated pixel may be off by, over the radiance that errors count over; negative: nothing is interpolated.
     tolerance: f32,
-    // 1/(W/sr/m²).
-    inverse_radiance: f32,
+    // Errors count over this, W/sr/m², or over own_share times the pixel's own radiance, if that is more.
+    least_radiance: f32,
+    own_share: f32,
 }
 
 #if PHONG
@@ -148,8 +149,8 @@ fn compute_main(
     expected_error *= 0.5 * max(leverage, 1.0);
     // Light from the side changes as much as the normal does, and facets have normals of their own.
     let turned = length(value_of(normal_plane, shares) - own.normal);
-    let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027 * parameters.inverse_radiance;
-    expected_error = max(expected_error, TURNING * turned * radiance);
+    let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
+    expected_error = max(expected_error, TURNING * turned * radiance / max(parameters.own_share * radiance, parameters.least_radiance));
     let is_known = has_plane && has_error && expected_error <= parameters.tolerance;
     let to_gather = PixelState(select(UNKNOWN, PREDICTED, has_plane), 0.0);
     let state = encode_state(to_gather);

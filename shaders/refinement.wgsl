@@ -16,7 +16,7 @@ const INTERPOLATED: u32 = 4u;
 
 struct PixelState {
     kind: u32,
-    // Over the image's radiance, at least 0.
+    // Over the radiance that errors count over, at least 0.
     error: f32,
 }
 

@@ -6,8 +6,9 @@
 struct ScatterParameters {
     first_receiver: u32,
     receiver_count: u32,
-    // Over the image's, 1/(W/sr/m²).
-    inverse_radiance: f32,
+    // Errors count over this, W/sr/m², or over own_share times the pixel's own radiance, if that is more.
+    least_radiance: f32,
+    own_share: f32,
     // 1: the receivers belong to the grid that is gathered whatever the light.
     is_grid: u32,
     // Variance of a gather over its sum of squared differences.
@@ -64,7 +65,8 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
 #endif
     var state = PixelState(GATHERED_UNPREDICTED, 0.0);
     if (is_predicted) {
-        state = PixelState(GATHERED, error * 0.57735027 * parameters.inverse_radiance);
+        let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
+        state = PixelState(GATHERED, error * 0.57735027 / max(parameters.own_share * radiance, parameters.least_radiance));
     }
     textureStore(gathered_diffuse, pixel, vec4<f32>(diffuse, encode_state(state)));
 }

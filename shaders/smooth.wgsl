@@ -28,6 +28,8 @@ var<immediate> parameters: SmoothParameters;
 const REACH: i32 = 1;
 // Noise around a pixel over its own.
 const MAX_OVER_OWN: f32 = 4.0;
+// Variance over the square of the light, from where on samples find it seldom.
+const RARE: f32 = 0.1;
 // Fewer do not make a plane.
 const LEAST_PIXELS: f32 = 6.0;
 
@@ -80,9 +82,9 @@ fn compute_main(
     var sum_of_squares = vec2<f32>(0.0);
     var fit: Fit;
     var squares = vec3<f32>(0.0);
+    var specular_squares = 0.0;
 #if PHONG
     var specular_plane: Plane;
-    var specular_squares = 0.0;
 #endif
     for (var y = -REACH; y <= REACH; y++) {
         for (var x = -REACH; x <= REACH; x++) {
@@ -111,9 +113,12 @@ fn compute_main(
     fit.mean /= fit.count;
     fit.spread = squares / fit.count - vec3<f32>(fit.mean.x * fit.mean.x, fit.mean.x * fit.mean.y, fit.mean.y * fit.mean.y);
     fit.determinant = fit.spread.x * fit.spread.z - fit.spread.y * fit.spread.y;
-    // A pixel that is dark without doubt stays so beside bright ones.
     let own_squares = textureLoad(squared_differences, pixel).xy;
-    let variance = parameters.variance_scale * min(sum_of_squares / fit.count, MAX_OVER_OWN * own_squares);
+    let mean_squares = sum_of_squares / fit.count;
+    // A pixel that is dark without doubt stays so beside bright ones. Where few samples find the light, one that has found none is not.
+    let is_doubtful = own_squares == vec2<f32>(0.0)
+        & parameters.variance_scale * mean_squares > RARE * vec2<f32>(diffuse_squares, specular_squares) / fit.count;
+    let variance = parameters.variance_scale * select(min(mean_squares, MAX_OVER_OWN * own_squares), mean_squares, is_doubtful);
     let has_plane = fit.count >= LEAST_PIXELS && fit.determinant > 0.1;
     let diffuse = smooth_value(own.rgb, diffuse_plane, fit, diffuse_squares, variance.x);
     smoothed[2u * item] = vec4<f32>(max(select(own.rgb, diffuse, has_plane), vec3<f32>(0.0)), own.w);

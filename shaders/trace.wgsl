@@ -89,8 +89,14 @@ fn planes_from_origin(triangle: u32, origin: vec3<f32>) -> OriginPlanes {
     planes.edge0 = turn * cross(c1 + c2, c2 - c1);
     planes.edge1 = turn * cross(c2 + c0, c0 - c2);
     planes.edge2 = turn * cross(c0 + c1, c1 - c0);
+#if CENTRAL
+    // From a light: it may be mounted on a surface.
+    let is_in_plane = abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
+#else
     // The origin in the plane, or a triangle without area: never hit.
-    planes.normal = select(normal / height, vec3<f32>(0.0), height == 0.0);
+    let is_in_plane = height == 0.0;
+#endif
+    planes.normal = select(normal / height, vec3<f32>(0.0), is_in_plane);
     return planes;
 }
 
@@ -139,16 +145,27 @@ fn planes_to_light(triangle: u32, light_end: vec4<f32>) -> LightPlanes {
     planes.plane2 = cross(twice_light - weight * middle2, b.xyz - a.xyz);
     planes.offsets = 0.5 * vec3<f32>(dot(planes.plane0, middle0), dot(planes.plane1, middle1), dot(planes.plane2, middle2));
     planes.corner = a.xyz;
-    planes.normal = select(turn * normal, vec3<f32>(0.0), abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0)));
+    let is_in_plane = abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
+#if PARALLEL
+    // A height over the plane becomes a distance along the rays.
+    planes.normal = select(normal / height, vec3<f32>(0.0), is_in_plane);
+#else
+    planes.normal = select(turn * normal, vec3<f32>(0.0), is_in_plane);
+#endif
     return planes;
 }
 
-// BLOCKED or 0. Which side of the triangle's plane a ray's ends are on tell their heights over it, whose error does not
+// BLOCKED or 0; of parallel rays from a light 1 / distance or 0. Which side of the triangle's plane a ray's ends are on tell their heights over it, whose error does not
 // grow with the light's distance or the triangle's slimness.
 fn blocking(planes: LightPlanes, start: vec3<f32>) -> f32 {
     let inside = min(min(dot(planes.plane0, start) - planes.offsets.x, dot(planes.plane1, start) - planes.offsets.y),
         dot(planes.plane2, start) - planes.offsets.z);
-    return select(0.0, BLOCKED, (inside >= 0.0) & (dot(planes.normal, start - planes.corner) < 0.0));
+    let height = dot(planes.normal, start - planes.corner);
+#if PARALLEL
+    return select(0.0, -1.0 / height, (inside >= 0.0) & (height < 0.0));
+#else
+    return select(0.0, BLOCKED, (inside >= 0.0) & (height < 0.0));
+#endif
 }
 
 #if TREE
@@ -308,9 +325,13 @@ fn intersect(planes: OriginPlanes, triangle: u32) {
     }
 }
 
-fn occlude(planes: LightPlanes) {
+fn occlude(planes: LightPlanes, triangle: u32) {
     for (var i = 0u; i < RAYS; i++) {
-        ray_inverse_t[i] = max(ray_inverse_t[i], blocking(planes, ray_vector[i]));
+        let inverse_t = blocking(planes, ray_vector[i]);
+#if PARALLEL
+        ray_hit[i] = select(ray_hit[i], triangle, inverse_t > ray_inverse_t[i]);
+#endif
+        ray_inverse_t[i] = max(ray_inverse_t[i], inverse_t);
     }
 }
 
@@ -361,18 +382,28 @@ fn trace(origin: vec3<f32>, is_any: bool) {
 
 // Finds for each ray whether something is between its start and the light, which is the same for all lanes of a packet; all of them
 // must come here. Afterwards ray_inverse_t is BLOCKED, or NOT_WANTED as before, where it is over 1.
+//
+// Of parallel rays from a light it finds the closest hit: `light_end` is then where they lead.
 fn trace_to_light(light_end: vec4<f32>) {
     let large_end = 8u * u32(box_texel(0u).x);
+#if PARALLEL
+    for (var i = 0u; i < RAYS; i++) {
+        ray_hit[i] = NOTHING_HIT;
+    }
+    let is_any = false;
+#else
+    let is_any = true;
+#endif
     var first = 0u;
     loop {
 #if PACKET
         let mine = planes_to_light(first + lane, light_end);
 #repeat LANE 8
-        occlude(light_planes_of_LANE(mine));
+        occlude(light_planes_of_LANE(mine), first + LANEu);
 #endrepeat
         first += 8u;
 #else
-        occlude(planes_to_light(first, light_end));
+        occlude(planes_to_light(first, light_end), first);
         first++;
 #endif
         continuing {
@@ -380,7 +411,7 @@ fn trace_to_light(light_end: vec4<f32>) {
         }
     }
 #if TREE
-    traverse(light_end, true, true);
+    traverse(light_end, true, is_any);
 #endif
 }
 

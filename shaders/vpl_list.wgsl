@@ -5,7 +5,7 @@
 // Lists of VPLs lie in image arrays, one layer per member: lavapipe fetches a texel for eight lanes in half the time of a
 // buffer load, and images have no limit of 128 MiB. A row holds this many VPLs.
 const VPLS_PER_ROW: u32 = 1024u;
-// Layers: position and area, normal, diffuse; specular, those of the lobe.
+// Layers: position and density, normal, diffuse; specular, those of the lobe.
 const VPL_LAYERS: u32 = 3u;
 const GLOSSY_VPL_LAYERS: u32 = VPL_LAYERS + 1u + LOBE_LAYERS;
 
@@ -13,8 +13,8 @@ const GLOSSY_VPL_LAYERS: u32 = VPL_LAYERS + 1u + LOBE_LAYERS;
 struct Vpl {
     // Q
     position: vec3<f32>,
-    // That it stands for, local units²: of those for rays.
-    area: f32,
+    // Of those for rays: samples per area, if there is one sample, per local unit².
+    density: f32,
     // n_Q
     normal: vec3<f32>,
     // What it sends in every direction of its hemisphere, the diffuse factor of f_Q times: rsm-average: L_{L→Q}·cosθ_{Q→L}·ΔΩ/ΣΔΩ;
@@ -34,8 +34,8 @@ var vpls: texture_2d_array<f32>;
 
 fn load_vpl(index: u32) -> Vpl {
     let place = vpl_place(index);
-    let position_area = textureLoad(vpls, place, 0, 0);
-    return Vpl(position_area.xyz, position_area.w, textureLoad(vpls, place, 1, 0).xyz, textureLoad(vpls, place, 2, 0).xyz);
+    let position_density = textureLoad(vpls, place, 0, 0);
+    return Vpl(position_density.xyz, position_density.w, textureLoad(vpls, place, 1, 0).xyz, textureLoad(vpls, place, 2, 0).xyz);
 }
 
 fn load_vpl_lobe(index: u32) -> VplLobe {

@@ -227,6 +227,11 @@ impl<'t> Value<'t> {
         count(&self.value).ok_or_else(|| self.wrong("a whole number from 0 to 4294967295"))
     }
 
+    /// A whole number that need not fit a `u32`.
+    pub fn large_count(&self) -> Result<u64> {
+        large_count(&self.value).ok_or_else(|| self.wrong("a whole number of 0 or more"))
+    }
+
     pub fn counts<const N: usize>(&self) -> Result<[u32; N]> {
         self.array(count)
             .ok_or_else(|| self.wrong(&format!("an array of {N} whole numbers")))
@@ -368,6 +373,10 @@ fn finite_number(value: &DeValue) -> Option<f64> {
 }
 
 fn count(value: &DeValue) -> Option<u32> {
+    large_count(value)?.try_into().ok()
+}
+
+fn large_count(value: &DeValue) -> Option<u64> {
     let integer = value.as_integer()?;
-    u32::from_str_radix(integer.as_str(), integer.radix()).ok()
+    u64::from_str_radix(integer.as_str(), integer.radix()).ok()
 }

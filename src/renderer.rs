@@ -42,6 +42,8 @@ pub struct RenderOptions<'a> {
     pub gather_kernel: Option<GatherKernel>,
     /// The kernel of shadow rays; `None`: the fastest for the device.
     pub ray_kernel: Option<RayKernel>,
+    /// Another number: other samples of final gathering, whose image has other noise and another error.
+    pub seed: u32,
 }
 
 impl Default for RenderOptions<'_> {
@@ -51,6 +53,7 @@ impl Default for RenderOptions<'_> {
             submission_target: Duration::from_millis(500),
             gather_kernel: None,
             ray_kernel: None,
+            seed: 0,
         }
     }
 }
@@ -168,6 +171,7 @@ impl Renderer {
             plan: &plan,
             space: &space,
             stays_on_device,
+            seed: options.seed,
             cost: &cost,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
@@ -192,8 +196,10 @@ impl Renderer {
                 passes: passes_of(&cost.times),
                 vpl_count,
                 pixel_vpl_pairs: cost.work_of("gather"),
-                ray_count: cost.work_of("final_gather"),
+                ray_count: cost.work_of("final_gather") + cost.work_of("light_rays"),
                 estimated_error: estimates.error,
+                estimated_error_upper: estimates.error_upper,
+                stop: estimates.stop,
                 estimated_interpolation_error: estimates.interpolation_error,
                 submissions: cost.submissions,
                 wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,

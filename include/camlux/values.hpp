@@ -55,6 +55,7 @@ enum class layer : std::int32_t {
     range = CAMLUX_LAYER_RANGE,
     instance_id = CAMLUX_LAYER_INSTANCE_ID,
     material_id = CAMLUX_LAYER_MATERIAL_ID,
+    standard_error = CAMLUX_LAYER_STDERR,
 };
 
 enum class log_level : std::int32_t {

@@ -35,8 +35,10 @@ pub const CAMLUX_LAYER_RANGE: i32 = 7;
 pub const CAMLUX_LAYER_INSTANCE_ID: i32 = 8;
 /// 0: no surface, else 1 + the index of its material (CAMLUX_FORMAT_U32).
 pub const CAMLUX_LAYER_MATERIAL_ID: i32 = 9;
+/// Standard error of the indirect light, W/sr/m^2, channels R, G, B; with stderr_layer of camlux_indirect.
+pub const CAMLUX_LAYER_STDERR: i32 = 10;
 
-pub(super) const LAYERS: [(i32, &str, Layer); 10] = args::choices![
+pub(super) const LAYERS: [(i32, &str, Layer); 11] = args::choices![
     CAMLUX_LAYER_RADIANCE => Layer::Radiance,
     CAMLUX_LAYER_DIRECT => Layer::Direct,
     CAMLUX_LAYER_INDIRECT => Layer::Indirect,
@@ -47,6 +49,7 @@ pub(super) const LAYERS: [(i32, &str, Layer); 10] = args::choices![
     CAMLUX_LAYER_RANGE => Layer::Range,
     CAMLUX_LAYER_INSTANCE_ID => Layer::InstanceId,
     CAMLUX_LAYER_MATERIAL_ID => Layer::MaterialId,
+    CAMLUX_LAYER_STDERR => Layer::StandardError,
 ];
 
 /// A layer as it lies in the frame's memory. Begin with CAMLUX_VIEW_INIT.
@@ -155,7 +158,7 @@ impl FrameObject {
         let (_, data) = found.ok_or_else(|| {
             let name = kind.name();
             Failure::argument(format!(
-                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect"
+                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr its stderr_layer"
             ))
         })?;
         Ok((kind, data))

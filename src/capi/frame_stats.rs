@@ -3,6 +3,7 @@
 use std::ffi::c_char;
 
 use super::*;
+use crate::output::StopReason;
 
 /// The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH.
 pub const CAMLUX_VERSION_MAJOR: u32 = 0;
@@ -18,6 +19,15 @@ pub const CAMLUX_VERSION_PATCH: u32 = 0;
 pub extern "C" fn camlux_version() -> u32 {
     1_000_000 * CAMLUX_VERSION_MAJOR + 1000 * CAMLUX_VERSION_MINOR + CAMLUX_VERSION_PATCH
 }
+
+/// Nothing was aimed at, or the indirect light is dark.
+pub const CAMLUX_STOP_NONE: i32 = 0;
+/// The error is within target_error.
+pub const CAMLUX_STOP_TARGET_MET: i32 = 1;
+/// max_ms or max_rays was spent before: the frame is the best image so far.
+pub const CAMLUX_STOP_BUDGET_SPENT: i32 = 2;
+/// More samples are not to be had: target_error was missed.
+pub const CAMLUX_STOP_SAMPLES_EXHAUSTED: i32 = 3;
 
 /// What a frame has cost. Begin with CAMLUX_FRAME_STATS_INIT.
 #[repr(C)]
@@ -42,13 +52,16 @@ pub struct camlux_frame_stats {
     /// Relative error (relRMSE) of the indirect light against the true bounce, as camlux estimates it from the frame itself;
     /// NaN where it cannot know, as for the sums of CAMLUX_ESTIMATOR_RSM_AVERAGE and CAMLUX_ESTIMATOR_INSTANT_RADIOSITY.
     pub estimated_error: f64,
+    /// What that error is below with a confidence of 95 %, by the estimate's own uncertainty; NaN where there is no such bound.
+    pub estimated_error_upper: f64,
     /// Relative error (relRMSE) of the indirect light against the sum at every pixel, estimated likewise; NaN where no
     /// interpolation_error was requested.
     pub estimated_interpolation_error: f64,
     /// Queue submissions.
     pub submissions: u32,
-    /// 0.
-    pub reserved: u32,
+    /// Why final gathering went no further: CAMLUX_STOP_TARGET_MET and so on; CAMLUX_STOP_NONE for sums and for a frame without indirect
+    /// light.
+    pub stop: i32,
     /// Name of the device, UTF-8, valid until the frame's last release.
     pub device: *const c_char,
     /// Name and version of its driver, UTF-8, valid until the frame's last release.
@@ -69,7 +82,7 @@ pub struct camlux_pass_time {
     pub name: *const c_char,
 }
 
-c_struct!(camlux_frame_stats, 96);
+c_struct!(camlux_frame_stats, 104);
 
 c_struct!(camlux_pass_time, 24);
 
@@ -99,7 +112,14 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                 estimated_interpolation_error: found
                     .estimated_interpolation_error
                     .unwrap_or(f64::NAN),
+                estimated_error_upper: found.estimated_error_upper.unwrap_or(f64::NAN),
                 submissions: found.submissions,
+                stop: match found.stop {
+                    None => CAMLUX_STOP_NONE,
+                    Some(StopReason::TargetMet) => CAMLUX_STOP_TARGET_MET,
+                    Some(StopReason::BudgetSpent) => CAMLUX_STOP_BUDGET_SPENT,
+                    Some(StopReason::SamplesExhausted) => CAMLUX_STOP_SAMPLES_EXHAUSTED,
+                },
                 device: object.device.as_ptr(),
                 driver: object.driver.as_ptr(),
                 ..Default::default()

@@ -193,10 +193,12 @@ impl RendererObject {
         self.device.log_validation();
         let rendered = rendered?;
         scene.log_warnings(&scene_now);
-        if let Rendered::ToHost(frame) = &rendered {
-            for warning in frame.warnings() {
-                log::write(CAMLUX_LOG_WARNING, || warning);
-            }
+        let warnings = match &rendered {
+            Rendered::ToHost(frame) => frame.warnings(),
+            Rendered::OnDevice(frame, _) => frame.warnings(),
+        };
+        for warning in warnings {
+            log::write(CAMLUX_LOG_WARNING, || warning);
         }
         log_times(rendered.stats(), scene_now.camera.resolution_px);
         Ok(FrameObject::new(rendered, snapshot_ms))

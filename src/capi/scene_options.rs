@@ -6,7 +6,8 @@ use super::*;
 use crate::{
     Error,
     scene::{
-        Camera, DEFAULT_TARGET_ERROR, Direct, IndirectLight, Intrinsics, Lens, Sensor, Shadow,
+        Camera, DEFAULT_TARGET_ERROR, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Sensor,
+        Shadow,
     },
 };
 
@@ -72,6 +73,11 @@ pub const CAMLUX_ESTIMATOR_RSM_AVERAGE: i32 = 1;
 /// The plain sum over the virtual point lights (Keller 1997): no visibility.
 pub const CAMLUX_ESTIMATOR_INSTANT_RADIOSITY: i32 = 2;
 
+/// The error counts over all pixels at once: bright pixels count most.
+pub const CAMLUX_NORM_IMAGE: i32 = 0;
+/// The error counts over tiles of the image, each with light as much as another: no dark part is left noisy.
+pub const CAMLUX_NORM_LOCAL: i32 = 1;
+
 /// How the single bounce is computed. Begin with CAMLUX_INDIRECT_INIT: final gathering to 0.02 of relative error.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
@@ -83,13 +89,22 @@ pub struct camlux_indirect {
     /// Texels along one edge of a face of the reflective shadow map. 0: camlux chooses, which it can for
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only.
     pub rsm_size: u32,
-    /// 0.
-    pub reserved: u32,
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: what target_error counts over, CAMLUX_NORM_IMAGE or CAMLUX_NORM_LOCAL.
+    pub error_norm: i32,
     /// CAMLUX_ESTIMATOR_FINAL_GATHER only: relative error (relRMSE) against the true bounce, 0.002 to 0.5; 0: 0.02.
     pub target_error: f64,
     /// CAMLUX_ESTIMATOR_RSM_AVERAGE only: relative error (relRMSE) against the sum at every pixel that interpolation between
     /// pixels may cause, 0.002 to 0.5; 0: the sum at every pixel.
     pub interpolation_error: f64,
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: wall-clock time for the indirect light of a frame, milliseconds; where it is over before
+    /// the target is met, the best image so far is the result. 0: as long as it takes.
+    pub max_ms: f64,
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: the same for rays; 0: as many as it takes.
+    pub max_rays: u64,
+    /// CAMLUX_ESTIMATOR_FINAL_GATHER only: 1: frames have the layer CAMLUX_LAYER_STDERR.
+    pub stderr_layer: i32,
+    /// 0.
+    pub reserved: u32,
 }
 
 /// By rays where indirect light casts some, else from maps.
@@ -120,7 +135,7 @@ c_struct!(
 
 c_struct!(camlux_sensor, 40, duty_cycle: 1.0);
 
-c_struct!(camlux_indirect, 32);
+c_struct!(camlux_indirect, 56);
 
 c_struct!(camlux_direct, 8);
 
@@ -280,13 +295,27 @@ fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
 
 fn indirect_from_c(raw: camlux_indirect) -> Outcome<IndirectLight> {
     args::reserved(camlux_indirect::NAME, raw.reserved)?;
-    let given = |error: f64| (error != 0.0).then_some(error);
+    let stderr_layer = args::flag("stderr_layer", raw.stderr_layer)?;
+    let given = |value: f64| (value != 0.0).then_some(value);
     let (target, interpolation) = (given(raw.target_error), given(raw.interpolation_error));
+    let (max_ms, max_rays) = (
+        given(raw.max_ms),
+        (raw.max_rays > 0).then_some(raw.max_rays),
+    );
+    let norms = args::choices![
+        CAMLUX_NORM_IMAGE => ErrorNorm::Image,
+        CAMLUX_NORM_LOCAL => ErrorNorm::Local,
+    ];
+    let error_norm = args::one_of("error_norm", raw.error_norm, &norms)?;
     let rsm_size = raw.rsm_size;
     let choices = args::choices![
         CAMLUX_ESTIMATOR_FINAL_GATHER => IndirectLight::FinalGather {
             target_error: target.unwrap_or(DEFAULT_TARGET_ERROR),
+            error_norm,
             rsm_size: (rsm_size > 0).then_some(rsm_size),
+            max_ms,
+            max_rays,
+            stderr_layer,
         },
         CAMLUX_ESTIMATOR_RSM_AVERAGE => IndirectLight::RsmAverage {
             rsm_size,
@@ -295,6 +324,8 @@ fn indirect_from_c(raw: camlux_indirect) -> Outcome<IndirectLight> {
         CAMLUX_ESTIMATOR_INSTANT_RADIOSITY => IndirectLight::InstantRadiosity { rsm_size },
     ];
     let indirect = args::one_of("estimator", raw.estimator, &choices)?;
+    let rays = |rays: Option<u64>| rays.map(|rays| rays as f64);
+    let norm = |norm: ErrorNorm| (norm != ErrorNorm::Image).then_some(f64::from(raw.error_norm));
     let given_and_used = [
         ("target_error", target, indirect.target_error()),
         (
@@ -302,11 +333,23 @@ fn indirect_from_c(raw: camlux_indirect) -> Outcome<IndirectLight> {
             interpolation,
             indirect.interpolation_error(),
         ),
+        ("max_ms", max_ms, indirect.max_ms()),
+        ("max_rays", rays(max_rays), rays(indirect.max_rays())),
+        (
+            "error_norm",
+            norm(error_norm),
+            indirect.error_norm().and_then(norm),
+        ),
+        (
+            "stderr_layer",
+            stderr_layer.then_some(1.0),
+            indirect.stderr_layer().map(f64::from),
+        ),
     ];
     for (name, given, used) in given_and_used {
-        if let (Some(error), None) = (given, used) {
-            let problem = format!("{name} is {error}, but {} has none", indirect.name());
-            let hint = "leave it 0; see camlux_indirect for which estimator has which error";
+        if let (Some(value), None) = (given, used) {
+            let problem = format!("{name} is {value}, but {} has none", indirect.name());
+            let hint = "leave it 0; see camlux_indirect for which estimator has which member";
             return Err(Error::scene("indirect", problem, hint).into());
         }
     }

@@ -176,11 +176,11 @@ unsafe fn host_vulkan(vulkan: &camlux_vulkan_device) -> Outcome<HostVulkan> {
 /// access. The image is there, and no other frame touches it, until the frame's last release, which must not be before the
 /// host's commands are done.
 ///
-/// Radiance, direct, indirect and energy have R, G and B in the layer's unit; normals X, Y and Z; positions X, Y and Z in units of
+/// Radiance, direct, indirect, stderr and energy have R, G and B in the layer's unit; normals X, Y and Z; positions X, Y and Z in units of
 /// their own (see camlux_vulkan_image) and 1 + the index of the instance, 0 without a surface. Other layers are made on the way
 /// to the host.
 ///
-/// \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _ENERGY, _POSITION or _NORMAL.
+/// \param layer CAMLUX_LAYER_RADIANCE, _DIRECT, _INDIRECT, _STDERR, _ENERGY, _POSITION or _NORMAL.
 /// \param image begin with CAMLUX_VULKAN_IMAGE_INIT.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT, also for a layer that is not on the device.
 /// \threads any; frames do not change.

@@ -5,6 +5,7 @@ use std::{mem, ops::ControlFlow};
 use super::{
     Case, Measurement, Part,
     scenes::{with_each_estimator, with_rays, with_shadow, with_sum},
+    torture,
 };
 use crate::{
     Device, RenderOptions, Renderer, Result, Scene,
@@ -41,6 +42,8 @@ pub struct Examiner {
     pub(super) renderer: Renderer,
     last_scene: Option<Scene>,
     measured: Measurement,
+    pub(super) torture: torture::Settings,
+    pub(super) rows: Vec<torture::Row>,
 }
 
 impl Examiner {
@@ -54,6 +57,8 @@ impl Examiner {
             renderer: Renderer::new(device)?,
             last_scene: None,
             measured: Measurement::default(),
+            torture: torture::Settings::default(),
+            rows: Vec::new(),
         })
     }
 

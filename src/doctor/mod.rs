@@ -13,6 +13,7 @@ mod meshes;
 pub mod scale;
 pub mod scenes;
 pub mod sums;
+pub mod torture;
 pub mod transport;
 
 pub use examiner::Examiner;
@@ -21,13 +22,14 @@ pub use measurement::{Measurement, Part};
 use crate::Result;
 
 /// All cases, under the headings of their tables.
-pub const GROUPS: [(&str, &[Case]); 6] = [
+pub const GROUPS: [(&str, &[Case]); 7] = [
     ("Geometry", geometry::CASES),
     ("Lights", lights::CASES),
     ("Scale", scale::CASES),
     ("Transport", transport::CASES),
     ("Material", material::CASES),
     ("Sums", sums::CASES),
+    ("Torture", torture::CASES),
 ];
 
 /// A hard case.

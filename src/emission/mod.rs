@@ -142,6 +142,34 @@ impl EmissionDomain {
         }
     }
 
+    /// The face, column and row of the cell at a place of a face, 0 to 1 over its columns and rows; or, beyond its edges, of the cell
+    /// of another face in that direction. `None` where no face shows it.
+    pub fn cell_at(&self, face: usize, place: [f64; 2]) -> Option<[u32; 3]> {
+        let of = &self.faces[face];
+        let [right, down] = place.map(|place| of.half_extent * (2.0 * place - 1.0));
+        let sideways = of.right * right - of.up * down;
+        let (index, across) = match self.projection {
+            Projection::Orthographic => (face, place.map(|place| 2.0 * place - 1.0)),
+            Projection::Perspective => {
+                let direction = of.forward + sideways;
+                let depth = |face: &EmissionFace| face.forward.dot(direction);
+                let faces = self.faces.iter().enumerate();
+                let (index, shown) =
+                    faces.max_by(|(_, a), (_, b)| depth(a).total_cmp(&depth(b)))?;
+                let scale = 1.0 / (depth(shown) * shown.half_extent);
+                let across = [shown.right.dot(direction), -shown.up.dot(direction)];
+                (index, across.map(|across| across * scale))
+            }
+        };
+        let cells = across.map(|across| ((0.5 + 0.5 * across) * f64::from(self.size)).floor());
+        let is_inside = |cell: &f64| (0.0..f64::from(self.size)).contains(cell);
+        let [column, row] = cells;
+        cells
+            .iter()
+            .all(is_inside)
+            .then_some([index as u32, column as u32, row as u32])
+    }
+
     /// Measure of the whole domain, ΣΔΩ in sr or ΣΔA_perp in m²: 4π, 2π·(1 − cos θ_o), or π·radius².
     pub fn total_measure(&self) -> f64 {
         let sum: CompensatedSum = self.texels.iter().map(|texel| texel.measure).collect();

@@ -76,7 +76,7 @@ impl DeviceFrame {
         }
     }
 
-    /// The image of a layer: radiance, direct, indirect and energy in R, G and B in the layer's unit; N in X, Y and Z; P in X, Y
+    /// The image of a layer: radiance, direct, indirect, stderr and energy in R, G and B in the layer's unit; N in X, Y and Z; P in X, Y
     /// and Z in [`DeviceFrame::local_space`] with `id.instance` as the fourth. `None` for layers that are made on the way to
     /// the host, and for those that the scene does not have.
     pub fn image(&self, layer: Layer) -> Option<DeviceImage> {
@@ -85,6 +85,7 @@ impl DeviceFrame {
             Layer::Radiance => images.radiance.as_ref()?,
             Layer::Direct => &images.direct,
             Layer::Indirect => images.indirect.as_ref()?,
+            Layer::StandardError => images.indirect_stderr.as_ref()?,
             Layer::Energy => images.energy.as_ref()?,
             Layer::Position => &images.gbuffer.position_mesh,
             Layer::Normal => &images.gbuffer.normal_geometric,
@@ -112,6 +113,12 @@ impl DeviceFrame {
     /// What it cost, but for the way to the host.
     pub fn stats(&self) -> &FrameStats {
         &self.shared.drawn.stats
+    }
+
+    /// What [`Frame::warnings`] says but for what only the layers show.
+    pub fn warnings(&self) -> Vec<String> {
+        let missed = self.stats().missed_target(self.description());
+        missed.into_iter().collect()
     }
 
     /// How it was made.

@@ -14,6 +14,8 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
     pub direct: A::Image,
     /// With indirect light.
     pub indirect: Option<A::Image>,
+    /// Standard error of `indirect` per band, W/sr/m²; where it is wanted.
+    pub indirect_stderr: Option<A::Image>,
     /// With a sensor.
     pub energy: Option<A::Image>,
     /// Direct and indirect together: for a host alone.
@@ -26,6 +28,7 @@ pub(crate) struct FrameImagesKey {
     resolution_px: [u32; 2],
     is_specular: bool,
     has_indirect: bool,
+    has_indirect_stderr: bool,
     has_energy: bool,
     has_radiance: bool,
 }
@@ -36,6 +39,7 @@ impl FrameImagesKey {
             resolution_px: plan.resolution_px,
             is_specular: plan.is_specular,
             has_indirect: plan.indirect.is_some(),
+            has_indirect_stderr: plan.has_stderr_layer(),
             has_energy: plan.joule_per_irradiance.is_some(),
             has_radiance: stays_on_device,
         }
@@ -54,6 +58,10 @@ impl<A: Allocate> FrameImages<A> {
                 .has_indirect
                 .then(|| image("indirect radiance"))
                 .transpose()?,
+            indirect_stderr: key
+                .has_indirect_stderr
+                .then(|| image("standard error of indirect radiance"))
+                .transpose()?,
             energy: key.has_energy.then(|| image("energy")).transpose()?,
             radiance: key.has_radiance.then(|| image("radiance")).transpose()?,
             key,
@@ -62,11 +70,12 @@ impl<A: Allocate> FrameImages<A> {
 }
 
 impl FrameImages {
-    /// Zeros, to which light after light is added.
+    /// Zeros, to which light after light is added, and which stay where there is nothing to gather.
     pub fn record_clears<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        for sum in [&self.direct].into_iter().chain(&self.indirect) {
-            recorder.prepare_images(&[sum]);
-            recorder.clear_image(sum);
+        let others = self.indirect.iter().chain(&self.indirect_stderr);
+        for image in others.chain([&self.direct]) {
+            recorder.prepare_images(&[image]);
+            recorder.clear_image(image);
         }
     }
 }

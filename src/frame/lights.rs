@@ -5,7 +5,7 @@ use crate::{
     Error, LightPlan, Result,
     passes::{
         Context, direct::Occluders, gather::ListedVpls, light::DeviceLight, rsm::Rsm,
-        shadow::ShadowMap, vpl::VplLists, vpl_sampler::ListedLight,
+        shadow::ShadowMap, vpl::VplLists,
     },
     plan::ShadowPlan,
     scene::{Light, VplSum},
@@ -14,7 +14,7 @@ use crate::{
 
 /// Lights, their maps and their VPLs.
 pub(crate) struct Lights {
-    /// The VPLs of all lights; with indirect light.
+    /// The VPLs of all lights; where sums are taken of them.
     pub vpls: Option<VplLists>,
     /// One set a light, or one that the lights use in turn.
     map_sets: Vec<MapSet>,
@@ -25,7 +25,7 @@ pub(crate) struct Lights {
 /// All that the room for maps and lists, and the form of what lies in it, depend on.
 #[derive(PartialEq)]
 pub(crate) struct LightsKey {
-    /// The sum, `None` for final gathering; and the RSM's size.
+    /// The sum, `None` for final gathering; and the size of the emission domain.
     indirect: Option<(Option<VplSum>, u32)>,
     own_map_size: Option<u32>,
     max_faces: u32,
@@ -44,7 +44,7 @@ struct LightKey {
 
 /// Room for what a light sees, and what it shows.
 struct MapSet {
-    /// With indirect light.
+    /// Where VPLs are taken from it.
     rsm: Option<Rsm>,
     rsm_shows: Cached<LightKey, ()>,
     /// Where neither RSMs nor rays serve the shadow test.
@@ -57,8 +57,6 @@ struct LitLight {
     device: DeviceLight,
     /// After [`Lights::take_vpls`].
     listed: Option<ListedVpls>,
-    /// The same for the samples of final gathering.
-    listed_light: Option<ListedLight>,
 }
 
 /// What of a light has to be made in this frame.
@@ -74,7 +72,7 @@ impl LightsKey {
     pub fn new(context: &Context) -> LightsKey {
         let plan = context.plan;
         LightsKey {
-            indirect: plan.indirect.map(|plan| (plan.sum(), plan.rsm_size)),
+            indirect: plan.indirect.map(|plan| (plan.sum(), plan.emission_size)),
             own_map_size: plan.own_map_size(),
             max_faces: plan.max_faces(),
             light_count: plan.lights.len(),
@@ -124,15 +122,16 @@ impl Lights {
             plan: plan.clone(),
             generation: scene.generation,
         };
-        let place = match &self.vpls {
-            Some(vpls) => vpls.room_per_light.map(|room| index as u32 * room),
-            None => [0; 2],
-        };
+        let room = self.vpls.as_ref().map_or(0, |vpls| vpls.room_per_light);
+        let tiles = context
+            .plan
+            .indirect
+            .map_or(0, |plan| plan.emission_size.pow(2));
+        let place = [room, context.plan.max_faces() * tiles].map(|room| index as u32 * room);
         let (lit, is_new) = self.lights[index].get_or_make(key(*light), || {
             Ok(LitLight {
                 device: DeviceLight::new(context, light, plan, place)?,
                 listed: None,
-                listed_light: None,
             })
         })?;
         if let Some(vpls) = &mut self.vpls {
@@ -179,7 +178,7 @@ impl Lights {
     }
 
     /// After the submission that listed a light's VPLs.
-    pub fn take_vpls(&mut self, context: &Context, index: usize) -> Result<()> {
+    pub fn take_vpls(&mut self, index: usize) -> Result<()> {
         let (Some(vpls), Some(lit)) = (&self.vpls, self.lights[index].get_mut()) else {
             return Ok(());
         };
@@ -188,13 +187,10 @@ impl Lights {
             lengths: vpls.lengths()?,
         };
         lit.listed = Some(listed);
-        if context.plan.has_final_gather() {
-            lit.listed_light = Some(ListedLight::new(&lit.device, vpls)?);
-        }
         Ok(())
     }
 
-    /// Where the VPLs of a light lie; `None` without indirect light.
+    /// Where the VPLs of a light lie; `None` without a list.
     pub fn vpls_of(&self, index: usize) -> Option<ListedVpls> {
         self.lights.get(index)?.get()?.listed
     }
@@ -210,11 +206,9 @@ impl Lights {
         self.listed().iter().map(|l| u64::from(l.count())).sum()
     }
 
-    /// The same for the samples of final gathering.
-    pub fn listed_lights(&self) -> Vec<&ListedLight> {
+    /// All lights on the device.
+    pub fn on_device(&self) -> Vec<&DeviceLight> {
         let lights = self.lights.iter().filter_map(Cached::get);
-        lights
-            .filter_map(|light| light.listed_light.as_ref())
-            .collect()
+        lights.map(|light| &light.device).collect()
     }
 }

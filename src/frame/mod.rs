@@ -94,7 +94,7 @@ pub(crate) fn draw(
             Ok(())
         })?;
         if dirty.vpls.is_some() {
-            lights.take_vpls(context, index)?;
+            lights.take_vpls(index)?;
         }
         if let Some(observe) = observe.as_deref_mut() {
             observe(context, lights, index)?;
@@ -116,5 +116,6 @@ pub(crate) fn draw(
             context.submit(|r| sensor::expose(r, context, factor, direct, indirect, sum))?;
         }
     }
-    Ok((estimates, lights.vpl_count()))
+    let vpl_count = lights.vpl_count() + context.cost.borrow().work_of("light_rays");
+    Ok((estimates, vpl_count))
 }

@@ -43,6 +43,7 @@ pub(crate) fn read_layers(
     let normal = rgb(&images.gbuffer.normal_geometric)?;
     let direct = rgb(&images.direct)?;
     let indirect = images.indirect.as_ref().map(&mut rgb).transpose()?;
+    let stderr = images.indirect_stderr.as_ref().map(&mut rgb).transpose()?;
     let energy = images.energy.as_ref().map(&mut rgb).transpose()?;
     let pixels = readback.pixels(&images.gbuffer.kd_material)?;
     let mut material_ids = pool.ids(count);
@@ -57,6 +58,7 @@ pub(crate) fn read_layers(
         (Layer::Radiance, Some(LayerData::Float(radiance))),
         (Layer::Direct, Some(LayerData::Float(direct))),
         (Layer::Indirect, indirect.map(LayerData::Float)),
+        (Layer::StandardError, stderr.map(LayerData::Float)),
         (Layer::Energy, energy.map(LayerData::Float)),
         (Layer::Position, Some(LayerData::Float(position))),
         (Layer::Normal, Some(LayerData::Float(normal))),

@@ -22,8 +22,9 @@ use crate::{
 const MAX_TRIANGLES: u64 = 1 << 24;
 /// The maps of all lights are kept where they take no more than the device's memory over this.
 const MAPS_SHARE_OF_MEMORY: u64 = 8;
-/// About what the sample of pixels for the error estimate takes, whatever the scene.
-const SAMPLE_BYTES: u64 = 256 << 10;
+/// About what the samples of pixels for the error estimate take, and a pilot's contributions, whatever the scene.
+const SAMPLE_BYTES: u64 = 640 << 10;
+const PILOT_BYTES: u64 = 640 << 10;
 const WORD_BYTES: u64 = 4;
 const PIXEL_BYTES: u64 = 16;
 
@@ -66,8 +67,9 @@ impl Plan {
     /// Bytes of the frame's layers, which lie in the host's memory.
     pub fn layer_bytes(&self) -> u64 {
         let (sensor, indirect) = (self.joule_per_irradiance.is_some(), self.indirect.is_some());
+        let stderr = self.has_stderr_layer();
         let layers = Layer::ALL.into_iter();
-        let layers = layers.filter(|layer| layer.is_made_with(sensor, indirect));
+        let layers = layers.filter(|layer| layer.is_made_with(sensor, indirect, stderr));
         let words: usize = layers.map(|layer| layer.channel_names().len()).sum();
         self.pixel_count() * words as u64 * WORD_BYTES
     }
@@ -118,8 +120,9 @@ fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
     RefinementResources::new(&images, plan, stride, is_exact)?;
     images.buffer("sample of pixels", SAMPLE_BYTES, BufferUse::Device)?;
     if indirect.is_final_gather() {
+        images.buffer("pilot", PILOT_BYTES, BufferUse::Readback)?;
         let sampling = requirements.of(GrowsWith::Rsm);
-        final_gather::declare(&sampling, plan, indirect.rsm_size)?;
+        final_gather::declare(&sampling, plan, indirect.emission_size)?;
     }
     Ok(())
 }
@@ -157,11 +160,11 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
     Ok(())
 }
 
-/// The most that any of its kernels has.
+/// The most that any of its kernels has, or of those that draw its VPLs.
 fn storage_images_of_final_gather() -> u64 {
     let kernels = MODULES
         .iter()
-        .filter(|m| m.name.starts_with("final_gather_"));
+        .filter(|m| m.name.starts_with("final_gather_") || m.name.starts_with("light_rays_"));
     let images = |module: &Module| {
         let kinds = module.bindings.iter().map(|binding| binding.kind);
         kinds

@@ -54,9 +54,7 @@ impl Renderer {
         seed: u64,
     ) -> Result<Frame> {
         let drawn = self.draw_observed(scene, options, &mut |context, lights, index| {
-            if let (Some(vpls), Some(listed)) = (&lights.vpls, lights.vpls_of(index))
-                && !context.plan.has_final_gather()
-            {
+            if let (Some(vpls), Some(listed)) = (&lights.vpls, lights.vpls_of(index)) {
                 shuffle(context.device, vpls, listed, seed)?;
             }
             Ok(())

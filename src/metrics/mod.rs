@@ -14,6 +14,47 @@ pub use noise::{CorrectedRmse, NoiseCorrection, ZScores};
 use crate::error::{Error, Result};
 use crate::model::CompensatedSum;
 
+/// Tiles of an image along its shorter edge, over which the local norm takes the mean.
+const LOCAL_TILES: u32 = 8;
+/// Below this, over the root mean square of the image, a tile counts as if it were as bright: its error is not seen beside the rest.
+pub(crate) const LOCAL_FLOOR: f64 = 1e-3;
+
+/// Edge of the tiles of the local norm, pixels.
+pub(crate) fn local_tile_px([width, height]: [u32; 2]) -> u32 {
+    width.min(height).div_ceil(LOCAL_TILES).max(1)
+}
+
+/// relRMSE by the local norm: the root of the mean over tiles, 8 along the image's shorter edge, of Σ(x − t)²/Σt², the noise of the
+/// reference taken out. A tile below 10⁻³ of the root mean square of the reference counts as if it were as bright as that.
+///
+/// The slices hold 3 values a pixel of an image of that size, row by row.
+pub fn local_error(
+    image: &[f32],
+    reference: &[f32],
+    standard_error: &[f32],
+    size_px: [u32; 2],
+) -> f64 {
+    let tile_px = local_tile_px(size_px);
+    let mut tiles = std::collections::BTreeMap::<[u32; 2], [f64; 3]>::new();
+    let values = image.iter().zip(reference).zip(standard_error);
+    for (index, ((&x, &t), &sigma)) in values.enumerate() {
+        let pixel = index as u32 / 3;
+        let tile = [pixel % size_px[0], pixel / size_px[0]].map(|at| at / tile_px);
+        let [x, t, sigma] = [x, t, sigma].map(f64::from);
+        let noise = sigma * sigma;
+        let sums = tiles.entry(tile).or_default();
+        sums[0] += (x - t).powi(2) - noise;
+        sums[1] += t * t - noise;
+        sums[2] += 1.0;
+    }
+    let [square, count] = [1, 2].map(|sum| tiles.values().map(|tile| tile[sum]).sum::<f64>());
+    let floor = LOCAL_FLOOR.powi(2) * square / count;
+    let errors = tiles
+        .values()
+        .map(|[error, square, count]| error / (square).max(floor * count));
+    (errors.sum::<f64>() / tiles.len() as f64).max(0.0).sqrt()
+}
+
 /// Two images to be compared, in memory. All slices hold width · height · `channels` values, channels interleaved, but
 /// `valid` and `edges`, which have one entry a pixel. The reference is f32, as files are, or f64, as the model is.
 #[derive(Debug, Clone, Copy)]

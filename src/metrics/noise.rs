@@ -1,6 +1,6 @@
 //! What a comparison says when the noise is taken out of it.
 
-use std::f64::consts::PI;
+use std::{f64::consts::PI, ops::RangeInclusive};
 
 use super::{Sample, sum};
 
@@ -162,6 +162,16 @@ impl PixelSums {
 }
 
 impl ZScores {
+    /// In which range [`ZScores::deviation`] lies where the standard errors are right.
+    pub const CALIBRATED: RangeInclusive<f64> = 0.8..=1.25;
+
+    /// The standard deviation about 0, sqrt(mean of z²): what an error that all values share adds to their spread counts as well.
+    pub fn deviation(&self) -> f64 {
+        let count = self.value_count as f64;
+        let squares = (count - 1.0) * self.variance + count * self.mean * self.mean;
+        (squares / count).sqrt()
+    }
+
     pub(super) fn new(samples: &[Sample]) -> Option<Self> {
         let scores: Vec<f64> = samples
             .iter()

@@ -16,7 +16,8 @@ pub enum Layer {
     /// Single bounce over the reflective shadow maps by the [`IndirectLight`](crate::scene::IndirectLight) that
     /// [`FrameDescription::indirect`] names, W/sr/m², channels R, G, B.
     Indirect,
-    /// Standard error of `indirect`, and so of `radiance`, W/sr/m², channels R, G, B: only a reference image has it.
+    /// Standard error of `indirect`, and so of `radiance`, W/sr/m², channels R, G, B: of a reference image, and of a frame by final
+    /// gathering whose scene asks for it.
     StandardError,
     /// Q_C = E_C · SensorPixelArea · SignalDutyCycle · ExposureTime, joules, channels R, G, B.
     Energy,
@@ -109,18 +110,24 @@ impl Layer {
 
     /// Whether renders can have the layer, and not a reference image alone.
     pub fn is_rendered(self) -> bool {
-        !matches!(self, Layer::StandardError | Layer::Edge)
+        self != Layer::Edge
     }
 
-    /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light. No
-    /// render has `stderr` or `edge`.
+    /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light, `stderr` a scene that
+    /// asks for it. No render has `edge`.
     pub fn is_made_for(self, scene: &Scene) -> bool {
-        self.is_made_with(scene.sensor.is_some(), scene.indirect.is_some())
+        let stderr = scene.indirect.and_then(|indirect| indirect.stderr_layer());
+        self.is_made_with(
+            scene.sensor.is_some(),
+            scene.indirect.is_some(),
+            stderr.unwrap_or(false),
+        )
     }
 
-    /// Whether a frame with or without a sensor and indirect light has the layer.
-    pub(crate) fn is_made_with(self, sensor: bool, indirect: bool) -> bool {
+    /// Whether a frame with or without a sensor, indirect light and its standard error has the layer.
+    pub(crate) fn is_made_with(self, sensor: bool, indirect: bool, stderr: bool) -> bool {
         match self {
+            Layer::StandardError => stderr,
             Layer::Energy => sensor,
             Layer::Indirect => indirect,
             _ => self.is_rendered(),
@@ -162,24 +169,59 @@ impl Frame {
         })
     }
 
-    /// What is probably not meant and only the finished frame shows, one sentence each: nothing in view, a layer without light.
-    /// [`Scene::warnings`] has what can be known before.
+    /// What is probably not meant and only the finished frame shows, one sentence each: nothing in view, a layer without light and
+    /// why, a target error that was not met. [`Scene::warnings`] has what can be known before.
     pub fn warnings(&self) -> Vec<String> {
+        let black = self.black_layer();
+        let missed = self.stats.missed_target(&self.description);
+        black.into_iter().chain(missed).collect()
+    }
+
+    /// What has no light, and why.
+    fn black_layer(&self) -> Option<String> {
         let is_black = |layer| {
             let values = self.values(layer);
             values.is_some_and(|values| values.iter().all(|&value| value == 0.0))
         };
         let ids = self.ids(Layer::InstanceId);
-        let warning = if ids.is_some_and(|ids| ids.iter().all(|&id| id == 0)) {
-            "nothing is in view: every pixel shows the background; check the camera's position and look_at"
-        } else if is_black(Layer::Radiance) {
-            "no light reaches what is in view: the image is black; check where the lights are and what they shine at"
-        } else if is_black(Layer::Indirect) {
-            "no indirect light reaches what is in view: the layer indirect is black, and its error is not estimated"
-        } else {
-            return Vec::new();
-        };
-        vec![warning.into()]
+        if ids.is_some_and(|ids| ids.iter().all(|&id| id == 0)) {
+            return Some(
+                "nothing is in view: every pixel shows the background; check the camera's position and look_at"
+                    .into(),
+            );
+        }
+        let no_flux = "the lights shine at no surface: their reflective shadow maps hold no flux";
+        if is_black(Layer::Radiance) {
+            let lights = &self.description.lights;
+            let why = if lights.iter().all(|light| light.emission() == [0.0; 3]) {
+                "every light emits 0; set their power_w or irradiance_w_m2"
+            } else if self.description.indirect.is_some() && self.stats.vpl_count == 0 {
+                no_flux
+            } else {
+                "it lies in shadow, faces away from the lights or reflects nothing; check where the lights are and what they shine at"
+            };
+            return Some(format!(
+                "no light reaches what is in view, the image is black: {why}"
+            ));
+        }
+        if is_black(Layer::Indirect) {
+            let FrameStats {
+                vpl_count,
+                ray_count,
+                ..
+            } = self.stats;
+            let why = match ray_count {
+                _ if vpl_count == 0 => no_flux.into(),
+                0 => format!("it faces away from all {vpl_count} VPLs, or reflects nothing"),
+                _ => format!(
+                    "{ray_count} rays between it and what is lit found no light, which is hidden, or too narrow to be found; its error is not estimated"
+                ),
+            };
+            return Some(format!(
+                "no indirect light reaches what is in view, the layer indirect is black: {why}"
+            ));
+        }
+        None
     }
 
     /// Checks what the writers rely on, for a frame may have been put together by hand: some pixels, no layer twice, and
@@ -244,6 +286,10 @@ pub struct FrameStats {
     /// relRMSE of the indirect light against the true bounce, sqrt(Σ(x−t)²/Σt²), as the engine estimates it from the frame
     /// itself; `None` for sums over VPLs, whose error it cannot know, and where the indirect light is dark.
     pub estimated_error: Option<f64>,
+    /// What that error is below with a confidence of 95 %, by the estimate's own uncertainty; `None` where there is no such bound.
+    pub estimated_error_upper: Option<f64>,
+    /// Why final gathering went no further; `None` for sums, and where the indirect light is dark.
+    pub stop: Option<StopReason>,
     /// relRMSE of the indirect light against the sum over VPLs at every pixel, estimated likewise; `None` where no
     /// interpolation error was requested.
     pub estimated_interpolation_error: Option<f64>,
@@ -253,7 +299,64 @@ pub struct FrameStats {
     pub wall_milliseconds: f64,
 }
 
+/// Why final gathering went no further.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopReason {
+    /// The error is within the target.
+    TargetMet,
+    /// `max_ms` or `max_rays` was spent before: this is the best image so far.
+    BudgetSpent,
+    /// More samples are not to be had.
+    SamplesExhausted,
+}
+
+impl StopReason {
+    /// The name in image headers and statistics.
+    pub fn name(self) -> &'static str {
+        match self {
+            StopReason::TargetMet => "target-met",
+            StopReason::BudgetSpent => "budget-spent",
+            StopReason::SamplesExhausted => "samples-exhausted",
+        }
+    }
+}
+
 impl FrameStats {
+    /// The estimated error against the true bounce and its bound, per cent: "estimated 1.93 %, below 2.20 % with 95 % confidence".
+    pub fn estimated_error_text(&self) -> String {
+        let percent = |error: f64| format!("{:.2} %", 100.0 * error);
+        let Some(error) = self.estimated_error else {
+            return "not estimated".into();
+        };
+        let upper = self.estimated_error_upper.map_or(String::new(), |upper| {
+            format!(", below {} with 95 % confidence", percent(upper))
+        });
+        format!("estimated {}{upper}", percent(error))
+    }
+
+    /// That the target error was not met, and why.
+    pub(crate) fn missed_target(&self, description: &FrameDescription) -> Option<String> {
+        let indirect = description.indirect?;
+        let requested = 100.0 * indirect.target_error()?;
+        let estimated = self.estimated_error_text();
+        let error = format!("requested {requested:.2} %, {estimated}");
+        Some(match self.stop? {
+            StopReason::TargetMet => return None,
+            StopReason::BudgetSpent => {
+                let ms = indirect.max_ms().map(|ms| format!("max_ms = {ms}"));
+                let rays = indirect.max_rays();
+                let rays = rays.map(|rays| format!("max_rays = {rays}"));
+                let budget = Vec::from_iter(ms.into_iter().chain(rays)).join(", ");
+                format!(
+                    "the budget ({budget}) was spent before the target error was met: {error}; give more, or raise target_error"
+                )
+            }
+            StopReason::SamplesExhausted => format!(
+                "the target error was missed with the most samples there are: {error}; set a larger rsm_size, or raise target_error"
+            ),
+        })
+    }
+
     /// Pairs over the GPU time of the pass named `gather`; `None` without such a pass, or where it took no time.
     pub fn pairs_per_second(&self) -> Option<f64> {
         let gather = self.passes.iter().find(|pass| pass.name == "gather")?;

@@ -6,7 +6,7 @@ use glam::{DMat4, DVec3, DVec4};
 
 use super::exr::ExrOptions;
 use super::frame::{Frame, FrameDescription};
-use crate::scene::{Camera, CameraBasis, Intrinsics, Sensor};
+use crate::scene::{Camera, CameraBasis, Intrinsics, Parameter, Sensor};
 
 /// A value in the header of an OpenEXR file.
 #[derive(Debug, Clone, PartialEq)]
@@ -117,17 +117,30 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
             if let Some(rsm_size) = indirect.rsm_size() {
                 add("rsm_size", count(rsm_size));
             }
-            let estimates = [
+            for (name, value) in indirect.parameters() {
+                match value {
+                    // That a layer is there is seen without an attribute.
+                    None | Some(Parameter::Flag(_)) => {}
+                    Some(Parameter::Number(number)) => add(name, Attribute::Number(number)),
+                    // An int has 31 bits only.
+                    Some(Parameter::Count(count)) => add(name, Attribute::Number(count as f64)),
+                    Some(Parameter::Name(word)) => add(name, word.into()),
+                }
+            }
+            for (name, error) in [
                 ("estimated_error", stats.estimated_error),
+                ("estimated_error_upper", stats.estimated_error_upper),
                 (
                     "estimated_interpolation_error",
                     stats.estimated_interpolation_error,
                 ),
-            ];
-            for (name, value) in indirect.parameters().into_iter().chain(estimates) {
-                if let Some(value) = value {
-                    add(name, Attribute::Number(value));
+            ] {
+                if let Some(error) = error {
+                    add(name, Attribute::Number(error));
                 }
+            }
+            if let Some(stop) = stats.stop {
+                add("stop", stop.name().into());
             }
         }
         (None, Some(samples)) => {

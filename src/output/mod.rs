@@ -13,7 +13,7 @@ pub use atomic::OutputFile;
 pub use exr::{ExrCompression, ExrOptions, WrittenExr, write_exr, write_exr_hashed};
 pub use exr_read::{ImageLayer, LayeredImage};
 pub use frame::{
-    Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples,
+    Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples, StopReason,
 };
 pub use header::Attribute;
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};

@@ -22,8 +22,6 @@ pub(crate) struct Compactor<A: Allocate = Device> {
     runs: A::Buffer,
     lengths: A::Buffer,
     readback: A::Buffer,
-    /// Where the host wants to know the places of runs.
-    runs_readback: Option<A::Buffer>,
 }
 
 impl<A: Allocate> Compactor<A> {
@@ -38,23 +36,7 @@ impl<A: Allocate> Compactor<A> {
             runs: allocate.buffer("run counts", bytes, BufferUse::Device)?,
             lengths: allocate.buffer("list lengths", one, BufferUse::Device)?,
             readback: allocate.buffer("list lengths", one, BufferUse::Readback)?,
-            runs_readback: None,
         })
-    }
-
-    /// The same, and [`Compactor::run_places`] is there.
-    pub fn with_run_places(allocate: &A, item_count: u32) -> Result<Compactor<A>> {
-        let compactor = Compactor::new(allocate, item_count)?;
-        let bytes = u64::from(compactor.run_count) * size_of::<ListLengths>() as u64;
-        Ok(Compactor {
-            runs_readback: Some(allocate.buffer("runs", bytes, BufferUse::Readback)?),
-            ..compactor
-        })
-    }
-
-    /// Runs that one invocation takes each.
-    pub fn run_count(&self) -> u32 {
-        self.run_count
     }
 }
 
@@ -107,19 +89,8 @@ impl Compactor {
             recorder.dispatch(&write, &all, &parameters, groups)?;
             let bytes = size_of::<ListLengths>() as u64;
             recorder.copy_buffer(&self.lengths, &self.readback, bytes);
-            if let Some(readback) = &self.runs_readback {
-                recorder.copy_buffer(&self.runs, readback, self.runs.bytes);
-            }
             Ok(())
         })
-    }
-
-    /// For each run of items where the first of them is in the lists, after the submission.
-    pub fn run_places(&self) -> Result<&[ListLengths]> {
-        let readback = self.runs_readback.as_ref();
-        readback
-            .ok_or_else(|| Error::internal("the places of runs were not requested"))?
-            .mapped(self.run_count as usize)
     }
 
     /// The lengths of the lists, after the submission.

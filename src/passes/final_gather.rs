@@ -6,17 +6,19 @@ use super::{
     gatherer::{Gatherer, Results, Samples},
     gbuffer::GBuffer,
     hits::HitSurfaces,
+    light::DeviceLight,
+    light_rays::{LightRays, MAX_RAYS},
+    random::hash,
     rays::RayTreeImages,
     receivers::{ReceiverRange, Receivers},
-    vpl::VplLists,
-    vpl_sampler::{ListedLight, VplSampler},
+    vpl_sampler::{RayTable, VplSampler},
 };
 use crate::{
     Error, RayKernel, Result, lattice,
     plan::Plan,
     vulkan::{
         Allocate, Buffer, BufferUse, Device, MAX_GROUPS, Recorder, Resource, TexelList,
-        shaders::{self, FinalGatherParameters, Module},
+        shaders::{self, FinalGatherParameters},
     },
 };
 
@@ -25,8 +27,15 @@ const FIRST_SUBMISSION_RAYS: f64 = 5e5;
 
 /// Samples of a gather at most.
 pub(crate) const MAX_SAMPLES: u64 = 1 << 14;
-/// Texels of a tile of the RSM.
-const TILE_TEXELS: u64 = 64;
+/// Rays from the lights for each sample that a receiver takes of their VPLs: what receivers have in common is small beside what each
+/// has of its own.
+const LIGHT_RAYS_PER_SAMPLE: u32 = 64;
+/// The same in each of several sets.
+const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
+/// At least so many in a set, so that the cells that matter have some.
+const MIN_SET_SIZE: u32 = 1 << 11;
+/// For the pilot, so that it tells parts of cells apart.
+const PILOT_SET_SIZE: u32 = 1 << 15;
 
 /// What the pass works with.
 pub(crate) struct FinalGather<'b> {
@@ -34,13 +43,16 @@ pub(crate) struct FinalGather<'b> {
     pub gbuffer: &'b GBuffer,
     pub tree: &'b RayTreeImages,
     pub surfaces: &'b HitSurfaces,
-    pub vpls: &'b VplLists,
-    lights: TexelList,
+    lights: Vec<&'b DeviceLight>,
+    light_list: TexelList,
+    light_rays: LightRays,
     vpl_sampler: VplSampler,
-    /// What each sample of a VPL contributes: of a pilot only.
+    /// Of the rays that were sent last.
+    sent: Option<(Samples, RayTable)>,
+    /// What each sample of a VPL contributes: of a pilot only; and the seeds of its light rays.
     contributions: Option<Buffer>,
+    pilot_seeds: Vec<u32>,
     nothing: Buffer,
-    light_count: u32,
     kernel: RayKernel,
     lattice: Lattice,
 }
@@ -50,21 +62,15 @@ struct Lattice {
     points: TexelList,
 }
 
-/// What the sampling of VPLs and directions takes, in lists that the pilot's replace.
-pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, rsm_size: u32) -> Result<()> {
+/// What the sampling of VPLs and directions takes, in lists that the next ones replace.
+pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32) -> Result<()> {
     let lights = plan.lights.len() as u64;
-    let texels = u64::from(plan.max_faces()) * u64::from(rsm_size).pow(2);
-    let tiles = lights * texels.div_ceil(TILE_TEXELS);
+    let tiles = lights * u64::from(plan.max_faces() * emission_size.pow(2));
     for _ in 0..2 {
         TexelList::declare(allocate, "lattice", MAX_SAMPLES)?;
-        TexelList::declare(
-            allocate,
-            "guide to the samples of VPLs",
-            guide_cells()?.into(),
-        )?;
-        TexelList::declare(allocate, "samples of VPLs", tiles)?;
-        TexelList::declare(allocate, "pmf of VPLs", tiles)?;
+        RayTable::declare(allocate, tiles)?;
     }
+    LightRays::new(allocate, plan)?;
     TexelList::declare(allocate, "lights", 32 * lights)
 }
 
@@ -73,8 +79,7 @@ impl<'b> FinalGather<'b> {
         context: &'b Context<'b>,
         gbuffer: &'b GBuffer,
         (tree, surfaces): (&'b RayTreeImages, &'b HitSurfaces),
-        vpls: &'b VplLists,
-        lights: &[&ListedLight],
+        lights: Vec<&'b DeviceLight>,
         kernel: RayKernel,
     ) -> Result<FinalGather<'b>> {
         let device = context.device;
@@ -87,15 +92,50 @@ impl<'b> FinalGather<'b> {
             gbuffer,
             tree,
             surfaces,
-            vpls,
-            lights: TexelList::new(device, "lights", words.to_vec())?,
-            vpl_sampler: VplSampler::even(device, lights, guide_cells()?)?,
+            light_list: TexelList::new(device, "lights", words.to_vec())?,
+            light_rays: LightRays::new(device, context.plan)?,
+            vpl_sampler: VplSampler::even(&lights),
+            sent: None,
+            lights,
             contributions: None,
+            pilot_seeds: Vec::new(),
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
-            light_count: lights.len() as u32,
             kernel,
             lattice: Lattice::new(device, 64)?,
         })
+    }
+
+    /// Sends rays from the lights, unless those for the same samples were sent last.
+    fn send_light_rays(&mut self, samples: Samples) -> Result<()> {
+        if self.sent.as_ref().is_some_and(|(sent, _)| *sent == samples) {
+            return Ok(());
+        }
+        let per_sample = match samples.set_count {
+            1 => LIGHT_RAYS_PER_SAMPLE,
+            _ => LIGHT_RAYS_PER_SAMPLE_OF_A_SET,
+        };
+        let at_least = if self.contributions.is_some() {
+            self.pilot_seeds.push(samples.seed);
+            PILOT_SET_SIZE
+        } else {
+            MIN_SET_SIZE
+        };
+        let set_size = samples.count.saturating_mul(per_sample).max(at_least);
+        let set_size = set_size.min(MAX_RAYS / samples.set_count);
+        let table = match self.sent.take() {
+            Some((_, table)) if table.is_for(set_size) => table,
+            _ => self.vpl_sampler.table(self.context.device, set_size)?,
+        };
+        self.light_rays.trace(
+            self.context,
+            (self.tree, self.surfaces),
+            (&self.lights, &self.light_list),
+            &table,
+            (samples.set_count, samples.seed),
+            self.kernel,
+        )?;
+        self.sent = Some((samples, table));
+        Ok(())
     }
 }
 
@@ -117,15 +157,23 @@ impl Gatherer for FinalGather<'_> {
     }
 
     /// From here on VPLs are sampled by what they have contributed to the pilot's results.
-    fn learn(&mut self, results: u32, samples: u32) -> Result<bool> {
-        if let Some(contributions) = self.contributions.take() {
+    fn learn(&mut self, results: u32, samples: u32) -> Result<f64> {
+        if let (Some(contributions), Some((_, table))) =
+            (self.contributions.take(), self.sent.take())
+        {
             let contributions = contributions.mapped((results * samples) as usize)?;
-            let device = self.context.device;
-            self.vpl_sampler =
-                self.vpl_sampler
-                    .learned(device, contributions, samples, guide_cells()?)?;
+            let norm = self
+                .context
+                .plan
+                .indirect
+                .map(|plan| plan.refinement.error_norm);
+            let norm = norm.unwrap_or_default();
+            let seeds = std::mem::take(&mut self.pilot_seeds);
+            return Ok(self
+                .vpl_sampler
+                .learn(&table, contributions, samples, &seeds, norm));
         }
-        Ok(true)
+        Ok(0.0)
     }
 
     /// With so many samples of each technique.
@@ -136,9 +184,11 @@ impl Gatherer for FinalGather<'_> {
         Samples {
             count: samples,
             seed,
+            set_count,
         }: Samples,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()> {
+        let seed = seed ^ hash(self.context.seed);
         let ReceiverRange {
             is_glossy,
             first,
@@ -147,6 +197,14 @@ impl Gatherer for FinalGather<'_> {
         if count == 0 {
             return Ok(());
         }
+        self.send_light_rays(Samples {
+            count: samples,
+            seed,
+            set_count,
+        })?;
+        let Some((_, table)) = &self.sent else {
+            return Err(Error::internal("no rays were sent from the lights"));
+        };
         if self.lattice.samples != samples {
             self.lattice = Lattice::new(self.context.device, samples)?;
         }
@@ -173,18 +231,18 @@ impl Gatherer for FinalGather<'_> {
         let samples_per_dispatch = lanes * pipeline.module.constant("RAYS")?;
         // To a light for each direction, and to a VPL.
         let lobes = if is_glossy { 2 } else { 1 };
-        let rays_per_sample = u64::from(lobes * (1 + self.light_count) + 1);
+        let rays_per_sample = u64::from(lobes * (1 + self.lights.len() as u32) + 1);
         let mut resources = self.gbuffer.resources();
         resources.extend(self.tree.resources());
         resources.extend(self.surfaces.resources());
-        resources.extend(self.vpl_sampler.resources());
+        resources.extend(table.resources());
         resources.extend([
-            ("lights", self.lights.resource()),
+            ("lights", self.light_list.resource()),
             (
                 "vpl_contributions",
                 Resource::Buffer(self.contributions.as_ref().unwrap_or(&self.nothing)),
             ),
-            ("vpls", Resource::Image(&self.vpls.matte)),
+            ("vpls", Resource::Image(&self.light_rays.vpls)),
             ("lattice", self.lattice.points.resource()),
             ("receivers", Resource::Buffer(&receivers.pixels)),
             ("results", Resource::Buffer(results.buffer)),
@@ -202,8 +260,7 @@ impl Gatherer for FinalGather<'_> {
                 .clamp(receivers_per_group, MAX_GROUPS * receivers_per_group)
                 .min(count - done);
             let mut recorder = Recorder::new(self.context.device, 1)?;
-            self.lights.record_copy(&mut recorder);
-            self.vpl_sampler.record_copy(&mut recorder);
+            self.light_list.record_copy(&mut recorder);
             self.lattice.points.record_copy(&mut recorder);
             recorder.pass("final_gather", |recorder| {
                 for first_sample in (0..samples).step_by(samples_per_dispatch as usize) {
@@ -215,8 +272,9 @@ impl Gatherer for FinalGather<'_> {
                         first_sample,
                         sample_count: samples_per_dispatch.min(samples - first_sample),
                         samples,
-                        light_count: self.light_count,
-                        range_count: self.vpl_sampler.range_count(),
+                        light_count: self.lights.len() as u32,
+                        set_size: table.set_size,
+                        set_count,
                         is_pilot: self.contributions.is_some().into(),
                         seed,
                         ..FinalGatherParameters::default()
@@ -239,11 +297,6 @@ impl Gatherer for FinalGather<'_> {
         }
         Ok(())
     }
-}
-
-fn guide_cells() -> Result<u32> {
-    let any = ["lambert", "matte", "flat", "single"];
-    Module::find("final_gather", &any)?.constant("GUIDE_CELLS")
 }
 
 impl Lattice {

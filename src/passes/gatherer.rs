@@ -24,9 +24,9 @@ pub(crate) trait Gatherer {
         Ok(())
     }
 
-    /// Learns from the pilot how to sample. Whether that made a difference.
-    fn learn(&mut self, _results: u32, _samples: u32) -> Result<bool> {
-        Ok(false)
+    /// Learns from the pilot how to sample. Returns the share of the samples that this changes.
+    fn learn(&mut self, _results: u32, _samples: u32) -> Result<f64> {
+        Ok(0.0)
     }
 
     /// Gathers at receivers of a list. `proceed` is called between submissions with the share of the work that is done; its
@@ -56,9 +56,11 @@ impl Results<'_> {
 }
 
 /// The samples of a gather, where there is a choice.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Samples {
     pub count: u32,
     /// Another number: other samples.
     pub seed: u32,
+    /// Receivers with other numbers, modulo this, in their list have no samples in common.
+    pub set_count: u32,
 }

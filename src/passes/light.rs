@@ -23,13 +23,13 @@ pub(crate) struct DeviceLight {
     pub rsm_views: Vec<Buffer>,
     /// ΔΩ and s of each texel of the RSM.
     pub emission: Buffer,
-    /// Texels of the RSM; 0 without indirect light.
+    /// Texels of the RSM; 0 without one.
     pub texel_count: u32,
 }
 
 /// What the emission tables of all lights take.
 pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
-    let rsm_size = plan.indirect.map_or(0, |indirect| indirect.rsm_size);
+    let rsm_size = plan.rsm_size().unwrap_or_default();
     for light in &plan.lights {
         let texels = u64::from(light.faces) * u64::from(rsm_size).pow(2);
         let bytes = texels * size_of::<[f32; 2]>() as u64;
@@ -52,12 +52,13 @@ impl DeviceLight {
             space,
             ..
         } = *context;
-        // Without an RSM only the faces count, which do not depend on the texels.
-        let rsm_size = context
+        // Without indirect light only the faces count, which do not depend on the texels.
+        let emission_size = context
             .plan
             .indirect
-            .map_or(1, |indirect| indirect.rsm_size);
-        let domain = EmissionDomain::new(light, rsm_size, &scene.bounding_sphere_or_unit());
+            .map_or(1, |indirect| indirect.emission_size);
+        let rsm_size = context.plan.rsm_size();
+        let domain = EmissionDomain::new(light, emission_size, &scene.bounding_sphere_or_unit());
         let views = |size: u32| -> Result<Vec<Buffer>> {
             (0..domain.faces.len())
                 .map(|face| upload_view(device, &view::of_light_face(&domain, face, size, space)))
@@ -70,7 +71,7 @@ impl DeviceLight {
         } else {
             1.0
         };
-        let emission: Vec<[f32; 2]> = match context.plan.indirect {
+        let emission: Vec<[f32; 2]> = match rsm_size {
             None => Vec::new(),
             Some(_) => domain
                 .texels
@@ -80,7 +81,7 @@ impl DeviceLight {
         };
         let parameters = shaders::Light {
             shadow_size: plan.shadow.map_size().unwrap_or_default(),
-            rsm_size,
+            emission_size,
             emission_measure: (domain.total_measure() / measure_unit) as f32,
             is_parallel: is_parallel.into(),
             first_vpl,
@@ -95,9 +96,9 @@ impl DeviceLight {
                 None => Vec::new(),
                 Some(size) => views(size)?,
             },
-            rsm_views: match context.plan.indirect {
+            rsm_views: match rsm_size {
                 None => Vec::new(),
-                Some(_) => views(rsm_size)?,
+                Some(size) => views(size)?,
             },
             texel_count: emission.len() as u32,
             emission: Buffer::upload(device, "emission", &emission)?,

@@ -21,7 +21,9 @@ pub(crate) mod gatherer;
 pub(crate) mod gbuffer;
 pub(crate) mod hits;
 pub(crate) mod light;
+pub(crate) mod light_rays;
 pub(crate) mod predict;
+pub(crate) mod random;
 pub(crate) mod rays;
 pub(crate) mod receivers;
 pub(crate) mod refinement;
@@ -31,6 +33,7 @@ pub(crate) mod scatter;
 pub(crate) mod sensor;
 pub(crate) mod shadow;
 pub(crate) mod smooth;
+pub(crate) mod stderr;
 pub(crate) mod surface;
 pub(crate) mod view;
 pub(crate) mod vpl;
@@ -49,6 +52,8 @@ pub(crate) struct Context<'c> {
     pub space: &'c LocalSpace,
     /// The images are for a host that goes on with them.
     pub stays_on_device: bool,
+    /// Another number: other samples.
+    pub seed: u32,
     pub cost: &'c RefCell<Cost>,
 }
 
@@ -103,6 +108,7 @@ mod tests {
             ("vertex", vec![]),
             ("shadow", vec![]),
             ("compact", vec!["scan"]),
+            ("stderr", vec![]),
             ("sensor", vec![""]),
             ("sensor", vec!["indirect"]),
         ];
@@ -123,6 +129,8 @@ mod tests {
                 }
             }
             requested.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel, tree])));
+            let words = |light| ("light_rays", vec!["trace", light, kernel, tree]);
+            requested.extend(["central", "parallel"].map(words));
         }
         for brdf in brdfs {
             for pass in ["gbuffer", "rsm"] {
@@ -139,13 +147,15 @@ mod tests {
                 requested.push(("direct", vec![kind, brdf]));
             }
             requested.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
-            for list in ["apart", "final_gather"] {
-                requested.push(("vpl", vec!["count", brdf, list]));
+            requested.push(("vpl", vec!["count", brdf]));
+            for shading in ["flat", "smooth"] {
+                let words = |texture| ("light_rays", vec!["shade", brdf, shading, texture]);
+                requested.extend(["", "textured"].map(words));
             }
-            requested.push(("vpl", vec!["write", brdf, "final_gather"]));
-            requested
-                .extend(["predict", "resolve", "error_estimate"].map(|pass| (pass, vec![brdf])));
-            requested.extend(["exact", "noisy"].map(|noise| ("scatter", vec![brdf, noise])));
+            requested.extend(["predict", "error_estimate"].map(|pass| (pass, vec![brdf])));
+            for pass in ["scatter", "resolve"] {
+                requested.extend(["exact", "noisy"].map(|noise| (pass, vec![brdf, noise])));
+            }
             requested.extend(["fit", "store"].map(|kernel| ("smooth", vec![kernel, brdf])));
             for estimator in VplSum::ALL.map(VplSum::word) {
                 requested.push(("vpl", vec!["write", brdf, estimator]));

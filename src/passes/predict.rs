@@ -40,7 +40,8 @@ pub(crate) fn predict<'r>(
         columns,
         item_count: columns * rows,
         tolerance: criteria.tolerance.unwrap_or(-1.0) as f32,
-        inverse_radiance: (1.0 / criteria.radiance) as f32,
+        least_radiance: criteria.least_radiance(),
+        own_share: criteria.own_share(),
     };
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());

@@ -2,6 +2,7 @@
 
 use crate::{
     Result,
+    metrics::LOCAL_FLOOR,
     plan::Plan,
     vulkan::{Allocate, Device, ImageShape, Recorder, Resource},
 };
@@ -65,8 +66,25 @@ impl RefinementImages {
 pub(crate) struct RefinementCriteria {
     /// That of the image, W/sr/m²: errors count over it.
     pub radiance: f64,
+    /// They count over the pixel's own radiance instead, where that is not far below the image's.
+    pub is_local: bool,
     /// What an interpolated pixel may be off by; `None`: none is interpolated.
     pub tolerance: Option<f64>,
     /// Variance of a gather over its sum of squared differences; 0: gathers have no noise.
     pub variance_scale: f64,
+    /// Noise of a gather over the radiance of its pixel.
+    pub relative_noise: f64,
+}
+
+impl RefinementCriteria {
+    /// Errors count over this radiance or more, W/sr/m².
+    pub fn least_radiance(&self) -> f32 {
+        let share = if self.is_local { LOCAL_FLOOR } else { 1.0 };
+        (share * self.radiance) as f32
+    }
+
+    /// 1 where they count over the pixel's own radiance, else 0.
+    pub fn own_share(&self) -> f32 {
+        if self.is_local { 1.0 } else { 0.0 }
+    }
 }

@@ -1,23 +1,40 @@
 //! Resolve pass: indirect radiance of every pixel from what was gathered or interpolated there.
 
-use super::{Context, gbuffer::GBuffer, refinement::RefinementImages};
+use super::{
+    Context,
+    gbuffer::GBuffer,
+    refinement::{RefinementCriteria, RefinementImages},
+};
 use crate::{
     Result,
-    vulkan::{Image, Recorder, Resource},
+    vulkan::{Image, Recorder, Resource, shaders::ResolveParameters},
 };
 
-/// L_{P→C} by the bounce, for every pixel with a surface.
+/// L_{P→C} by the bounce, for every pixel with a surface, and its expected error.
 pub(crate) fn resolve<'r>(
     recorder: &mut Recorder<'r>,
     context: &Context,
     gbuffer: &'r GBuffer,
     images: &'r RefinementImages,
     indirect_radiance: &'r Image,
+    criteria: RefinementCriteria,
 ) -> Result<()> {
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
     resources.push(("indirect_radiance", Resource::Image(indirect_radiance)));
     let plan = context.plan;
-    let kernel = ("resolve", &[plan.brdf_word()][..]);
-    context.dispatch::<[u32; 0]>(recorder, kernel, &resources, &[], plan.resolution_px)
+    let kernel = ("resolve", &[plan.brdf_word(), images.noise_word()][..]);
+    let parameters = ResolveParameters {
+        variance_scale: criteria.variance_scale as f32,
+        relative_noise: criteria.relative_noise as f32,
+        least_radiance: criteria.least_radiance(),
+        own_share: criteria.own_share(),
+    };
+    context.dispatch(
+        recorder,
+        kernel,
+        &resources,
+        &parameters,
+        plan.resolution_px,
+    )
 }

@@ -24,12 +24,12 @@ pub(crate) struct Rsm<A: Allocate = Device> {
 }
 
 impl<A: Allocate> Rsm<A> {
-    /// Room for the light with the most faces; the others use the first layers. `None` without indirect light.
+    /// Room for the light with the most faces; the others use the first layers. `None` where nothing reads one.
     pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<Rsm<A>>> {
-        let Some(indirect) = plan.indirect else {
+        let Some(rsm_size) = plan.rsm_size() else {
             return Ok(None);
         };
-        let shape = ImageShape::layers(indirect.rsm_size, plan.max_faces());
+        let shape = ImageShape::layers(rsm_size, plan.max_faces());
         let image = |name| allocate.image(name, shape);
         Ok(Some(Rsm {
             position: image("RSM positions")?,

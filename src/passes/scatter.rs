@@ -31,7 +31,8 @@ pub(crate) fn scatter<'r>(
     let parameters = ScatterParameters {
         first_receiver: range.first,
         receiver_count: range.count,
-        inverse_radiance: (1.0 / criteria.radiance) as f32,
+        least_radiance: criteria.least_radiance(),
+        own_share: criteria.own_share(),
         is_grid: criteria.tolerance.is_none().into(),
         variance_scale: criteria.variance_scale as f32,
     };

@@ -12,24 +12,23 @@ use crate::{
 
 /// VPLs of all lights, one behind the other, a layer per member.
 pub(crate) struct VplLists<A: Allocate = Device> {
-    /// Where the lists are not kept apart: all of them.
     pub matte: A::Image,
-    /// Of sums, and only where some material is specular.
+    /// Only where some material is specular.
     pub glossy: Option<A::Image>,
     compactor: Compactor<A>,
-    /// From one light's place to the next one's, in the lists of all lights' VPLs and of the tiles of their RSMs.
-    pub room_per_light: [u32; 2],
+    /// From one light's place to the next one's.
+    pub room_per_light: u32,
 }
 
 impl<A: Allocate> VplLists<A> {
-    /// Room for a VPL of either kind for each texel of the RSM of each light; `None` without indirect light.
+    /// Room for a VPL of either kind for each texel of the RSM of each light; `None` where no sum is taken of them.
     pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<VplLists<A>>> {
-        let Some(indirect) = plan.indirect else {
+        let Some(rsm_size) = plan.rsm_size() else {
             return Ok(None);
         };
-        let texel_count = plan.max_faces() * indirect.rsm_size * indirect.rsm_size;
+        let texel_count = plan.max_faces() * rsm_size * rsm_size;
         let light_count = plan.lights.len() as u32;
-        let module = Module::find("vpl", &["write", plan.brdf_word(), "final_gather"])?;
+        let module = Module::find("vpl", &["write", plan.brdf_word(), "average"])?;
         let columns = module.constant("VPLS_PER_ROW")?;
         let rows_per_light = texel_count.div_ceil(columns);
         let list = |what, layers| {
@@ -40,26 +39,14 @@ impl<A: Allocate> VplLists<A> {
             };
             allocate.image(what, shape)
         };
-        // Final gathering keeps one list, in which every VPL has a lobe, and wants to know where the tiles lie in it.
-        let is_final_gather = indirect.is_final_gather();
-        let is_glossy_apart = plan.is_specular && !is_final_gather;
-        let matte_layers = if plan.is_specular && is_final_gather {
-            "GLOSSY_VPL_LAYERS"
-        } else {
-            "VPL_LAYERS"
-        };
-        let compactor = if is_final_gather {
-            Compactor::with_run_places(allocate, texel_count)?
-        } else {
-            Compactor::new(allocate, texel_count)?
-        };
         Ok(Some(VplLists {
-            matte: list("VPLs", matte_layers)?,
-            glossy: is_glossy_apart
+            matte: list("VPLs", "VPL_LAYERS")?,
+            glossy: plan
+                .is_specular
                 .then(|| list("glossy VPLs", "GLOSSY_VPL_LAYERS"))
                 .transpose()?,
-            room_per_light: [rows_per_light * columns, compactor.run_count()],
-            compactor,
+            room_per_light: rows_per_light * columns,
+            compactor: Compactor::new(allocate, texel_count)?,
         }))
     }
 }
@@ -79,13 +66,6 @@ impl VplLists {
     /// How many texels the light that comes next has.
     pub fn set_texel_count(&mut self, texel_count: u32) -> Result<()> {
         self.compactor.set_item_count(texel_count)
-    }
-
-    /// With final gathering: how many VPLs each tile of the RSM has; after the submission.
-    pub fn tile_lengths(&self) -> Result<Vec<u32>> {
-        let places = self.compactor.run_places()?.iter().map(|place| place.matte);
-        let ends = places.clone().skip(1).chain([self.lengths()?.matte]);
-        Ok(places.zip(ends).map(|(place, end)| end - place).collect())
     }
 
     /// How many VPLs there are of either kind, after the submission.
@@ -112,15 +92,14 @@ pub(crate) fn extract<'r>(
         resources.push(("glossy_vpls", Resource::Image(glossy)));
     }
     let brdf = context.plan.brdf_word();
-    let (list, record) = match context.plan.indirect.and_then(|plan| plan.sum()) {
-        None => ("final_gather", "final_gather"),
-        Some(sum) => ("apart", sum.word()),
+    let Some(sum) = context.plan.indirect.and_then(|plan| plan.sum()) else {
+        return Ok(());
     };
     vpls.compactor.record(
         recorder,
         context,
         "vpl",
-        [&[brdf, list], &[brdf, record]],
+        [&[brdf], &[brdf, sum.word()]],
         &resources,
         0,
     )

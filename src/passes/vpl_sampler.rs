@@ -1,195 +1,469 @@
-//! Which VPLs final gathering samples: those more often that contribute more to the image, as a pilot has seen.
+//! Where the rays of the lights go: more often where their VPLs contribute more to the image, as a pilot has seen.
+//!
+//! The map of a light is cut into tiles, and those into cells where a pilot had many samples. A tile's cells are as large as each
+//! other; their number is a power of four.
 
-use super::{light::DeviceLight, vpl::VplLists};
+use super::{
+    light::DeviceLight,
+    random::{hash, unit},
+};
 use crate::{
     Result,
-    scene::Bands,
-    vulkan::{Device, Recorder, Resource, TexelList, shaders},
+    emission::EmissionDomain,
+    metrics::LOCAL_FLOOR,
+    scene::ErrorNorm,
+    vulkan::{Allocate, Device, Recorder, Resource, TexelList},
 };
 
-/// Share of the samples that goes to all VPLs alike, so that none is forgotten which the pilot has not seen.
-const EVEN_PART: f64 = 0.25;
+/// Share of the rays that goes to the cells by their light alone, so that none is forgotten which the pilot has not seen.
+const EVEN_PART: f64 = 0.1;
+/// Share that goes to the tiles around those that contribute: what is narrow may begin in one and go on in the next.
+const NEIGHBOUR_PART: f64 = 0.1;
+/// A tile has 4 to this power of cells at most: as many as `shaders/light_rays.wgsl` can number.
+const MAX_LEVEL: u32 = 4;
+/// Samples of a pilot that a cell is to have.
+const SAMPLES_PER_CELL: usize = 8;
+/// What is known of a cell counts as much as so many samples of what is known of its tile.
+const PRIOR_SAMPLES: f64 = 2.0;
+/// From a light farther away, in units of half the scene's size, its rays do not tell surfaces apart in f32. All its tiles but a part of
+/// one would miss the scene besides: the rays from P find what it lights.
+const MAX_DISTANCE: f32 = 4096.0;
+/// The rays of a light in a set are a multiple of this: packets do not mix lights.
+const PACKET_RAYS: u32 = 64;
+/// Cells beyond those that are whole tiles.
+const MAX_SMALL_CELLS: usize = 1 << 13;
 
-/// A light whose VPLs are listed.
-pub(crate) struct ListedLight {
-    pub parameters: shaders::Light,
-    /// VPLs of each tile of its RSM.
-    tile_lengths: Vec<u32>,
-    /// What it sends into its emission domain, W, all bands together.
-    power_w: f64,
-}
-
-impl ListedLight {
-    /// After the submission that listed the light's VPLs.
-    pub fn new(light: &DeviceLight, vpls: &VplLists) -> Result<ListedLight> {
-        let power = |bands: Bands| bands.iter().sum::<f64>();
-        let texels = light.domain.texels.iter();
-        Ok(ListedLight {
-            parameters: light.parameters,
-            tile_lengths: vpls.tile_lengths()?,
-            power_w: texels
-                .map(|texel| power(light.domain.incident_power_w(texel)))
-                .sum(),
-        })
-    }
-
-    pub fn has_vpls(&self) -> bool {
-        self.tile_lengths.iter().any(|&length| length > 0)
-    }
-}
-
-/// The VPLs of a tile of 8 x 8 texels of an RSM.
-#[derive(Debug, Clone, Copy, Default)]
-struct Tile {
-    first_vpl: u32,
-    vpl_count: u32,
-    /// Of all its VPLs together.
-    probability: f64,
-}
-
-/// The discrete distribution of the samples over the tiles of all lights.
+/// The distribution of the samples over the maps of all lights.
 pub(crate) struct VplSampler {
     /// In the order of lights, faces, and Morton order.
     tiles: Vec<Tile>,
-    /// Cumulative, before each of those that have VPLs, in order.
-    cdf: Vec<f32>,
-    ranges: TexelList,
-    guide: TexelList,
-    pmf: TexelList,
+    /// The probability of each cell, in the order of tiles and Morton order.
+    cells: Vec<f64>,
+    /// Where the tiles of each light begin.
+    first_tiles: Vec<usize>,
+    /// The tiles around each tile.
+    neighbours: Vec<Vec<usize>>,
+    /// What all pilots have seen in each tile.
+    seen: Vec<Vec<Seen>>,
+    pilots: u8,
+}
+
+/// A sample that a pilot took.
+#[derive(Clone, Copy)]
+struct Seen {
+    pilot: u8,
+    /// In the tile, in steps of the finest cells.
+    place: u16,
+    /// What it adds to the integral of the square over the tile.
+    square: f64,
+}
+
+#[derive(Clone, Copy)]
+struct Tile {
+    /// By the light that is sent through it.
+    even_probability: f64,
+    first_cell: usize,
+    /// It has 4 to this power of cells.
+    level: u32,
+}
+
+/// Rays of a light in a set of them, and its cells in the list.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct RaysOfLight {
+    pub first_ray: u32,
+    pub ray_count: u32,
+    pub first_cell: u32,
+    pub cell_count: u32,
+    /// Of the light's probability, in units of its cells' bounds, for each ray.
+    pub stride: u32,
+}
+
+/// Which rays of a set go through which cell.
+pub(crate) struct RayTable {
+    /// Of all lights.
+    pub set_size: u32,
+    requested_set_size: u32,
+    pub lights: Vec<RaysOfLight>,
+    /// Of the cells with rays: from where in the light's probability, how much, and the place among all cells.
+    cells: Vec<(u32, u32, usize)>,
+    cell_list: TexelList,
+    densities: TexelList,
 }
 
 impl VplSampler {
-    /// Half of the samples go to the lights alike and half by their power; within a light all VPLs are alike.
-    pub fn even(device: &Device, lights: &[&ListedLight], guide_cells: u32) -> Result<VplSampler> {
-        let lit = || lights.iter().filter(|light| light.has_vpls());
-        let power_w: f64 = lit().map(|light| light.power_w).sum();
-        let mut tiles = Vec::new();
-        for light in lights {
-            let by_power = if power_w > 0.0 {
-                light.power_w / power_w
-            } else {
-                0.0
-            };
-            let of_light = 0.5 / lit().count().max(1) as f64 + 0.5 * by_power;
-            let vpl_count: u32 = light.tile_lengths.iter().sum();
-            let mut first_vpl = light.parameters.first_vpl;
-            // A light with fewer faces than another leaves room.
-            tiles.resize(light.parameters.first_tile as usize, Tile::default());
-            for &length in &light.tile_lengths {
-                tiles.push(Tile {
-                    first_vpl,
-                    vpl_count: length,
-                    probability: of_light * f64::from(length) / f64::from(vpl_count.max(1)),
-                });
-                first_vpl += length;
-            }
-        }
-        VplSampler::new(device, tiles, guide_cells)
-    }
-
-    fn new(device: &Device, tiles: Vec<Tile>, guide_cells: u32) -> Result<VplSampler> {
-        let mut cumulative = 0.0;
-        let ranges: Vec<[f32; 4]> = tiles
+    /// By the light that goes through each tile; half of the samples to all lights alike, half by power.
+    pub fn even(lights: &[&DeviceLight]) -> VplSampler {
+        let power = |light: &DeviceLight| {
+            let texels = light.domain.texels.iter();
+            let power_w = texels.map(|texel| light.domain.incident_power_w(texel).iter().sum());
+            power_w.collect::<Vec<f64>>()
+        };
+        let powers_w: Vec<Vec<f64>> = lights
             .iter()
-            .filter(|tile| tile.vpl_count > 0)
-            .map(|tile| {
-                let from = cumulative;
-                cumulative += tile.probability;
-                // Counts of less than 2^24 are exact.
-                let [first_vpl, vpl_count] = [tile.first_vpl, tile.vpl_count].map(|n| n as f32);
-                [first_vpl, vpl_count, from as f32, tile.probability as f32]
+            .map(|light| {
+                let is_far = |at: &f32| at.abs() > MAX_DISTANCE;
+                let is_too_far = light.parameters.is_parallel == 0
+                    && light.parameters.position.iter().any(is_far);
+                let powers_w = power(light);
+                if is_too_far {
+                    vec![0.0; powers_w.len()]
+                } else {
+                    powers_w
+                }
             })
             .collect();
-        let cdf: Vec<f32> = ranges.iter().map(|range| range[2]).collect();
-        let guide = (0..guide_cells)
-            .map(|cell| range_at(&cdf, cell as f32 / guide_cells as f32))
-            .map(|range| [range as f32, 0.0, 0.0, 0.0]);
-        let pmf = tiles
+        let sums_w: Vec<f64> = powers_w.iter().map(|tiles| tiles.iter().sum()).collect();
+        let total_w: f64 = sums_w.iter().sum();
+        let shining = sums_w.iter().filter(|&&sum_w| sum_w > 0.0).count();
+        let mut tiles = Vec::new();
+        let mut first_tiles = Vec::new();
+        let mut neighbours: Vec<Vec<usize>> = Vec::new();
+        for ((light, powers_w), sum_w) in lights.iter().zip(&powers_w).zip(&sums_w) {
+            let of_light = 0.5 / shining.max(1) as f64 + 0.5 * sum_w / total_w;
+            // A light with fewer faces than another leaves room.
+            let first_tile = light.parameters.first_tile as usize;
+            tiles.resize(first_tile, 0.0);
+            first_tiles.push(first_tile);
+            let size = light.parameters.emission_size;
+            neighbours.resize(first_tile, Vec::new());
+            for index in 0..powers_w.len() as u32 {
+                let (face, code) = (index / size.pow(2), index % size.pow(2));
+                let around = tiles_around(&light.domain, face, code);
+                neighbours.push(around.map(|tile| first_tile + tile).collect());
+                let texel =
+                    face * size.pow(2) + every_other_bit(code >> 1) * size + every_other_bit(code);
+                let share = powers_w[texel as usize] / sum_w;
+                tiles.push(if *sum_w > 0.0 { of_light * share } else { 0.0 });
+            }
+        }
+        VplSampler {
+            cells: tiles.clone(),
+            seen: vec![Vec::new(); tiles.len()],
+            pilots: 0,
+            neighbours,
+            tiles: tiles
+                .into_iter()
+                .enumerate()
+                .map(|(first_cell, even_probability)| Tile {
+                    even_probability,
+                    first_cell,
+                    level: 0,
+                })
+                .collect(),
+            first_tiles,
+        }
+    }
+
+    /// Hands about so many rays out to the cells: each light that shines has some.
+    pub fn table(&self, device: &Device, requested_set_size: u32) -> Result<RayTable> {
+        let mut cells = Vec::new();
+        let mut texels = Vec::new();
+        let mut lights = Vec::new();
+        let mut set_size = 0;
+        let mut probabilities = vec![0.0; self.cells.len()];
+        let ends = self
+            .first_tiles
             .iter()
-            .map(|tile| tile.probability / f64::from(tile.vpl_count.max(1)))
-            .map(|probability| [probability as f32, 0.0, 0.0, 0.0]);
-        Ok(VplSampler {
-            ranges: TexelList::new(device, "ranges of VPLs", ranges)?,
-            guide: TexelList::new(device, "guide to the ranges of VPLs", guide.collect())?,
-            pmf: TexelList::new(device, "pmf of VPLs", pmf.collect())?,
-            tiles,
-            cdf,
+            .skip(1)
+            .copied()
+            .chain([self.tiles.len()]);
+        for (&first_tile, end_tile) in self.first_tiles.iter().zip(ends) {
+            let tiles = &self.tiles[first_tile..end_tile];
+            let probability: f64 = tiles
+                .iter()
+                .flat_map(|tile| &self.cells[tile.cells()])
+                .sum();
+            let packets =
+                (probability * f64::from(requested_set_size / PACKET_RAYS)).round() as u32;
+            let ray_count = if probability > 0.0 {
+                packets.max(1) * PACKET_RAYS
+            } else {
+                0
+            };
+            let stride = u32::MAX / ray_count.max(1);
+            let whole = f64::from(ray_count * stride);
+            let first_cell = cells.len() as u32;
+            let (mut cumulative, mut begin) = (0.0, 0);
+            for (index, tile) in tiles.iter().enumerate() {
+                for (code, cell) in tile.cells().enumerate() {
+                    cumulative += self.cells[cell];
+                    let end = (cumulative / probability * whole).round().min(whole) as u32;
+                    if end > begin {
+                        let place = code as u32 + 256 * tile.level;
+                        let [begin_bits, share_bits] = [begin, end - begin].map(f32::from_bits);
+                        texels.push([begin_bits, share_bits, index as f32, place as f32]);
+                        cells.push((begin, end - begin, cell));
+                        probabilities[cell] = f64::from(end - begin) / whole * f64::from(ray_count);
+                    }
+                    begin = end;
+                }
+            }
+            lights.push(RaysOfLight {
+                first_ray: set_size,
+                ray_count,
+                first_cell,
+                cell_count: cells.len() as u32 - first_cell,
+                stride,
+            });
+            set_size += ray_count;
+        }
+        let mut densities: Vec<[f32; 4]> = Vec::with_capacity(self.tiles.len() + self.cells.len());
+        let first_listed = self.tiles.len();
+        for tile in &self.tiles {
+            let first_cell = (first_listed + tile.first_cell) as f32;
+            densities.push([first_cell, tile.cells_per_edge() as f32, 0.0, 0.0]);
+        }
+        for tile in &self.tiles {
+            for cell in tile.cells() {
+                let density = tile.density(probabilities[cell] / f64::from(set_size.max(1)));
+                densities.push([0.0, 0.0, density as f32, 0.0]);
+            }
+        }
+        Ok(RayTable {
+            set_size,
+            requested_set_size,
+            lights,
+            cells,
+            cell_list: TexelList::new(device, "cells of the lights' rays", texels)?,
+            densities: TexelList::new(device, "densities of VPLs", densities)?,
         })
+    }
+
+    /// Learns from what samples of VPLs have contributed: `contributions` has for every receiver those of its `samples` samples,
+    /// which were those that `pilot_sample` says, of rays with these seeds in turn. A cell's probability becomes that which makes the
+    /// least noise, the root of its area times the integral of the square over it, but for the other parts. Contributions count as
+    /// the norm has it.
+    ///
+    /// Returns the share of the samples that go elsewhere from now on.
+    pub fn learn(
+        &mut self,
+        table: &RayTable,
+        contributions: &[f32],
+        samples: u32,
+        seeds: &[u32],
+        norm: ErrorNorm,
+    ) -> f64 {
+        self.look(table, contributions, samples, seeds, norm);
+        let mut cells = Vec::new();
+        let mut tiles = self.tiles.clone();
+        let all_seen: usize = self.seen.iter().map(Vec::len).sum();
+        let samples_per_cell = (all_seen / MAX_SMALL_CELLS).max(SAMPLES_PER_CELL);
+        for (tile, seen) in tiles.iter_mut().zip(&self.seen) {
+            let cell_count = (seen.len() / samples_per_cell).max(1);
+            tile.level = (cell_count.ilog2() / 2).min(MAX_LEVEL);
+            tile.first_cell = cells.len();
+            cells.extend(tile.weights(seen, self.pilots));
+        }
+        let total: f64 = cells.iter().sum();
+        if total <= 0.0 {
+            return 0.0;
+        }
+        let mut nearby = vec![0.0; tiles.len()];
+        for (tile, neighbours) in tiles.iter().zip(&self.neighbours) {
+            let weight: f64 = cells[tile.cells()].iter().sum();
+            for &neighbour in neighbours {
+                nearby[neighbour] += weight / total / neighbours.len() as f64;
+            }
+        }
+        let mut moved = 0.0;
+        for ((tile, old), nearby) in tiles.iter().zip(&self.tiles).zip(nearby) {
+            let others = EVEN_PART * tile.even_probability + NEIGHBOUR_PART * nearby;
+            let count = tile.cells().len() as f64;
+            for cell in &mut cells[tile.cells()] {
+                *cell = others / count + (1.0 - EVEN_PART - NEIGHBOUR_PART) * *cell / total;
+            }
+            let [new, old]: [f64; 2] = [
+                cells[tile.cells()].iter().sum(),
+                self.cells[old.cells()].iter().sum(),
+            ];
+            moved += 0.5 * (new - old).abs();
+        }
+        (self.tiles, self.cells) = (tiles, cells);
+        moved
+    }
+
+    /// Notes what a pilot has seen.
+    fn look(
+        &mut self,
+        table: &RayTable,
+        contributions: &[f32],
+        samples: u32,
+        seeds: &[u32],
+        norm: ErrorNorm,
+    ) {
+        let tile_of_cell: Vec<usize> = (0..self.tiles.len())
+            .flat_map(|tile| self.tiles[tile].cells().map(move |_| tile))
+            .collect();
+        let receivers = contributions.len() / samples as usize / seeds.len().max(1);
+        let weights = receiver_weights(contributions, samples, norm);
+        for (index, contribution) in contributions.iter().enumerate() {
+            let (receiver, sample) = (index / samples as usize, index % samples as usize);
+            let x = pilot_sample(receiver, sample, samples);
+            let ray = ((x * table.set_size as f32) as u32).min(table.set_size.saturating_sub(1));
+            let seed = seeds.get(receiver / receivers.max(1));
+            let Some((cell, along, probability)) = seed.and_then(|&seed| table.place(ray, seed))
+            else {
+                continue;
+            };
+            let tile = &self.tiles[tile_of_cell[cell]];
+            let finest = 1 << (2 * (MAX_LEVEL - tile.level));
+            let place = (cell - tile.first_cell) * finest + (along * finest as f64) as usize;
+            let square = (weights[receiver] * f64::from(*contribution)).powi(2);
+            self.seen[tile_of_cell[cell]].push(Seen {
+                pilot: self.pilots,
+                place: place as u16,
+                square: tile.density(probability) * square / contributions.len() as f64,
+            });
+        }
+        self.pilots += 1;
+    }
+}
+
+impl Tile {
+    fn cells(&self) -> std::ops::Range<usize> {
+        self.first_cell..self.first_cell + (1 << (2 * self.level))
+    }
+
+    /// The root of each cell's area times the integral of the square over it: of what pilots say, each as much as it has samples there.
+    fn weights(&self, seen: &[Seen], pilots: u8) -> Vec<f64> {
+        let count = self.cells().len();
+        let places_per_cell = (1 << (2 * MAX_LEVEL)) / count;
+        // Of each pilot and cell the integral, and samples.
+        let mut sums = vec![(0.0, 0.0); usize::from(pilots) * count];
+        for seen in seen {
+            let cell = usize::from(seen.place) / places_per_cell;
+            let sum: &mut (f64, f64) = &mut sums[usize::from(seen.pilot) * count + cell];
+            *sum = (sum.0 + seen.square, sum.1 + 1.0);
+        }
+        let pooled: Vec<(f64, f64)> = (0..count)
+            .map(|cell| {
+                let of_cell = sums.iter().skip(cell).step_by(count);
+                let samples: f64 = of_cell.clone().map(|sum| sum.1).sum();
+                let integral: f64 = of_cell.map(|sum| sum.0 * sum.1).sum();
+                (integral / f64::max(samples, 1.0), samples)
+            })
+            .collect();
+        let area = 1.0 / count as f64;
+        let prior = area * pooled.iter().map(|cell| cell.0).sum::<f64>();
+        let weight = |&(integral, samples): &(f64, f64)| {
+            let known = (samples * integral + PRIOR_SAMPLES * prior) / (samples + PRIOR_SAMPLES);
+            (area * known).sqrt()
+        };
+        pooled.iter().map(weight).collect()
+    }
+
+    fn cells_per_edge(&self) -> u32 {
+        1 << self.level
+    }
+
+    /// Samples per area of a tile, from those of a cell.
+    fn density(&self, of_cell: f64) -> f64 {
+        of_cell * f64::from(self.cells_per_edge().pow(2))
+    }
+}
+
+impl RayTable {
+    /// Where a ray goes: the cell, the part of its Morton curve, and the cell's probability.
+    fn place(&self, ray: u32, seed: u32) -> Option<(usize, f64, f64)> {
+        let light = self.lights.iter().rfind(|light| light.first_ray <= ray)?;
+        let jitter = unit(hash(seed ^ hash(ray))) * light.stride as f32;
+        let at = (ray - light.first_ray) * light.stride + jitter as u32;
+        let cells = &self.cells[light.first_cell as usize..][..light.cell_count as usize];
+        let next = cells.partition_point(|&(begin, ..)| begin <= at);
+        let &(begin, share, cell) = cells.get(next.checked_sub(1)?)?;
+        let along = f64::from(at - begin) / f64::from(share);
+        let of_light = f64::from(share) / f64::from(light.stride);
+        (along < 1.0).then_some((cell, along, of_light / f64::from(self.set_size)))
+    }
+
+    /// Whether it was made for about so many rays.
+    pub fn is_for(&self, set_size: u32) -> bool {
+        self.requested_set_size == set_size
+    }
+
+    /// What the tables of up to so many tiles take.
+    pub fn declare(allocate: &impl Allocate, tiles: u64) -> Result<()> {
+        let cells = tiles + MAX_SMALL_CELLS as u64;
+        TexelList::declare(allocate, "cells of the lights' rays", cells)?;
+        TexelList::declare(allocate, "densities of VPLs", tiles + cells)
     }
 
     /// Fills the images; once, before anything reads them.
     pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        for list in [&self.ranges, &self.guide, &self.pmf] {
-            list.record_copy(recorder);
-        }
-    }
-
-    /// The same VPLs, sampled by what they have contributed: `contributions` has for every receiver those of its `samples` samples,
-    /// which were those that `pilot_sample` says. A tile's probability becomes the root of the mean square (which makes
-    /// the least noise), but for what goes to all alike.
-    pub fn learned(
-        &self,
-        device: &Device,
-        contributions: &[f32],
-        samples: u32,
-        guide_cells: u32,
-    ) -> Result<VplSampler> {
-        if self.cdf.is_empty() {
-            return VplSampler::new(device, self.tiles.clone(), guide_cells);
-        }
-        let mut squares = vec![(0.0, 0_u32); self.cdf.len()];
-        for (receiver, contributions) in contributions.chunks_exact(samples as usize).enumerate() {
-            for (sample, &contribution) in contributions.iter().enumerate() {
-                let range = range_at(&self.cdf, pilot_sample(receiver, sample, samples));
-                squares[range].0 += f64::from(contribution).powi(2);
-                squares[range].1 += 1;
-            }
-        }
-        let mut squares = squares.into_iter();
-        let weights: Vec<f64> = self
-            .tiles
-            .iter()
-            .map(|tile| match tile.vpl_count {
-                0 => 0.0,
-                _ => {
-                    let (sum, count) = squares.next().unwrap_or_default();
-                    tile.probability * (sum / f64::from(count.max(1))).sqrt()
-                }
-            })
-            .collect();
-        let total: f64 = weights.iter().sum();
-        if total <= 0.0 {
-            return VplSampler::new(device, self.tiles.clone(), guide_cells);
-        }
-        let tiles = self.tiles.iter().zip(weights).map(|(tile, weight)| Tile {
-            probability: EVEN_PART * tile.probability + (1.0 - EVEN_PART) * weight / total,
-            ..*tile
-        });
-        VplSampler::new(device, tiles.collect(), guide_cells)
-    }
-
-    /// Tiles that have VPLs.
-    pub fn range_count(&self) -> u32 {
-        self.cdf.len() as u32
+        self.cell_list.record_copy(recorder);
+        self.densities.record_copy(recorder);
     }
 
     /// The images under the names that the shaders give them.
-    pub fn resources(&self) -> [(&'static str, Resource<'_>); 3] {
+    pub fn resources(&self) -> [(&'static str, Resource<'_>); 2] {
         [
-            ("vpl_ranges", self.ranges.resource()),
-            ("vpl_guide", self.guide.resource()),
-            ("vpl_pmf", self.pmf.resource()),
+            ("ray_cells", self.cell_list.resource()),
+            ("vpl_densities", self.densities.resource()),
         ]
     }
 }
 
-/// The last range that begins at or before a number of 0 to 1.
-fn range_at(cdf: &[f32], x: f32) -> usize {
-    cdf.partition_point(|&first| first <= x).saturating_sub(1)
+/// What the contributions to each receiver count.
+fn receiver_weights(contributions: &[f32], samples: u32, norm: ErrorNorm) -> Vec<f64> {
+    let receivers = contributions.chunks_exact(samples as usize);
+    match norm {
+        ErrorNorm::Image => vec![1.0; receivers.len()],
+        ErrorNorm::Local => {
+            let sum = |receiver: &[f32]| receiver.iter().copied().map(f64::from).sum::<f64>();
+            let sums: Vec<f64> = receivers.map(sum).collect();
+            let mean = sums.iter().sum::<f64>() / sums.len().max(1) as f64;
+            let least = (LOCAL_FLOOR * mean).max(f64::MIN_POSITIVE);
+            sums.iter().map(|sum| 1.0 / sum.max(least)).collect()
+        }
+    }
 }
 
 /// Where in 0 to 1 the pilot samples, as `shaders/final_gather.wgsl` has it.
 fn pilot_sample(receiver: usize, sample: usize, samples: u32) -> f32 {
     let shift = (receiver as f32 * 0.618_034).fract();
     (sample as f32 + shift) / samples as f32
+}
+
+/// The tiles of a light around one of them, also on other faces; `code` is its place in Morton order.
+fn tiles_around(
+    domain: &EmissionDomain,
+    face: u32,
+    code: u32,
+) -> impl Iterator<Item = usize> + use<> {
+    let size = domain.size;
+    let place = [every_other_bit(code), every_other_bit(code >> 1)];
+    let offsets = [
+        (-1, -1),
+        (0, -1),
+        (1, -1),
+        (-1, 0),
+        (1, 0),
+        (-1, 1),
+        (0, 1),
+        (1, 1),
+    ];
+    let mut found: Vec<usize> = offsets
+        .into_iter()
+        .filter_map(|(x, y)| {
+            let [x, y] = [(place[0], x), (place[1], y)]
+                .map(|(at, offset)| (f64::from(at) + 0.5 + f64::from(offset)) / f64::from(size));
+            domain.cell_at(face as usize, [x, y])
+        })
+        .map(|[face, column, row]| {
+            (face * size.pow(2) + spread_bits(column) + 2 * spread_bits(row)) as usize
+        })
+        .collect();
+    found.sort_unstable();
+    found.dedup();
+    found.into_iter()
+}
+
+/// Zeros between the bits of a number.
+fn spread_bits(number: u32) -> u32 {
+    (0..16).map(|bit| (number & (1 << bit)) << bit).sum()
+}
+
+/// The even bits of a number, close together.
+fn every_other_bit(bits: u32) -> u32 {
+    (0..16).map(|bit| (bits >> bit) & (1 << bit)).sum()
 }

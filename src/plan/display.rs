@@ -3,6 +3,7 @@
 use std::fmt;
 
 use super::{GatherPlan, LightPlan, Plan, ShadowPlan};
+use crate::scene::ErrorNorm;
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -13,8 +14,8 @@ impl fmt::Display for Plan {
         for (index, light) in self.lights.iter().enumerate() {
             let LightPlan { kind, faces, .. } = light;
             let map = |size| format!("light {index} ({kind}): {faces} x {size}² texels");
-            if let Some(indirect) = self.indirect {
-                writeln!(f, "  rsm        {}", map(indirect.rsm_size))?;
+            if let Some(size) = self.rsm_size() {
+                writeln!(f, "  rsm        {}", map(size))?;
             }
             let mut rays = String::new();
             match light.shadow {
@@ -27,7 +28,14 @@ impl fmt::Display for Plan {
             writeln!(f, "  direct     light {index}, {brdf}{rays}")?;
         }
         if let Some(indirect) = self.indirect {
-            writeln!(f, "  vpl        texels with flux, compacted")?;
+            match indirect.rsm_size() {
+                Some(_) => writeln!(f, "  vpl        texels with flux, compacted")?,
+                None => writeln!(
+                    f,
+                    "  light_rays VPLs, through {}² tiles a face, divided where they matter",
+                    indirect.emission_size
+                )?,
+            }
             let stride = indirect.refinement.coarsest_stride;
             let target = indirect.refinement.target_error;
             match target {
@@ -53,8 +61,23 @@ impl fmt::Display for Plan {
                     )
                 }
             };
-            let target = target.map(|target| format!(", {error} {target}"));
-            writeln!(f, "  {gather}{}", target.as_deref().unwrap_or_default())?;
+            let mut aim = target.map_or(String::new(), |target| format!(", {error} {target}"));
+            if indirect.is_final_gather() {
+                aim += match indirect.refinement.error_norm {
+                    ErrorNorm::Image => " over the image",
+                    ErrorNorm::Local => " over each part of the image",
+                };
+            }
+            writeln!(f, "  {gather}{aim}")?;
+            if let Some(ms) = indirect.refinement.max_ms {
+                writeln!(f, "             for {ms} ms at most")?;
+            }
+            if let Some(rays) = indirect.refinement.max_rays {
+                writeln!(f, "             with {rays} rays at most")?;
+            }
+            if indirect.has_stderr_layer {
+                writeln!(f, "             with the layer stderr")?;
+            }
             if target.is_some() {
                 writeln!(f, "  error_estimate  on a sample of pixels")?;
             }

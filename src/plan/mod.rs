@@ -11,7 +11,7 @@ pub(crate) use steps::GridStep;
 use crate::{
     Result,
     emission::EmissionDomain,
-    scene::{IndirectLight, Light, Material, Mesh, Scene, Shadow, VplSum},
+    scene::{ErrorNorm, IndirectLight, Light, Material, Mesh, Scene, Shadow, VplSum},
     vulkan::DeviceInfo,
 };
 
@@ -22,6 +22,10 @@ const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
 /// Points of the coarsest grid along the shorter edge. By rays these are also to average their noise.
 const RAY_GRID_POINTS: u32 = 50;
 const SUM_GRID_POINTS: u32 = 25;
+/// Texels along the edge of a tile, where final gathering is given a size of the RSM.
+const RSM_TEXELS_PER_TILE: u32 = 8;
+/// Tiles along the edge of a face at most.
+const MAX_TILES: u32 = 32;
 
 /// The passes and permutations that a frame takes on a device.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,9 +86,13 @@ impl ShadowPlan {
 /// What the indirect light takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IndirectPlan {
-    pub rsm_size: u32,
+    /// Cells along one edge of a face of a light's emission domain: texels of its RSM, or tiles that final gathering sends rays
+    /// through.
+    pub emission_size: u32,
     pub gather: GatherPlan,
     pub refinement: RefinementPlan,
+    /// Whether the standard error of each pixel's indirect light is wanted.
+    pub has_stderr_layer: bool,
 }
 
 /// What gathers a pixel's indirect light.
@@ -102,6 +110,12 @@ pub struct RefinementPlan {
     /// relRMSE of the indirect light that is requested: of a sum against that at every pixel, of final gathering against the
     /// true bounce. `None`: every pixel is gathered.
     pub target_error: Option<f64>,
+    /// What that counts over; for sums [`ErrorNorm::Image`].
+    pub error_norm: ErrorNorm,
+    /// Wall-clock time for the indirect light of a frame, milliseconds; `None`: no limit.
+    pub max_ms: Option<f64>,
+    /// Rays for the indirect light of a frame; `None`: no limit.
+    pub max_rays: Option<u64>,
     /// Pixels between the first ones that are gathered; a power of two, 1 where every pixel is gathered.
     pub coarsest_stride: u32,
 }
@@ -113,6 +127,11 @@ impl IndirectPlan {
             GatherPlan::VplSum { sum, .. } => Some(sum),
             GatherPlan::FinalGather { .. } => None,
         }
+    }
+
+    /// Edge of a face of the RSM, texels; `None`: there is none.
+    pub fn rsm_size(&self) -> Option<u32> {
+        self.sum().map(|_| self.emission_size)
     }
 
     /// Whether rays find visibility.
@@ -137,9 +156,10 @@ impl Plan {
         let faces: Vec<usize> = scene.lights.iter().map(faces).collect();
         let fine_enough = shadow_size(scene, faces.iter().copied().min().unwrap_or(1), device);
         let indirect = scene.indirect.map(|indirect| IndirectPlan {
-            rsm_size: planned_rsm_size(indirect, scene.lights.len()),
+            emission_size: planned_emission_size(indirect, scene.lights.len()),
             gather: planned_gather(indirect, device),
             refinement: planned_refinement(indirect, scene.camera.resolution_px),
+            has_stderr_layer: indirect.stderr_layer().unwrap_or(false),
         });
         // Where there are rays, they cost less than a map, and their shadows are exact.
         let shadow = scene.direct.shadow.unwrap_or(match indirect {
@@ -148,7 +168,7 @@ impl Plan {
         });
         // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
         // miss what is smaller than twenty pixels.
-        let shadow = match (shadow, indirect.map(|indirect| indirect.rsm_size)) {
+        let shadow = match (shadow, indirect.and_then(|indirect| indirect.rsm_size())) {
             (Shadow::Rays, _) => ShadowPlan::Rays(RayKernel::best_for(device)),
             (Shadow::Map, Some(size)) if size >= fine_enough => ShadowPlan::Rsm { size },
             (Shadow::Map, _) => ShadowPlan::Map { size: fine_enough },
@@ -193,6 +213,11 @@ impl Plan {
         sizes.max().flatten()
     }
 
+    /// Edge of a face of the RSM, texels; `None`: there is none.
+    pub(crate) fn rsm_size(&self) -> Option<u32> {
+        self.indirect.and_then(|plan| plan.rsm_size())
+    }
+
     /// Whether direct light is tested by rays among the triangles.
     pub(crate) fn has_shadow_rays(&self) -> bool {
         let is_by_rays = |light: &LightPlan| matches!(light.shadow, ShadowPlan::Rays(_));
@@ -202,6 +227,11 @@ impl Plan {
     /// Whether anything casts rays.
     pub(crate) fn has_rays(&self) -> bool {
         self.has_shadow_rays() || self.has_final_gather()
+    }
+
+    /// Whether the standard error of each pixel's indirect light is wanted.
+    pub(crate) fn has_stderr_layer(&self) -> bool {
+        self.indirect.is_some_and(|plan| plan.has_stderr_layer)
     }
 
     /// Whether indirect light is gathered by rays.
@@ -229,6 +259,9 @@ fn planned_refinement(indirect: IndirectLight, resolution_px: [u32; 2]) -> Refin
     };
     RefinementPlan {
         target_error,
+        error_norm: indirect.error_norm().unwrap_or_default(),
+        max_ms: indirect.max_ms(),
+        max_rays: indirect.max_rays(),
         coarsest_stride: target_error.map_or(1, |_| coarsest_stride(resolution_px, grid_points)),
     }
 }
@@ -240,16 +273,17 @@ fn coarsest_stride(resolution_px: [u32; 2], points: u32) -> u32 {
     1 << stride.ilog2()
 }
 
-/// Texels along one edge of a face. Final gathering takes VPLs in Morton order, for which it is a power of two.
-fn planned_rsm_size(indirect: IndirectLight, light_count: usize) -> u32 {
+/// Cells along one edge of a face. Tiles lie in Morton order, for which it is a power of two.
+fn planned_emission_size(indirect: IndirectLight, light_count: usize) -> u32 {
     match (indirect.rsm_size(), light_count) {
         (Some(size), _) if indirect.sum().is_some() => size,
-        // At least a tile.
-        (Some(size), _) => size.checked_next_power_of_two().unwrap_or(1 << 31).max(8),
-        // Many lights share the room that one has.
-        (None, 0..=4) => 128,
-        (None, 5..=16) => 64,
-        (None, _) => 32,
+        (Some(size), _) => (size / RSM_TEXELS_PER_TILE)
+            .clamp(1, MAX_TILES)
+            .next_power_of_two(),
+        // Many lights share the rays that one has.
+        (None, 0..=4) => 16,
+        (None, 5..=16) => 8,
+        (None, _) => 4,
     }
 }
 

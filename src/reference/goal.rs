@@ -5,19 +5,15 @@ use std::ops::ControlFlow;
 use super::Reference;
 use crate::{Result, Scene};
 
-/// Rounds that a goal is cut into. Few and large ones have the least error, for the points of a round know of each other;
-/// but the standard error comes from their spread.
+/// Rounds that a goal is cut into, and the fewest that reach one. Few and large ones have the least error, for the points of a round
+/// know of each other; but the standard error comes from their spread, and from fewer it is not to be relied on.
 const ROUNDS: u32 = 8;
-/// Below this, there is no standard error.
-const FEWEST_ROUNDS: u32 = 2;
-/// Below this, its estimate is not to be relied on.
-const FEWEST_ROUNDS_FOR_ERROR: u32 = 4;
 /// Rounds end often enough to be saved: about a minute on two cores.
 const MOST_PATHS_PER_ROUND: u64 = 400_000_000;
 const MOST_SAMPLES_PER_ROUND: u32 = 4096;
-const FEWEST_SAMPLES_PER_ROUND: u32 = 16;
+const FEWEST_SAMPLES_PER_ROUND: u32 = 4;
 /// A first look at how much the samples scatter.
-const PILOT_SAMPLES_PER_ROUND: u32 = 32;
+const PILOT_SAMPLES_PER_ROUND: u32 = 16;
 
 /// How the error falls with the samples of a round: n^-½ if they were independent, n^-¾ in the Cornell box. Too high a guess
 /// costs more rounds, too low a one samples that were not needed.
@@ -26,7 +22,7 @@ const RATE: f64 = 0.65;
 /// When to stop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Goal {
-    /// So many samples in each pixel, in all, and two rounds at least.
+    /// So many samples in each pixel, in all, and eight rounds at least.
     SamplesPerPixel(u32),
     /// [`Reference::relative_standard_error`] of the indirect light at or below this.
     StandardError(f64),
@@ -47,14 +43,12 @@ impl Reference {
         let samples_per_pixel = match goal {
             Goal::SamplesPerPixel(samples) => samples,
             Goal::StandardError(target) => {
-                for _ in 0..FEWEST_ROUNDS_FOR_ERROR {
+                for _ in 0..ROUNDS {
                     reference.add_round(progress)?;
                 }
                 let error = reference.relative_standard_error().unwrap_or_default();
-                let rounds = f64::from(ROUNDS);
-                let by_rounds = error * (f64::from(FEWEST_ROUNDS_FOR_ERROR) / rounds).sqrt();
-                let growth = (by_rounds / target).max(0.0).powf(1.0 / RATE);
-                (rounds * f64::from(PILOT_SAMPLES_PER_ROUND) * growth) as u32
+                let growth = (error / target).powf(1.0 / RATE);
+                (f64::from(ROUNDS * PILOT_SAMPLES_PER_ROUND) * growth) as u32
             }
         };
         reference.samples_per_round = reference.round_for(samples_per_pixel);
@@ -90,17 +84,14 @@ impl Reference {
             Goal::SamplesPerPixel(samples) => {
                 by_rounds(samples.max(1)) * f64::from(self.samples_per_round)
             }
-            Goal::StandardError(_) if self.has_no_indirect_light() => {
-                by_rounds(FEWEST_ROUNDS_FOR_ERROR)
-            }
+            Goal::StandardError(_) if self.has_no_indirect_light() => 1.0,
             Goal::StandardError(target) => {
                 let error = self.relative_standard_error();
                 let by_error = error.map_or(0.0, |error| (target / error).powi(2));
-                let by_error = by_error * by_rounds(self.rounds.max(1));
-                by_error.min(by_rounds(FEWEST_ROUNDS_FOR_ERROR))
+                by_error * by_rounds(self.rounds.max(1))
             }
         };
-        share.min(by_rounds(FEWEST_ROUNDS)).min(1.0)
+        share.min(by_rounds(ROUNDS)).min(1.0)
     }
 
     /// Whether the goal is reached.

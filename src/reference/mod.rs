@@ -10,17 +10,20 @@ mod goal;
 mod light;
 mod path;
 mod pixel;
+mod pooling;
 mod rays;
 mod surface;
 
 use std::{ops::ControlFlow, path::Path, time::Instant};
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 pub use self::goal::Goal;
 use self::{
     path::Transport,
     pixel::{Moments, Pixel},
+    pooling::Pooling,
 };
 use crate::{
     Error, Result, Scene,
@@ -37,7 +40,7 @@ const PATHS_PER_STEP: usize = 1 << 20;
 ///
 /// Direct light needs no samples: pixels are points, and so are lights. Indirect light is the mean of rounds. A round gives
 /// each pixel the points of a net (Sobol', Owen-scrambled) that fall evenly into the directions; rounds are
-/// independent of each other, so their spread gives the standard error of each pixel.
+/// independent of each other, so their spread, with that of the pixels around, gives the standard error of each pixel.
 #[derive(Debug)]
 pub struct Reference {
     scene: Scene,
@@ -45,6 +48,8 @@ pub struct Reference {
     pixels: Vec<Pixel>,
     samples_per_round: u32,
     rounds: u32,
+    /// Number of the first round, which its random numbers depend on.
+    first_round: u32,
     wall_milliseconds: f64,
 }
 
@@ -83,8 +88,18 @@ impl Reference {
             pixels,
             samples_per_round: samples_per_round.clamp(1, 1 << 16).next_power_of_two(),
             rounds: 0,
+            first_round: 0,
             wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
         })
+    }
+
+    /// The same with other random numbers, before its first round: references of different seeds are independent of each other. The
+    /// seed of [`Reference::new`], and of rounds that are added to a file, is 0.
+    pub fn with_seed(self, seed: u16) -> Reference {
+        Reference {
+            first_round: u32::from(seed) << 16,
+            ..self
+        }
     }
 
     /// Goes on from a file with the image of a [`Reference::frame`]: further rounds add to its own.
@@ -127,16 +142,20 @@ impl Reference {
                 .ok_or_else(|| refuse(format!("its layer {} is missing or damaged", layer.name())))
         };
         let rounds = samples / samples_per_round;
-        let mean = values(Layer::Indirect)?;
-        let standard_error = match rounds {
-            0 | 1 => mean,
-            _ => values(Layer::StandardError)?,
+        let mean = bands_of(values(Layer::Indirect)?);
+        let variance = match rounds {
+            0 | 1 => vec![DVec3::ZERO; mean.len()],
+            _ => {
+                let standard_error = bands_of(values(Layer::StandardError)?);
+                let pooled: Vec<DVec3> = standard_error.iter().map(|s| s * s).collect();
+                let is_sampled = reference.is_sampled();
+                reference.pooling(&is_sampled, rounds).own(&pooled)
+            }
         };
-        let stored = mean.chunks_exact(3).zip(standard_error.chunks_exact(3));
-        for (pixel, (mean, standard_error)) in reference.pixels.iter_mut().zip(stored) {
-            pixel.indirect = std::array::from_fn(|band| {
-                Moments::from_mean(mean[band].into(), standard_error[band].into(), rounds)
-            });
+        for (pixel, (mean, variance)) in reference.pixels.iter_mut().zip(mean.iter().zip(variance))
+        {
+            pixel.indirect =
+                std::array::from_fn(|band| Moments::from_mean(mean[band], variance[band], rounds));
         }
         reference.rounds = rounds;
         Ok(reference)
@@ -173,12 +192,34 @@ impl Reference {
         if self.rounds < 2 {
             return None;
         }
-        let values = self.pixels.iter().flat_map(|pixel| pixel.indirect);
-        let (variance, square) = values.fold((0.0, 0.0), |(variance, square), moments| {
-            let own = moments.variance_of_mean(self.rounds);
-            (variance + own, square + moments.mean * moments.mean - own)
+        let pixels = self.pixels.iter().zip(self.variances());
+        let (variance, square) = pixels.fold((0.0, 0.0), |(sum, square), (pixel, variance)| {
+            let mean = DVec3::from(pixel.indirect.map(|moments| moments.mean));
+            let own = variance.element_sum();
+            (sum + own, square + mean.length_squared() - own)
         });
         (square > 0.0).then(|| (variance / square).sqrt())
+    }
+
+    /// Squares of the standard errors, from two rounds on.
+    fn variances(&self) -> Vec<DVec3> {
+        let variance = |moments: Moments| moments.variance_of_mean(self.rounds);
+        let pixels = self.pixels.iter();
+        let own: Vec<DVec3> = pixels
+            .map(|pixel| pixel.indirect.map(variance).into())
+            .collect();
+        let is_sampled = self.is_sampled();
+        self.pooling(&is_sampled, self.rounds).pooled(&own)
+    }
+
+    fn pooling<'a>(&self, is_sampled: &'a [bool], rounds: u32) -> Pooling<'a> {
+        let [width, _] = self.scene.camera.resolution_px;
+        Pooling::new(width as usize, is_sampled, rounds)
+    }
+
+    fn is_sampled(&self) -> Vec<bool> {
+        let pixels = self.pixels.iter();
+        pixels.map(|pixel| pixel.receiver().is_some()).collect()
     }
 
     /// Adds a round to every pixel, and reports the share of it that is done, 0 to 1. The image does not depend on the number of
@@ -188,7 +229,7 @@ impl Reference {
     /// [`Error::Cancelled`] when `progress` breaks: the image is as it was before the round.
     pub fn add_round(&mut self, progress: &mut dyn FnMut(f32) -> ControlFlow<()>) -> Result<()> {
         let start = Instant::now();
-        let (round, samples) = (self.rounds, self.samples_per_round);
+        let (round, samples) = (self.first_round + self.rounds, self.samples_per_round);
         let transport = &self.transport;
         let mut means = Vec::with_capacity(self.pixels.len());
         let paths_per_pixel = samples as usize * (1 + self.scene.lights.len());
@@ -239,9 +280,10 @@ impl Reference {
             (Layer::Edge, self.ids(|pixel| pixel.is_edge.into())),
         ];
         if self.rounds >= 2 {
-            let of_mean = |moments: Moments| moments.variance_of_mean(self.rounds).sqrt();
-            let standard_error = self.floats(|pixel| pixel.indirect.map(of_mean));
-            layers.insert(3, (Layer::StandardError, standard_error));
+            let variances = self.variances();
+            let values = variances.iter().flat_map(|variance| variance.to_array());
+            let standard_error = values.map(|variance| variance.sqrt() as f32).collect();
+            layers.insert(3, (Layer::StandardError, LayerData::Float(standard_error)));
         }
         Frame {
             resolution_px: self.scene.camera.resolution_px,
@@ -270,4 +312,12 @@ impl Reference {
     fn ids(&self, value: impl Fn(&Pixel) -> u32) -> LayerData {
         LayerData::Id(self.pixels.iter().map(value).collect())
     }
+}
+
+/// The three bands of each pixel of a layer.
+fn bands_of(values: &[f32]) -> Vec<DVec3> {
+    let pixels = values.chunks_exact(3);
+    pixels
+        .map(|bands| DVec3::from([bands[0], bands[1], bands[2]].map(f64::from)))
+        .collect()
 }

@@ -42,13 +42,12 @@ impl Moments {
         self.scatter += before * (value - self.mean);
     }
 
-    /// The moments of `count` values that have this mean and this standard error of the mean, which does not matter for
-    /// fewer than two.
-    pub fn from_mean(mean: f64, standard_error: f64, count: u32) -> Moments {
+    /// The moments of `count` values that have this mean and this variance of the mean, which does not matter for fewer than two.
+    pub fn from_mean(mean: f64, variance_of_mean: f64, count: u32) -> Moments {
         let count = f64::from(count.max(1));
         Moments {
             mean,
-            scatter: standard_error * standard_error * count * (count - 1.0),
+            scatter: variance_of_mean * count * (count - 1.0),
         }
     }
 
@@ -98,6 +97,11 @@ impl Pixel {
         }
     }
 
+    /// P where it reflects light.
+    pub fn receiver(&self) -> Option<&Receiver> {
+        self.point.as_ref().filter(|p| !p.surface.brdf.is_black())
+    }
+
     /// Mean of a round of samples of the indirect radiance. Depends on nothing but these arguments.
     pub fn sample_round(
         &self,
@@ -106,7 +110,7 @@ impl Pixel {
         index: u32,
         round: u32,
     ) -> Bands {
-        let Some(receiver) = self.point.as_ref().filter(|p| !p.surface.brdf.is_black()) else {
+        let Some(receiver) = self.receiver() else {
             return [0.0; 3];
         };
         let seed = mix(index, round);

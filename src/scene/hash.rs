@@ -1,11 +1,12 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor, Shadow, Texture,
+    Camera, Direct, Intrinsics, Lens, Light, Material, Mesh, Parameter, Scene, Sensor, Shadow,
+    Texture,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
-const FORM: &[u8] = b"camlux scene 4";
+const FORM: &[u8] = b"camlux scene 5";
 
 impl Scene {
     /// BLAKE3 in hexadecimal (64 digits) over everything that the image depends on. Names and file paths are left out.
@@ -37,9 +38,15 @@ impl Scene {
         bytes.name(indirect.map_or("none", |indirect| indirect.name()));
         if let Some(indirect) = indirect {
             let rsm_size = indirect.rsm_size().map(f64::from);
-            let parameters = indirect.parameters().into_iter().map(|(_, value)| value);
-            for value in [rsm_size].into_iter().chain(parameters) {
-                bytes.list(value.as_slice(), |value| [*value]);
+            bytes.list(rsm_size.as_slice(), |value| [*value]);
+            for (_, value) in indirect.parameters() {
+                match value {
+                    None => bytes.numbers([0.0]),
+                    Some(Parameter::Number(number)) => bytes.numbers([1.0, number]),
+                    Some(Parameter::Count(count)) => bytes.numbers([1.0, count as f64]),
+                    Some(Parameter::Name(name)) => bytes.name(name),
+                    Some(Parameter::Flag(flag)) => bytes.numbers([1.0, f64::from(flag)]),
+                }
             }
         }
         bytes.length(lights);

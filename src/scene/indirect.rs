@@ -21,13 +21,32 @@ pub enum IndirectLight {
     /// The sum over all VPLs with the integral's measure kept (Keller 1997), without visibility. At every pixel: the 1/d² of a
     /// near VPL makes spikes of a pixel or two that neither a grid nor a sample of pixels sees.
     InstantRadiosity { rsm_size: u32 },
-    /// Final gathering by multiple importance sampling from P and from the RSM: converges to the true single bounce.
+    /// Final gathering by multiple importance sampling from P and from the lights: converges to the true single bounce.
     FinalGather {
         /// relRMSE against the true single bounce, sqrt(Σ(x−t)²/Σt²), within [`TARGET_ERRORS`].
         target_error: f64,
+        /// What that sum is taken over.
+        error_norm: ErrorNorm,
         /// `None`: the engine chooses.
         rsm_size: Option<u32>,
+        /// Wall-clock time for the indirect light of a frame, milliseconds, above 0: where it is over before the target is met, the
+        /// best image so far is the result. The image then depends on how fast the device was. `None`: as long as it takes.
+        max_ms: Option<f64>,
+        /// The same for rays, above 0; the image does not depend on the device's speed.
+        max_rays: Option<u64>,
+        /// Whether frames have the layer [`StandardError`](crate::output::Layer::StandardError).
+        stderr_layer: bool,
     },
+}
+
+/// What the target error of [`IndirectLight::FinalGather`] counts over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum ErrorNorm {
+    /// Over all pixels at once: bright pixels count most.
+    #[default]
+    Image,
+    /// Over tiles of the image, each with light counting as much as another: no dark part is left noisy.
+    Local,
 }
 
 /// The formula of a plain sum over virtual point lights.
@@ -65,7 +84,11 @@ impl IndirectLight {
     pub const fn final_gather(target_error: f64) -> Self {
         IndirectLight::FinalGather {
             target_error,
+            error_norm: ErrorNorm::Image,
             rsm_size: None,
+            max_ms: None,
+            max_rays: None,
+            stderr_layer: false,
         }
     }
 
@@ -103,7 +126,7 @@ impl IndirectLight {
     }
 
     /// Chooses the size of the RSM, texels along one edge of a face.
-    pub fn set_rsm_size(&mut self, size: u32) {
+    pub const fn set_rsm_size(&mut self, size: u32) {
         match self {
             IndirectLight::RsmAverage { rsm_size, .. }
             | IndirectLight::InstantRadiosity { rsm_size } => *rsm_size = size,
@@ -130,29 +153,103 @@ impl IndirectLight {
         }
     }
 
+    /// What the target error counts over; `None` for sums.
+    pub fn error_norm(&self) -> Option<ErrorNorm> {
+        match *self {
+            IndirectLight::FinalGather { error_norm, .. } => Some(error_norm),
+            _ => None,
+        }
+    }
+
+    /// Milliseconds that final gathering may take; `None`: no limit.
+    pub fn max_ms(&self) -> Option<f64> {
+        match *self {
+            IndirectLight::FinalGather { max_ms, .. } => max_ms,
+            _ => None,
+        }
+    }
+
+    /// Rays that final gathering may cast; `None`: no limit.
+    pub fn max_rays(&self) -> Option<u64> {
+        match *self {
+            IndirectLight::FinalGather { max_rays, .. } => max_rays,
+            _ => None,
+        }
+    }
+
+    /// Whether frames have the layer of standard errors; `None` for sums.
+    pub fn stderr_layer(&self) -> Option<bool> {
+        match *self {
+            IndirectLight::FinalGather { stderr_layer, .. } => Some(stderr_layer),
+            _ => None,
+        }
+    }
+
     /// What a scene file says of it besides its name and `rsm_size`: keys, and values where there are any.
-    pub fn parameters(&self) -> Vec<(&'static str, Option<f64>)> {
+    pub fn parameters(&self) -> Vec<(&'static str, Option<Parameter>)> {
+        let number = |value: Option<f64>| value.map(Parameter::Number);
+        let error_norm = self.error_norm().map(ErrorNorm::name);
         vec![
-            ("target_error", self.target_error()),
-            ("interpolation_error", self.interpolation_error()),
+            ("target_error", number(self.target_error())),
+            ("error_norm", error_norm.map(Parameter::Name)),
+            ("max_ms", number(self.max_ms())),
+            ("max_rays", self.max_rays().map(Parameter::Count)),
+            ("interpolation_error", number(self.interpolation_error())),
+            ("stderr_layer", self.stderr_layer().map(Parameter::Flag)),
         ]
     }
 
     pub(crate) fn validate(&self) -> Result<()> {
         let part = Part("indirect".into());
         let (least, most) = (TARGET_ERRORS.start(), TARGET_ERRORS.end());
-        for (key, error) in self.parameters() {
+        for (key, error) in [
+            ("target_error", self.target_error()),
+            ("interpolation_error", self.interpolation_error()),
+        ] {
             part.require(
                 error.is_none_or(|error| TARGET_ERRORS.contains(&error)),
                 format_args!("{key} is {}", error.unwrap_or_default()),
                 format!("give a relRMSE from {least} to {most}, such as 0.02"),
             )?;
         }
+        let max_ms = self.max_ms();
+        part.require(
+            max_ms.is_none_or(|ms| ms > 0.0 && ms.is_finite()),
+            format_args!("max_ms is {}", max_ms.unwrap_or_default()),
+            "give finite milliseconds above 0, such as 500, or leave it out for no limit",
+        )?;
+        part.require(
+            self.max_rays() != Some(0),
+            "max_rays is 0",
+            "give a number of rays above 0, such as 100000000, or leave it out for no limit",
+        )?;
         part.require(
             self.rsm_size() != Some(0),
             "rsm_size is 0",
             "give the texels along one face's edge, such as 64",
         )
+    }
+}
+
+/// The value of a key of `[indirect]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Parameter {
+    Number(f64),
+    Count(u64),
+    Name(&'static str),
+    Flag(bool),
+}
+
+impl ErrorNorm {
+    /// All, in the order of the documentation.
+    pub const ALL: [ErrorNorm; 2] = [ErrorNorm::Image, ErrorNorm::Local];
+
+    /// The name in scene files, on the command line and in image headers.
+    pub fn name(self) -> &'static str {
+        match self {
+            ErrorNorm::Image => "image",
+            ErrorNorm::Local => "local",
+        }
     }
 }
 
@@ -195,12 +292,23 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
         "estimator",
         "rsm_size",
         "target_error",
+        "error_norm",
+        "max_ms",
+        "max_rays",
+        "stderr_layer",
         "interpolation_error",
     ])?;
     let names = IndirectLight::NAMES;
     let example = format!("estimator = \"{}\"", names.join("\" or \""));
     let estimator = keys.need("estimator", &example)?;
-    match estimator.choice(&names, |name| name)? {
+    let estimator = estimator.choice(&names, |name| name)?;
+    if estimator != "final-gather" {
+        for key in ["error_norm", "max_ms", "max_rays", "stderr_layer"] {
+            let problem = format!("belongs to final-gather: {estimator} has no target_error");
+            keys.refuse(key, &problem, &format!("remove it, or set {FINAL_GATHER}"))?;
+        }
+    }
+    match estimator {
         "final-gather" => {
             keys.refuse(
                 "interpolation_error",
@@ -208,9 +316,15 @@ pub(super) fn from_keys(mut keys: Keys) -> Result<IndirectLight> {
                 "use target_error, which counts against the true bounce",
             )?;
             let target_error = keys.optional("target_error", Value::number)?;
+            let norm = |value: &Value| value.choice(&ErrorNorm::ALL, ErrorNorm::name);
+            let error_norm = keys.optional("error_norm", norm)?;
             Ok(IndirectLight::FinalGather {
                 target_error: target_error.unwrap_or(DEFAULT_TARGET_ERROR),
+                error_norm: error_norm.unwrap_or_default(),
                 rsm_size: keys.optional("rsm_size", Value::count)?,
+                max_ms: keys.optional("max_ms", Value::number)?,
+                max_rays: keys.optional("max_rays", Value::large_count)?,
+                stderr_layer: keys.optional("stderr_layer", Value::flag)?.unwrap_or(false),
             })
         }
         "rsm-average" => {

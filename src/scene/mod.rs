@@ -25,7 +25,9 @@ mod warnings;
 
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
-pub use indirect::{DEFAULT_TARGET_ERROR, IndirectLight, TARGET_ERRORS, VplSum};
+pub use indirect::{
+    DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS, VplSum,
+};
 pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;

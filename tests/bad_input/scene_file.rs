@@ -346,6 +346,22 @@ fn wrong_types() {
                 "give a finite number",
             ],
         ),
+        (
+            format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"final-gather\"\nmax_rays = 1e9\n"),
+            [
+                "scene.toml:13: \"max_rays\" in [indirect] is the number 1e9",
+                "give a whole number of 0 or more",
+            ],
+        ),
+        (
+            format!(
+                "{CAMERA}{LIGHT}[indirect]\nestimator = \"final-gather\"\nerror_norm = \"locally\"\n"
+            ),
+            [
+                "scene.toml:13: unknown error_norm \"locally\" in [indirect]",
+                "did you mean \"local\"? possible are: image, local",
+            ],
+        ),
     ] {
         refuses_toml(&toml, &parts);
     }
@@ -416,6 +432,13 @@ fn values_out_of_range_are_reported_with_their_line() {
             ],
         ),
         (
+            format!("{CAMERA}{LIGHT}[indirect]\nestimator = \"final-gather\"\nmax_ms = -1\n"),
+            [
+                "scene.toml:11, indirect: max_ms is -1",
+                "give finite milliseconds above 0, such as 500",
+            ],
+        ),
+        (
             format!(
                 "{CAMERA}{LIGHT}[indirect]\nestimator = \"rsm-average\"\nrsm_size = 8\ninterpolation_error = 0.6\n"
             ),
@@ -467,6 +490,30 @@ fn keys_of_another_estimator_and_removed_keys_name_what_replaces_them() {
             "interpolation_error = 0.05",
             "\"interpolation_error\" in [indirect] belongs to rsm-average: instant-radiosity is summed at every pixel",
             "remove it",
+        ),
+        (
+            "rsm-average",
+            "error_norm = \"local\"",
+            "\"error_norm\" in [indirect] belongs to final-gather: rsm-average has no target_error",
+            "remove it, or set estimator = \"final-gather\"",
+        ),
+        (
+            "instant-radiosity",
+            "max_ms = 500",
+            "\"max_ms\" in [indirect] belongs to final-gather: instant-radiosity has no target_error",
+            "remove it, or set estimator = \"final-gather\"",
+        ),
+        (
+            "instant-radiosity",
+            "stderr_layer = true",
+            "\"stderr_layer\" in [indirect] belongs to final-gather: instant-radiosity has no target_error",
+            "remove it, or set estimator = \"final-gather\"",
+        ),
+        (
+            "rsm-average",
+            "max_rays = 500",
+            "\"max_rays\" in [indirect] belongs to final-gather: rsm-average has no target_error",
+            "remove it, or set estimator = \"final-gather\"",
         ),
         (
             "final-gather",

@@ -1,8 +1,8 @@
 //! Every bad value of a scene from slices is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    Camera, Direct, IndirectLight, Intrinsics, Lens, Light, Material, Mesh, Scene, Sensor,
-    SpotCone, Texture, VplSum,
+    Camera, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Material, Mesh, Scene,
+    Sensor, SpotCone, Texture, VplSum,
 };
 use glam::DVec3;
 
@@ -48,10 +48,14 @@ fn scene() -> Scene {
     }
 }
 
-fn final_gather(rsm_size: Option<u32>, target_error: f64) -> IndirectLight {
+fn final_gather(target_error: f64, max_ms: Option<f64>, max_rays: Option<u64>) -> IndirectLight {
     IndirectLight::FinalGather {
         target_error,
-        rsm_size,
+        error_norm: ErrorNorm::Image,
+        rsm_size: None,
+        max_ms,
+        max_rays,
+        stderr_layer: false,
     }
 }
 
@@ -66,9 +70,12 @@ fn interpolated_average(interpolation_error: f64) -> IndirectLight {
 fn every_error_in_range_is_taken_and_final_gathering_needs_no_size() {
     let mut scene = scene();
     for error in [0.002, 0.02, 0.5] {
+        let mut gather_8 = IndirectLight::final_gather(error);
+        gather_8.set_rsm_size(8);
         for indirect in [
-            final_gather(None, error),
-            final_gather(Some(8), error),
+            final_gather(error, None, None),
+            final_gather(error, Some(1e-3), Some(1)),
+            gather_8,
             interpolated_average(error),
         ] {
             scene.indirect = Some(indirect);
@@ -191,19 +198,39 @@ fn scenes_from_slices_are_validated() {
             "indirect: interpolation_error is NaN",
         ),
         (
-            Box::new(|s| s.indirect = Some(final_gather(Some(0), 0.02))),
+            Box::new(|s| {
+                let mut indirect = IndirectLight::final_gather(0.02);
+                indirect.set_rsm_size(0);
+                s.indirect = Some(indirect);
+            }),
             "indirect: rsm_size is 0",
         ),
         (
-            Box::new(|s| s.indirect = Some(final_gather(None, 0.0019))),
+            Box::new(|s| s.indirect = Some(final_gather(0.02, Some(0.0), None))),
+            "indirect: max_ms is 0; give finite milliseconds above 0",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(final_gather(0.02, Some(f64::INFINITY), None))),
+            "indirect: max_ms is inf",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(final_gather(0.02, Some(NAN), None))),
+            "indirect: max_ms is NaN",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(final_gather(0.02, None, Some(0)))),
+            "indirect: max_rays is 0; give a number of rays above 0",
+        ),
+        (
+            Box::new(|s| s.indirect = Some(IndirectLight::final_gather(0.0019))),
             "indirect: target_error is 0.0019; give a relRMSE from 0.002 to 0.5",
         ),
         (
-            Box::new(|s| s.indirect = Some(final_gather(None, 0.501))),
+            Box::new(|s| s.indirect = Some(IndirectLight::final_gather(0.501))),
             "indirect: target_error is 0.501",
         ),
         (
-            Box::new(|s| s.indirect = Some(final_gather(None, NAN))),
+            Box::new(|s| s.indirect = Some(IndirectLight::final_gather(NAN))),
             "indirect: target_error is NaN",
         ),
         (

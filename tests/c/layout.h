@@ -85,19 +85,27 @@ CHECK(camlux_sensor_exposure_time_s_size, sizeof(((camlux_sensor *)0)->exposure_
 CHECK(camlux_sensor_duty_cycle_offset, offsetof(camlux_sensor, duty_cycle) == 32);
 CHECK(camlux_sensor_duty_cycle_size, sizeof(((camlux_sensor *)0)->duty_cycle) == 8);
 
-CHECK(camlux_indirect_size, sizeof(camlux_indirect) == 32);
+CHECK(camlux_indirect_size, sizeof(camlux_indirect) == 56);
 CHECK(camlux_indirect_struct_size_offset, offsetof(camlux_indirect, struct_size) == 0);
 CHECK(camlux_indirect_struct_size_size, sizeof(((camlux_indirect *)0)->struct_size) == 4);
 CHECK(camlux_indirect_estimator_offset, offsetof(camlux_indirect, estimator) == 4);
 CHECK(camlux_indirect_estimator_size, sizeof(((camlux_indirect *)0)->estimator) == 4);
 CHECK(camlux_indirect_rsm_size_offset, offsetof(camlux_indirect, rsm_size) == 8);
 CHECK(camlux_indirect_rsm_size_size, sizeof(((camlux_indirect *)0)->rsm_size) == 4);
-CHECK(camlux_indirect_reserved_offset, offsetof(camlux_indirect, reserved) == 12);
-CHECK(camlux_indirect_reserved_size, sizeof(((camlux_indirect *)0)->reserved) == 4);
+CHECK(camlux_indirect_error_norm_offset, offsetof(camlux_indirect, error_norm) == 12);
+CHECK(camlux_indirect_error_norm_size, sizeof(((camlux_indirect *)0)->error_norm) == 4);
 CHECK(camlux_indirect_target_error_offset, offsetof(camlux_indirect, target_error) == 16);
 CHECK(camlux_indirect_target_error_size, sizeof(((camlux_indirect *)0)->target_error) == 8);
 CHECK(camlux_indirect_interpolation_error_offset, offsetof(camlux_indirect, interpolation_error) == 24);
 CHECK(camlux_indirect_interpolation_error_size, sizeof(((camlux_indirect *)0)->interpolation_error) == 8);
+CHECK(camlux_indirect_max_ms_offset, offsetof(camlux_indirect, max_ms) == 32);
+CHECK(camlux_indirect_max_ms_size, sizeof(((camlux_indirect *)0)->max_ms) == 8);
+CHECK(camlux_indirect_max_rays_offset, offsetof(camlux_indirect, max_rays) == 40);
+CHECK(camlux_indirect_max_rays_size, sizeof(((camlux_indirect *)0)->max_rays) == 8);
+CHECK(camlux_indirect_stderr_layer_offset, offsetof(camlux_indirect, stderr_layer) == 48);
+CHECK(camlux_indirect_stderr_layer_size, sizeof(((camlux_indirect *)0)->stderr_layer) == 4);
+CHECK(camlux_indirect_reserved_offset, offsetof(camlux_indirect, reserved) == 52);
+CHECK(camlux_indirect_reserved_size, sizeof(((camlux_indirect *)0)->reserved) == 4);
 
 CHECK(camlux_direct_size, sizeof(camlux_direct) == 8);
 CHECK(camlux_direct_struct_size_offset, offsetof(camlux_direct, struct_size) == 0);
@@ -315,7 +323,7 @@ CHECK(camlux_exr_options_layers_size, sizeof(((camlux_exr_options *)0)->layers) 
 CHECK(camlux_exr_options_reserved_offset, offsetof(camlux_exr_options, reserved) == 12);
 CHECK(camlux_exr_options_reserved_size, sizeof(((camlux_exr_options *)0)->reserved) == 4);
 
-CHECK(camlux_frame_stats_size, sizeof(camlux_frame_stats) == 96);
+CHECK(camlux_frame_stats_size, sizeof(camlux_frame_stats) == 104);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
 CHECK(camlux_frame_stats_struct_size_size, sizeof(((camlux_frame_stats *)0)->struct_size) == 4);
 CHECK(camlux_frame_stats_pass_count_offset, offsetof(camlux_frame_stats, pass_count) == 4);
@@ -334,15 +342,17 @@ CHECK(camlux_frame_stats_pixel_vpl_pairs_offset, offsetof(camlux_frame_stats, pi
 CHECK(camlux_frame_stats_pixel_vpl_pairs_size, sizeof(((camlux_frame_stats *)0)->pixel_vpl_pairs) == 8);
 CHECK(camlux_frame_stats_estimated_error_offset, offsetof(camlux_frame_stats, estimated_error) == 56);
 CHECK(camlux_frame_stats_estimated_error_size, sizeof(((camlux_frame_stats *)0)->estimated_error) == 8);
-CHECK(camlux_frame_stats_estimated_interpolation_error_offset, offsetof(camlux_frame_stats, estimated_interpolation_error) == 64);
+CHECK(camlux_frame_stats_estimated_error_upper_offset, offsetof(camlux_frame_stats, estimated_error_upper) == 64);
+CHECK(camlux_frame_stats_estimated_error_upper_size, sizeof(((camlux_frame_stats *)0)->estimated_error_upper) == 8);
+CHECK(camlux_frame_stats_estimated_interpolation_error_offset, offsetof(camlux_frame_stats, estimated_interpolation_error) == 72);
 CHECK(camlux_frame_stats_estimated_interpolation_error_size, sizeof(((camlux_frame_stats *)0)->estimated_interpolation_error) == 8);
-CHECK(camlux_frame_stats_submissions_offset, offsetof(camlux_frame_stats, submissions) == 72);
+CHECK(camlux_frame_stats_submissions_offset, offsetof(camlux_frame_stats, submissions) == 80);
 CHECK(camlux_frame_stats_submissions_size, sizeof(((camlux_frame_stats *)0)->submissions) == 4);
-CHECK(camlux_frame_stats_reserved_offset, offsetof(camlux_frame_stats, reserved) == 76);
-CHECK(camlux_frame_stats_reserved_size, sizeof(((camlux_frame_stats *)0)->reserved) == 4);
-CHECK(camlux_frame_stats_device_offset, offsetof(camlux_frame_stats, device) == 80);
+CHECK(camlux_frame_stats_stop_offset, offsetof(camlux_frame_stats, stop) == 84);
+CHECK(camlux_frame_stats_stop_size, sizeof(((camlux_frame_stats *)0)->stop) == 4);
+CHECK(camlux_frame_stats_device_offset, offsetof(camlux_frame_stats, device) == 88);
 CHECK(camlux_frame_stats_device_size, sizeof(((camlux_frame_stats *)0)->device) == 8);
-CHECK(camlux_frame_stats_driver_offset, offsetof(camlux_frame_stats, driver) == 88);
+CHECK(camlux_frame_stats_driver_offset, offsetof(camlux_frame_stats, driver) == 96);
 CHECK(camlux_frame_stats_driver_size, sizeof(((camlux_frame_stats *)0)->driver) == 8);
 
 CHECK(camlux_pass_time_size, sizeof(camlux_pass_time) == 24);
@@ -365,7 +375,7 @@ static const unsigned char rust_camlux_camera[] = {128,0,0,0,128,2,0,0,224,1,0,0
 static const camlux_sensor init_of_camlux_sensor = CAMLUX_SENSOR_INIT;
 static const unsigned char rust_camlux_sensor[] = {40,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63};
 static const camlux_indirect init_of_camlux_indirect = CAMLUX_INDIRECT_INIT;
-static const unsigned char rust_camlux_indirect[] = {32,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_indirect[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_direct init_of_camlux_direct = CAMLUX_DIRECT_INIT;
 static const unsigned char rust_camlux_direct[] = {8,0,0,0,0,0,0,0};
 static const camlux_pose init_of_camlux_pose = CAMLUX_POSE_INIT;
@@ -393,7 +403,7 @@ static const unsigned char rust_camlux_view[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
 static const unsigned char rust_camlux_exr_options[] = {16,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_frame_stats init_of_camlux_frame_stats = CAMLUX_FRAME_STATS_INIT;
-static const unsigned char rust_camlux_frame_stats[] = {96,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_frame_stats[] = {104,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pass_time init_of_camlux_pass_time = CAMLUX_PASS_TIME_INIT;
 static const unsigned char rust_camlux_pass_time[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const struct init inits[] = {
@@ -401,7 +411,7 @@ static const struct init inits[] = {
     {"camlux_device_info", 832, rust_camlux_device_info, &init_of_camlux_device_info},
     {"camlux_camera", 128, rust_camlux_camera, &init_of_camlux_camera},
     {"camlux_sensor", 40, rust_camlux_sensor, &init_of_camlux_sensor},
-    {"camlux_indirect", 32, rust_camlux_indirect, &init_of_camlux_indirect},
+    {"camlux_indirect", 56, rust_camlux_indirect, &init_of_camlux_indirect},
     {"camlux_direct", 8, rust_camlux_direct, &init_of_camlux_direct},
     {"camlux_pose", 64, rust_camlux_pose, &init_of_camlux_pose},
     {"camlux_material", 72, rust_camlux_material, &init_of_camlux_material},
@@ -415,7 +425,7 @@ static const struct init inits[] = {
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
     {"camlux_exr_options", 16, rust_camlux_exr_options, &init_of_camlux_exr_options},
-    {"camlux_frame_stats", 96, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
+    {"camlux_frame_stats", 104, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };
 

@@ -239,6 +239,10 @@ static void check_errors(camlux_scene *scene, camlux_renderer *renderer)
     sum.target_error = 0.05;
     EXPECT(camlux_scene_set_indirect(scene, &sum) == CAMLUX_ERROR_SCENE);
     EXPECT(strstr(camlux_last_error(), "target_error is 0.05") != NULL);
+    sum.target_error = 0;
+    sum.max_rays = UINT64_C(5000000000);
+    EXPECT(camlux_scene_set_indirect(scene, &sum) == CAMLUX_ERROR_SCENE);
+    EXPECT(strstr(camlux_last_error(), "max_rays is 5000000000") != NULL);
     pose.orientation_xyzw[3] = 2;
     EXPECT(camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose) == CAMLUX_ERROR_SCENE);
     options.progress = stop;

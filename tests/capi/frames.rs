@@ -11,7 +11,7 @@ use camlux::{
     RenderOptions, Renderer, Scene,
     capi::*,
     glam::{DQuat, DVec3},
-    scene::{Light, Mesh},
+    scene::{IndirectLight, Light, Mesh, VplSum},
 };
 
 const SIZE_PX: [u32; 2] = [24, 20];
@@ -67,7 +67,8 @@ fn each_estimator_estimates_its_own_error() {
         let frame = render(renderer, scene);
         let stats = stats(frame);
         ok(camlux_frame_release(frame));
-        [stats.estimated_error, stats.estimated_interpolation_error].map(f64::is_nan)
+        let errors = [stats.estimated_error, stats.estimated_interpolation_error];
+        (errors.map(f64::is_nan), stats.stop)
     };
     let average = init!(camlux_indirect {
         estimator: CAMLUX_ESTIMATOR_RSM_AVERAGE,
@@ -77,14 +78,70 @@ fn each_estimator_estimates_its_own_error() {
         estimator: CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
         rsm_size: 8
     });
-    assert_eq!([average, radiosity].map(&mut estimated), [[true; 2]; 2]);
+    let nothing = ([true; 2], CAMLUX_STOP_NONE);
+    assert_eq!([average, radiosity].map(&mut estimated), [nothing; 2]);
     let interpolated = camlux_indirect {
         interpolation_error: 0.1,
         ..average
     };
-    assert_eq!(estimated(interpolated), [true, false]);
+    let of_the_sum = ([true, false], CAMLUX_STOP_NONE);
+    assert_eq!(estimated(interpolated), of_the_sum);
     let gathered = init!(camlux_indirect { target_error: 0.1 });
-    assert_eq!(estimated(gathered), [false, true]);
+    let of_the_bounce = ([false, true], CAMLUX_STOP_TARGET_MET);
+    assert_eq!(estimated(gathered), of_the_bounce);
+    ok(camlux_scene_release(scene));
+    ok(camlux_renderer_release(renderer));
+}
+
+/// On the host, and where the frame stays on the device; and gone with the next frame that does not ask for it.
+#[test]
+fn a_frame_has_standard_errors_where_they_are_asked_for() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let scene = load("cornell");
+    resize(scene, SIZE_PX[0], SIZE_PX[1]);
+    let options = init!(camlux_render_options { on_device: 1 });
+    for stderr_layer in [1, 0] {
+        let indirect = init!(camlux_indirect {
+            target_error: 0.3,
+            stderr_layer: stderr_layer
+        });
+        // SAFETY: it points to a struct of that size.
+        ok(unsafe { camlux_scene_set_indirect(scene, &indirect) });
+        let frame = render(renderer, scene);
+        let found = layers(frame);
+        let errors = found
+            .iter()
+            .find(|(layer, _)| *layer == CAMLUX_LAYER_STDERR);
+        assert_eq!(errors.is_some(), stderr_layer == 1);
+        let mut view = init!(camlux_view {});
+        let mut staying = null_mut();
+        let mut image = init!(camlux_vulkan_image {});
+        // SAFETY: all of it points to what it should.
+        let viewed = unsafe {
+            ok(camlux_renderer_render(
+                renderer,
+                scene,
+                &options,
+                &mut staying,
+            ));
+            [
+                camlux_frame_view(frame, CAMLUX_LAYER_STDERR, &mut view),
+                camlux_frame_get_vulkan_image(staying, CAMLUX_LAYER_STDERR, &mut image),
+            ]
+        };
+        if let Some((_, values)) = errors {
+            assert_eq!(viewed, [CAMLUX_OK; 2]);
+            assert_eq!((view.channels, values.len()), (3, view.size_bytes / 4));
+            let values = values.iter().map(|&bits| f32::from_bits(bits));
+            assert!(values.into_iter().all(|value| value >= 0.0));
+        } else {
+            assert_eq!(viewed, [CAMLUX_ERROR_INVALID_ARGUMENT; 2]);
+        }
+        for frame in [frame, staying] {
+            ok(camlux_frame_release(frame));
+        }
+    }
     ok(camlux_scene_release(scene));
     ok(camlux_renderer_release(renderer));
 }
@@ -144,7 +201,7 @@ fn a_moved_light_is_a_scene_built_that_way() {
     let moved_m = DVec3::new(0.2, 1.5, -0.1);
     set_pose(scene, CAMLUX_PART_LIGHT, 0, moved_m, turn);
     let second = render(renderer, scene);
-    assert!(passes(second).iter().any(|pass| pass == "rsm"));
+    assert!(passes(second).iter().any(|pass| pass == "light_rays"));
     let mut expected = engine_scene("cornell_spot");
     let Light::Spot {
         position_m,
@@ -174,9 +231,11 @@ fn a_moved_light_is_a_scene_built_that_way() {
 fn a_moved_instance_is_a_scene_built_that_way() {
     let device = Device::open();
     let mut expected = engine_scene("glossy");
+    expected.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
     let scene = from_arrays(&expected);
     let renderer = device.renderer();
     let first = render(renderer, scene);
+    assert!(passes(first).iter().any(|pass| pass == "rsm"));
     // Half a turn about y: x and z change their signs, exactly.
     let by_m = DVec3::new(0.25, 0.5, -0.125);
     let last = expected.meshes.len() - 1;

@@ -266,7 +266,11 @@ impl Sequence {
                         estimator: r.choice(),
                         rsm_size: r.pick(&[0, 4, 8]),
                         target_error: r.pick(&errors),
-                        interpolation_error: r.pick(&errors)
+                        error_norm: r.pick(&[0, 0, 0, 1, 2]),
+                        interpolation_error: r.pick(&errors),
+                        max_ms: r.pick(&[0.0, 0.0, 50.0, some_error]),
+                        max_rays: r.pick(&[0, 0, 1, 1 << 40]),
+                        stderr_layer: r.pick(&[0, 0, 1, 2])
                     });
                     camlux_scene_set_indirect(scene, r.pointer(&mut indirect))
                 }

@@ -9,7 +9,7 @@ use std::{
 use camlux::{
     capi::*,
     output::{Layer, LayerData},
-    scene::{IndirectLight, Lens, Light},
+    scene::{ErrorNorm, IndirectLight, Lens, Light},
 };
 
 pub fn last_error() -> String {
@@ -179,7 +179,8 @@ pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
         Layer::Range => CAMLUX_LAYER_RANGE,
         Layer::InstanceId => CAMLUX_LAYER_INSTANCE_ID,
         Layer::MaterialId => CAMLUX_LAYER_MATERIAL_ID,
-        Layer::StandardError | Layer::Edge => -1,
+        Layer::StandardError => CAMLUX_LAYER_STDERR,
+        Layer::Edge => -1,
     };
     let bits = |data: &LayerData| match data {
         LayerData::Float(values) => values.iter().map(|value| value.to_bits()).collect(),
@@ -245,7 +246,14 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
                     IndirectLight::InstantRadiosity { .. } => CAMLUX_ESTIMATOR_INSTANT_RADIOSITY,
                 },
                 rsm_size: indirect.rsm_size().unwrap_or(0),
+                error_norm: match indirect.error_norm() {
+                    Some(ErrorNorm::Local) => CAMLUX_NORM_LOCAL,
+                    Some(ErrorNorm::Image) | None => CAMLUX_NORM_IMAGE,
+                },
                 target_error: indirect.target_error().unwrap_or(0.0),
+                max_ms: indirect.max_ms().unwrap_or(0.0),
+                max_rays: indirect.max_rays().unwrap_or(0),
+                stderr_layer: indirect.stderr_layer().map_or(0, i32::from),
                 interpolation_error: indirect.interpolation_error().unwrap_or(0.0),
             });
             ok(camlux_scene_set_indirect(built, &c_indirect));

@@ -92,6 +92,16 @@ fn values_are_checked() {
             "reserved",
         );
         fails(
+            indirect(init!(camlux_indirect { stderr_layer: 2 })),
+            ARGUMENT,
+            "stderr_layer is 2; give 0 or 1",
+        );
+        fails(
+            indirect(init!(camlux_indirect { error_norm: 2 })),
+            ARGUMENT,
+            "error_norm is 2; give one of CAMLUX_NORM_IMAGE (0), CAMLUX_NORM_LOCAL (1)",
+        );
+        fails(
             indirect(init!(camlux_indirect { target_error: nan })),
             SCENE,
             "target_error",
@@ -100,6 +110,16 @@ fn values_are_checked() {
             indirect(init!(camlux_indirect { target_error: 0.6 })),
             SCENE,
             "target_error",
+        );
+        fails(
+            indirect(init!(camlux_indirect { max_ms: -1.0 })),
+            SCENE,
+            "max_ms is -1; give finite milliseconds above 0",
+        );
+        fails(
+            indirect(init!(camlux_indirect { max_ms: nan })),
+            SCENE,
+            "max_ms is NaN",
         );
         fails(
             indirect(init!(camlux_indirect {
@@ -122,6 +142,24 @@ fn values_are_checked() {
                 target_error: 0.05
             });
             fails(indirect(sum), SCENE, "target_error is 0.05");
+            let sum = init!(camlux_indirect {
+                estimator: estimator,
+                rsm_size: 8
+            });
+            let with_norm = camlux_indirect {
+                error_norm: CAMLUX_NORM_LOCAL,
+                ..sum
+            };
+            fails(indirect(with_norm), SCENE, "error_norm is 1, but");
+            let with_ms = camlux_indirect { max_ms: 9.0, ..sum };
+            fails(indirect(with_ms), SCENE, "max_ms is 9, but");
+            let with_rays = camlux_indirect { max_rays: 9, ..sum };
+            fails(indirect(with_rays), SCENE, "max_rays is 9, but");
+            let with_stderr = camlux_indirect {
+                stderr_layer: 1,
+                ..sum
+            };
+            fails(indirect(with_stderr), SCENE, "stderr_layer is 1, but");
         }
         for estimator in [
             CAMLUX_ESTIMATOR_FINAL_GATHER,
@@ -477,9 +515,9 @@ fn frames_are_checked() {
             "camlux_scene_set_sensor",
         );
         fails(
-            camlux_frame_view(frame, 10, &mut view),
+            camlux_frame_view(frame, 11, &mut view),
             ARGUMENT,
-            "layer is 10",
+            "layer is 11",
         );
         fails(
             camlux_frame_view(frame, -1, &mut view),
@@ -527,7 +565,7 @@ fn frames_are_checked() {
             "half is 2",
         );
         fails(
-            exr(init!(camlux_exr_options { layers: 1 << 10 })),
+            exr(init!(camlux_exr_options { layers: 1 << 11 })),
             ARGUMENT,
             "no layer",
         );

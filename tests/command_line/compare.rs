@@ -199,6 +199,47 @@ fn the_noise_of_both_images_counts() {
 }
 
 /// The pair, whose reference says that its third pixel and the background lie on edges.
+/// What a render says of its own error is no noise to be taken out: its errors are judged by it.
+#[test]
+fn a_render_is_judged_by_what_it_says_of_its_error() {
+    let folder = tempfile::tempdir().unwrap();
+    write_pair(folder.path());
+    let indirect: &[f32] = &[1.5, 2.0, 1.0, 5.0, 77.0];
+    let render = |scale: f32| {
+        let stated = [0.5, 0.5, 1.0, 1.0, 9.0].map(|error| scale * error);
+        write(
+            &folder.path().join("r.exr"),
+            (5, 1),
+            &[("indirect", indirect), ("stderr", &stated)],
+            &[("camlux.estimator", "final-gather")],
+        );
+        let table = assert_succeeds(&compare(folder.path(), &["r.exr", "t.exr"]), "");
+        (json(folder.path(), &["r.exr", "t.exr"]), table)
+    };
+    let (report, table) = render(1.0);
+    let layer = &report["layers"][0];
+    // As without the layer.
+    assert_near(&layer["noise"]["relative_rmse_of_noise"], 0.01);
+    // z = 0.5/sqrt(0.25 + 1e-4), 0, −1/sqrt(1 + 4e-4), 1/sqrt(1 + 16e-4).
+    let squares = 0.25 / 0.2501 + 1.0 / 1.0004 + 1.0 / 1.0016;
+    assert_near(
+        &layer["stated_error"]["deviation"],
+        (squares / 4.0_f64).sqrt(),
+    );
+    assert!(
+        table.contains("the image's layer stderr is right"),
+        "{table}"
+    );
+    for (scale, verdict) in [(0.3, "too small"), (2.0, "too large")] {
+        let (_, table) = render(scale);
+        let verdict = format!("the image's layer stderr is {verdict}");
+        assert!(table.contains(&verdict), "{table}");
+    }
+    // The truth's own is noise.
+    let report = json(folder.path(), &["t.exr", "t.exr", "--layer", "indirect"]);
+    assert_eq!(report["layers"][0]["stated_error"], Value::Null);
+}
+
 fn write_pair_with_edges(folder: &Path) {
     write_pair(folder);
     write(

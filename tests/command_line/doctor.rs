@@ -54,6 +54,10 @@ fn what_cannot_be_run_is_said() {
             &["no_such_case"][..],
             "no case has a name with no_such_case",
         ),
+        (
+            &["--torture", "truths", "no_triangle_in_view"],
+            "no case has a name with no_triangle_in_view",
+        ),
         (&["--device", "99"], "99"),
     ] {
         let output = doctor(arguments);

@@ -115,11 +115,23 @@ fn a_scene_becomes_image_preview_and_statistics() {
     );
     assert_eq!(stats["settings"]["rsm_size"], 8);
     assert_eq!(stats["ray_count"], 0);
-    for error in ["target_error", "interpolation_error"] {
-        assert_eq!(stats["settings"][error], serde_json::Value::Null, "{error}");
+    for key in [
+        "target_error",
+        "error_norm",
+        "max_ms",
+        "max_rays",
+        "stderr_layer",
+        "interpolation_error",
+    ] {
+        assert_eq!(stats["settings"][key], serde_json::Value::Null, "{key}");
     }
-    for error in ["estimated_error", "estimated_interpolation_error"] {
-        assert_eq!(stats[error], serde_json::Value::Null, "{error}");
+    for key in [
+        "estimated_error",
+        "estimated_error_upper",
+        "estimated_interpolation_error",
+        "stop",
+    ] {
+        assert_eq!(stats[key], serde_json::Value::Null, "{key}");
     }
     let hash = text_attribute(&image, "camlux.scene_hash");
     assert_eq!(stats["scene"]["hash"], serde_json::json!(hash));
@@ -173,6 +185,20 @@ fn a_layer_that_the_frame_will_not_have_is_refused_before_the_render() {
     // The glossy scene has no sensor.
     let output = render(folder.path(), "glossy", &["--layers", "energy"]);
     assert_fails(folder.path(), &output, &["energy", "[sensor]"]);
+    let output = render(folder.path(), "cornell_spot", &["--layers", "stderr"]);
+    assert_fails(folder.path(), &output, &["stderr", "--stderr-layer"]);
+}
+
+#[test]
+fn a_render_has_standard_errors_where_they_are_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = ["--target-error", "0.2", "--stderr-layer"];
+    assert_succeeds(&render(folder.path(), "cornell_spot", &more));
+    let image = read(&folder.path().join("a.exr"));
+    for channel in ["stderr.R", "stderr.G", "stderr.B"] {
+        assert!(channel_names(&image).contains(&channel.to_owned()));
+    }
+    assert_eq!(text_attribute(&image, "camlux.unit.stderr"), "W/sr/m^2");
 }
 
 #[test]
@@ -218,11 +244,20 @@ fn estimator_turns_indirect_light_on() {
 #[test]
 fn a_target_error_is_said_everywhere() {
     let folder = tempfile::tempdir().unwrap();
-    let more = ["--target-error", "0.2", "--plan", "--stats", "a.json"];
+    let more = [
+        ["--target-error", "0.2"],
+        ["--error-norm", "image"],
+        ["--max-rays", "5000000000"],
+        ["--max-ms", "600000"],
+        ["--stats", "a.json"],
+    ];
+    let more = [more.as_flattened(), &["--plan"]].concat();
     let stderr = assert_succeeds(&render(folder.path(), "cornell_spot", &more));
     for part in [
         "visibility by rays",
-        "target error 0.2",
+        "target error 0.2 over the image",
+        "for 600000 ms at most",
+        "with 5000000000 rays at most",
         "requested 20.00 %",
     ] {
         assert!(stderr.contains(part), "{part:?} is missing in: {stderr}");
@@ -231,10 +266,21 @@ fn a_target_error_is_said_everywhere() {
     let attributes = &image.layer_data[0].attributes.other;
     let requested = attributes.get(&Text::from("camlux.target_error"));
     assert_eq!(requested, Some(&AttributeValue::F32(0.2)));
+    assert_eq!(text_attribute(&image, "camlux.error_norm"), "image");
+    let max_ms = attributes.get(&Text::from("camlux.max_ms"));
+    assert_eq!(max_ms, Some(&AttributeValue::F32(600_000.0)));
     let json = fs::read_to_string(folder.path().join("a.json")).unwrap();
     let stats: serde_json::Value = serde_json::from_str(&json).unwrap();
-    assert_eq!(stats["settings"]["target_error"], 0.2);
+    let settings = &stats["settings"];
+    assert_eq!(settings["target_error"], 0.2);
+    assert_eq!(settings["error_norm"], "image");
+    assert_eq!(settings["max_ms"], 600_000.0);
+    assert_eq!(settings["stderr_layer"], false);
+    assert_eq!(settings["max_rays"], 5_000_000_000_u64);
+    assert_eq!(settings["interpolation_error"], serde_json::Value::Null);
     assert!(stats["ray_count"].is_u64());
+    assert_eq!(stats["stop"], "target-met");
+    assert_eq!(text_attribute(&image, "camlux.stop"), "target-met");
 }
 
 /// It says nothing of how far the sum is off the true bounce.
@@ -293,6 +339,12 @@ fn what_does_not_go_together_is_refused() {
             &["--target-error", "0.001"],
             "from 0.002 to 0.5",
         ),
+        (
+            "cornell",
+            &["--max-rays", "9"],
+            "--max-rays belongs to final-gather, but the estimator is rsm-average",
+        ),
+        ("cornell_spot", &["--max-ms", "0"], "max_ms is 0"),
     ] {
         assert_fails(folder.path(), &render(folder.path(), name, more), &[says]);
     }

@@ -75,8 +75,8 @@ fn wrong_usage_is_said_with_exit_code_2() {
         ),
         // Only a reference image has it.
         (
-            &["render", "scene.toml", "-o", "a.exr", "--layers", "stderr"],
-            "the layers are radiance, direct, indirect, energy, P",
+            &["render", "scene.toml", "-o", "a.exr", "--layers", "edge"],
+            "the layers are radiance, direct, indirect, stderr, energy, P",
         ),
         (
             &["render", "scene.toml", "-o", "a.exr", "--size", "0", "5"],

@@ -6,10 +6,11 @@ use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene};
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Error, Progress, RayKernel, RenderOptions, Scene,
-    metrics::{Comparison, Pixels},
-    output::{Frame, Layer},
+    doctor::torture::visible_strip,
+    metrics::{self, Comparison, Pixels},
+    output::{Frame, Layer, StopReason},
     reference::Reference,
-    scene::{IndirectLight, Light, SpotCone},
+    scene::{ErrorNorm, IndirectLight, Light, SpotCone},
 };
 use glam::DVec3;
 
@@ -77,6 +78,142 @@ fn the_requested_error_is_met_in_the_demo_scenes() {
         let scene = demo_scene(name, [96, 96]);
         let truth = reference_of(&scene, 256);
         check(&mut gpu, name, &scene, &truth, 0.05);
+    }
+}
+
+/// How finely the light's map is cut costs noise, and no truth.
+#[test]
+fn the_size_of_the_map_makes_no_error() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("slit", [48, 48]);
+    let truth = reference_of(&scene, 512);
+    for rsm_size in [8, 64, 512] {
+        let mut indirect = IndirectLight::final_gather(0.1);
+        indirect.set_rsm_size(rsm_size);
+        scene.indirect = Some(indirect);
+        let frame = gpu.render(&scene);
+        let (error, bias) = error_and_bias(&frame, &truth);
+        println!("map of {rsm_size}²: true {error:.4}, bias {bias:+.4}");
+        assert!(error <= 0.13, "{rsm_size}: {error}");
+        assert!(bias.abs() <= 0.02, "{rsm_size}: {bias}");
+    }
+}
+
+/// A lit strip is in view beside a room that its bounce alone lights: with the local norm the room is as right as the strip.
+#[test]
+fn the_local_norm_counts_dark_parts() {
+    let scene = visible_strip().resized(64).scene;
+    let truth = reference_of(&scene, 256);
+    let size_px = scene.camera.resolution_px;
+    let values = |frame: &Frame, layer| frame.values(layer).expect("it is there").to_vec();
+    let [reference, sigma] =
+        [Layer::Indirect, Layer::StandardError].map(|layer| values(&truth, layer));
+    let mut gpu = Gpu::open();
+    let mut errors = [ErrorNorm::Image, ErrorNorm::Local].map(|norm| {
+        let mut scene = scene.clone();
+        scene.indirect = Some(IndirectLight::FinalGather {
+            target_error: 0.1,
+            error_norm: norm,
+            rsm_size: None,
+            max_ms: None,
+            max_rays: None,
+            stderr_layer: false,
+        });
+        let frame = gpu.render(&scene);
+        let image = values(&frame, Layer::Indirect);
+        let dark = image
+            .iter()
+            .zip(&reference)
+            .filter(|(x, t)| **x == 0.0 && **t > 0.0);
+        println!(
+            "{norm:?}: {} values are 0 that are not",
+            dark.clone().count()
+        );
+        (
+            metrics::local_error(&image, &reference, &sigma, size_px),
+            dark.count(),
+            frame.stats,
+        )
+    });
+    let (image_error, ..) = &mut errors[0];
+    println!("image norm: local error {image_error:.4}");
+    let (local_error, dark, stats) = &errors[1];
+    let estimated = stats.estimated_error.expect("it is estimated");
+    println!("local norm: local error {local_error:.4}, estimated {estimated:.4}");
+    assert!(*local_error <= 0.13, "{local_error}");
+    assert!(
+        (0.5..2.0).contains(&(estimated / local_error)),
+        "{estimated} for {local_error}"
+    );
+    assert!((*dark as f64) < 0.002 * reference.len() as f64, "{dark}");
+}
+
+/// Where rays run out before the target is met, the frame is the best image so far, and its estimate is true of it.
+#[test]
+fn a_budget_ends_with_an_honest_image() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [64, 64]);
+    let truth = reference_of(&scene, 64);
+    for max_rays in [1, 20_000_000] {
+        scene.indirect = Some(IndirectLight::FinalGather {
+            target_error: 0.002,
+            error_norm: ErrorNorm::Image,
+            rsm_size: None,
+            max_ms: None,
+            max_rays: Some(max_rays),
+            stderr_layer: false,
+        });
+        let frame = gpu.render(&scene);
+        let (error, bias) = error_and_bias(&frame, &truth);
+        let estimated = frame.stats.estimated_error.expect("it is estimated");
+        let rays = frame.stats.ray_count;
+        println!(
+            "{max_rays} rays allowed, {rays} sent: estimated {estimated:.4}, true {error:.4}, bias {bias:+.4}"
+        );
+        assert_eq!(frame.stats.stop, Some(StopReason::BudgetSpent));
+        assert!(estimated <= 1.5 * error + 0.005 && error <= 1.5 * estimated + 0.005);
+        assert!(max_rays == 1 || rays <= max_rays * 11 / 10, "{rays}");
+        assert!(max_rays > 1 || rays < 5_000_000, "{rays}");
+    }
+}
+
+/// Over the image, errors are as large as the layer says that they are.
+#[test]
+fn standard_errors_are_calibrated() {
+    let mut gpu = Gpu::open();
+    for name in ["cornell", "glossy", "knot"] {
+        let mut scene = demo_scene(name, [96, 96]);
+        let truth = reference_of(&scene, 256);
+        scene.indirect = Some(IndirectLight::FinalGather {
+            target_error: 0.05,
+            error_norm: ErrorNorm::Image,
+            rsm_size: None,
+            max_ms: None,
+            max_rays: None,
+            stderr_layer: true,
+        });
+        let frame = gpu.render(&scene);
+        let values = |frame: &Frame, layer| frame.values(layer).expect("it is there").to_vec();
+        let edges = truth.ids(Layer::Edge).expect("a reference marks edges");
+        let [image, own] =
+            [Layer::Indirect, Layer::StandardError].map(|layer| values(&frame, layer));
+        let [reference, noise] =
+            [Layer::Indirect, Layer::StandardError].map(|layer| values(&truth, layer));
+        let (mut squares, mut count) = (0.0, 0.0);
+        for (index, x) in image
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| edges[index / 3] == 0)
+        {
+            let variance = f64::from(own[index]).powi(2) + f64::from(noise[index]).powi(2);
+            if variance > 0.0 {
+                squares += f64::from(x - reference[index]).powi(2) / variance;
+                count += 1.0;
+            }
+        }
+        let deviation = f64::sqrt(squares / count);
+        println!("{name}: errors over standard errors deviate by {deviation:.3}");
+        assert!((0.8..=1.25).contains(&deviation), "{name}: {deviation}");
     }
 }
 

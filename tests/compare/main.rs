@@ -18,3 +18,4 @@ mod reference_truth;
 mod shadow_rays;
 mod shadows;
 mod truth;
+mod uncertainty;

@@ -176,6 +176,19 @@ impl Writer<'_> {
             let key = ["target_error", "interpolation_error"][usize::from(self.happens(2))];
             self.key(key, |w| w.number("0.05"));
         }
+        if self.happens(4) {
+            self.key("error_norm", |w| w.word(&["image", "local"]));
+        }
+        if self.happens(4) {
+            self.key("stderr_layer", |w| {
+                w.word(&["true", "false"]).replace('"', "")
+            });
+        }
+        for (key, usual) in [("max_ms", "250"), ("max_rays", "100000")] {
+            if self.happens(4) {
+                self.key(key, |w| w.number(usual));
+            }
+        }
     }
 
     fn mesh(&mut self) {

@@ -136,7 +136,8 @@ pub fn layouts() -> Vec<Layout> {
             reserved, pixel_pitch_um, exposure_time_s, duty_cycle,
         }
         camlux_indirect {
-            estimator, rsm_size, reserved, target_error, interpolation_error,
+            estimator, rsm_size, error_norm, target_error, interpolation_error, max_ms,
+            max_rays, stderr_layer, reserved,
         }
         camlux_direct {
             shadow,
@@ -184,7 +185,8 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,
-            estimated_error, estimated_interpolation_error, submissions, reserved, device, driver,
+            estimated_error, estimated_error_upper, estimated_interpolation_error, submissions, stop,
+            device, driver,
         }
         camlux_pass_time {
             reserved, ms, name,

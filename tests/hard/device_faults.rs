@@ -24,10 +24,9 @@ const PIPELINE_FUNCTIONS: [&str; 5] = [
 
 fn bounce(name: &str, size_px: [u32; 2]) -> Scene {
     let mut scene = demo_scene(name, size_px);
-    scene.indirect = Some(IndirectLight::FinalGather {
-        target_error: 0.5,
-        rsm_size: Some(8),
-    });
+    let mut indirect = IndirectLight::final_gather(0.5);
+    indirect.set_rsm_size(8);
+    scene.indirect = Some(indirect);
     scene
 }
 
@@ -230,9 +229,8 @@ fn a_device_can_be_lost_in_every_pass_of_the_bounce() {
     let passes: Vec<&str> = fresh.stats.passes.iter().map(|pass| pass.name).collect();
     for name in [
         "gbuffer",
-        "rsm",
         "direct",
-        "vpl",
+        "light_rays",
         "predict",
         "receivers",
         "final_gather",

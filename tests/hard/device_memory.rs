@@ -12,8 +12,9 @@ use camlux::{
 /// By how much the figure may be over what was held: there are fewer boxes for rays where triangles stand alone, and the list of all
 /// tiles of the RSMs is counted at the length that it has where every tile lights a surface.
 const SLACK: f64 = 1.1;
-/// Set aside whatever the scene: for what the refinement takes, and for small things.
-const CONSTANT_BYTES: u64 = 2 << 20;
+/// Set aside whatever the scene: for what the refinement takes, for pilots and more samples of pixels than most scenes need, for the
+/// cells that a pilot may make, and for small things.
+const CONSTANT_BYTES: u64 = 4 << 20;
 
 fn with(scene: &Scene, change: impl Fn(&mut Scene)) -> Scene {
     let mut scene = scene.clone();
@@ -21,14 +22,17 @@ fn with(scene: &Scene, change: impl Fn(&mut Scene)) -> Scene {
     scene
 }
 
-const FINAL_GATHER: Option<IndirectLight> = Some(IndirectLight::FinalGather {
-    target_error: 0.3,
-    rsm_size: Some(64),
-});
+const FINAL_GATHER: Option<IndirectLight> = Some(final_gather(64));
 const INTERPOLATED_AVERAGE: Option<IndirectLight> = Some(IndirectLight::RsmAverage {
     rsm_size: 64,
     interpolation_error: Some(0.05),
 });
+
+const fn final_gather(rsm_size: u32) -> IndirectLight {
+    let mut indirect = IndirectLight::final_gather(0.3);
+    indirect.set_rsm_size(rsm_size);
+    indirect
+}
 
 /// Scenes that between them make every buffer and every image that there is.
 fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
@@ -55,6 +59,9 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
             with(&demo, |scene| {
                 scene.lights.push(scene.lights[0]);
                 scene.indirect = FINAL_GATHER;
+                if let Some(IndirectLight::FinalGather { stderr_layer, .. }) = &mut scene.indirect {
+                    *stderr_layer = true;
+                }
             }),
         );
     }
@@ -178,10 +185,7 @@ fn each_list_and_image_is_checked() {
     });
     // Each twice, in three texels; 1024 a row.
     let materials = with(&rays, |scene| {
-        scene.indirect = Some(IndirectLight::FinalGather {
-            target_error: 0.3,
-            rsm_size: Some(8),
-        });
+        scene.indirect = Some(final_gather(8));
         scene.materials.resize(175_000, scene.materials[0].clone());
     });
     let what = "materials, height (px)";

@@ -18,4 +18,5 @@ mod material;
 mod reference;
 mod scale;
 mod sums;
+mod torture;
 mod transport;

@@ -9,10 +9,9 @@ use camlux::{
 };
 
 fn final_gather(mut scene: Scene) -> Scene {
-    scene.indirect = Some(IndirectLight::FinalGather {
-        target_error: 0.2,
-        rsm_size: Some(16),
-    });
+    let mut indirect = IndirectLight::final_gather(0.2);
+    indirect.set_rsm_size(16);
+    scene.indirect = Some(indirect);
     scene
 }
 
@@ -139,25 +138,21 @@ fn passes(frame: &Frame) -> Vec<&'static str> {
 
 #[test]
 fn a_moved_camera_draws_no_maps_and_lists_no_vpls() {
-    for scene in [
-        final_gather(two_lights(demo_scene("cornell", [16, 16]))),
-        plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16),
-    ] {
-        let mut gpu = Gpu::open();
-        let first = gpu.render(&scene);
-        assert!(passes(&first).contains(&"rsm") && passes(&first).contains(&"vpl"));
-        let mut moved = scene.clone();
-        moved.camera.position_m += DVec3::new(0.05, -0.03, 0.02);
-        let second = gpu.render(&moved);
-        for pass in ["rsm", "vpl", "shadow"] {
-            assert!(!passes(&second).contains(&pass), "{pass}");
-        }
-        assert_eq!(first.stats.vpl_count, second.stats.vpl_count);
-        assert!(first.values(Layer::Indirect) != second.values(Layer::Indirect));
-        // A light that moves takes them along.
-        shift(&mut moved.lights[0], DVec3::new(0.1, -0.05, 0.02));
-        assert!(passes(&gpu.render(&moved)).contains(&"rsm"));
+    let scene = plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16);
+    let mut gpu = Gpu::open();
+    let first = gpu.render(&scene);
+    assert!(passes(&first).contains(&"rsm") && passes(&first).contains(&"vpl"));
+    let mut moved = scene.clone();
+    moved.camera.position_m += DVec3::new(0.05, -0.03, 0.02);
+    let second = gpu.render(&moved);
+    for pass in ["rsm", "vpl", "shadow"] {
+        assert!(!passes(&second).contains(&pass), "{pass}");
     }
+    assert_eq!(first.stats.vpl_count, second.stats.vpl_count);
+    assert!(first.values(Layer::Indirect) != second.values(Layer::Indirect));
+    // A light that moves takes them along.
+    shift(&mut moved.lights[0], DVec3::new(0.1, -0.05, 0.02));
+    assert!(passes(&gpu.render(&moved)).contains(&"rsm"));
 }
 
 #[test]
@@ -184,20 +179,27 @@ fn two_lights_that_do_not_change_draw_no_maps() {
 
 #[test]
 fn a_brighter_light_draws_no_maps() {
-    for scene in [
-        final_gather(two_lights(demo_scene("cornell", [16, 16]))),
-        plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16),
-    ] {
-        let mut gpu = Gpu::open();
-        let first = gpu.render(&scene);
-        let mut brighter = scene.clone();
-        brighten(&mut brighter.lights[0]);
-        let second = gpu.render(&brighter);
-        assert!(passes(&second).contains(&"vpl"));
-        for pass in ["rsm", "shadow"] {
-            assert!(!passes(&second).contains(&pass), "{pass}");
-        }
-        assert!(first.values(Layer::Indirect) != second.values(Layer::Indirect));
+    let scene = plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16);
+    let mut gpu = Gpu::open();
+    let first = gpu.render(&scene);
+    let mut brighter = scene.clone();
+    brighten(&mut brighter.lights[0]);
+    let second = gpu.render(&brighter);
+    assert!(passes(&second).contains(&"vpl"));
+    for pass in ["rsm", "shadow"] {
+        assert!(!passes(&second).contains(&pass), "{pass}");
+    }
+    assert!(first.values(Layer::Indirect) != second.values(Layer::Indirect));
+}
+
+/// Its VPLs are drawn anew for each gather.
+#[test]
+fn final_gathering_draws_no_maps() {
+    let mut gpu = Gpu::open();
+    let frame = gpu.render(&final_gather(two_lights(demo_scene("cornell", [16, 16]))));
+    assert!(passes(&frame).contains(&"light_rays"));
+    for pass in ["rsm", "vpl", "shadow"] {
+        assert!(!passes(&frame).contains(&pass), "{pass}");
     }
 }
 

@@ -10,10 +10,7 @@ use camlux::{
 /// A demo scene whose indirect light need not be exact.
 fn coarse(name: &str) -> Scene {
     let mut scene = demo_scene(name, [32, 32]);
-    scene.indirect = Some(IndirectLight::FinalGather {
-        target_error: 0.2,
-        rsm_size: Some(16),
-    });
+    scene.indirect = Some(IndirectLight::final_gather(0.2));
     scene
 }
 

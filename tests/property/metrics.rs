@@ -139,6 +139,8 @@ fn the_noise_hides_an_error() {
     let scores = comparison.z_scores.unwrap();
     assert_near(scores.mean, 0.625);
     assert_near(scores.variance, 54.6875 / 3.0);
+    // About 0: the squares of 5, 0, −5 and 2.5.
+    assert_near(scores.deviation(), (56.25_f64 / 4.0).sqrt());
 }
 
 #[test]

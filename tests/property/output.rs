@@ -5,9 +5,10 @@ use std::path::Path;
 
 use camlux::output::{
     ExrCompression, ExrOptions, Frame, FrameDescription, FrameStats, Layer, LayerData,
-    LayeredImage, OutputFile, PassTime, PngView, write_exr, write_exr_hashed, write_png,
+    LayeredImage, OutputFile, PassTime, PngView, StopReason, write_exr, write_exr_hashed,
+    write_png,
 };
-use camlux::scene::{Camera, IndirectLight, Lens, Light, Sensor, VplSum};
+use camlux::scene::{Camera, ErrorNorm, IndirectLight, Lens, Light, Sensor, VplSum};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, Text, read_all_flat_layers_from_file};
 use glam::DVec3;
 
@@ -284,6 +285,8 @@ fn header_tells_how_the_frame_was_made() {
     for absent in [
         "camlux.target_error",
         "camlux.estimated_error",
+        "camlux.estimated_error_upper",
+        "camlux.stop",
         "camlux.interpolation_error",
         "camlux.estimated_interpolation_error",
     ] {
@@ -324,6 +327,7 @@ fn the_header_has_the_requested_error_and_the_estimated_one() {
         [
             "camlux.target_error",
             "camlux.estimated_error",
+            "camlux.estimated_error_upper",
             "camlux.interpolation_error",
             "camlux.estimated_interpolation_error",
         ]
@@ -336,11 +340,12 @@ fn the_header_has_the_requested_error_and_the_estimated_one() {
     };
     let estimated = FrameStats {
         estimated_error: Some(0.015),
+        estimated_error_upper: Some(0.025),
         ..FrameStats::default()
     };
     assert_eq!(
         errors(IndirectLight::final_gather(0.1), estimated),
-        [Some(0.1), Some(0.015), None, None]
+        [Some(0.1), Some(0.015), Some(0.025), None, None]
     );
     let estimated = FrameStats {
         estimated_interpolation_error: Some(0.015),
@@ -352,7 +357,7 @@ fn the_header_has_the_requested_error_and_the_estimated_one() {
     };
     assert_eq!(
         errors(interpolated, estimated),
-        [None, None, Some(0.1), Some(0.015)]
+        [None, None, None, Some(0.1), Some(0.015)]
     );
 }
 
@@ -422,14 +427,67 @@ fn a_frame_warns_of_what_it_does_not_show() {
         );
     };
     says(&frame, "no indirect light reaches what is in view");
+    says(&frame, "the lights shine at no surface");
+    frame.stats.vpl_count = 9;
+    says(&frame, "it faces away from all 9 VPLs");
+    frame.stats.ray_count = 700;
+    says(&frame, "700 rays between it and what is lit found no light");
     set(&mut frame, Layer::Radiance, black);
-    says(&frame, "the image is black");
+    says(&frame, "the image is black: it lies in shadow");
+    frame.stats.vpl_count = 0;
+    says(&frame, "the image is black: the lights shine at no surface");
+    if let Light::Point { power_w, .. } = &mut frame.description.lights[0] {
+        *power_w = [0.0; 3];
+    }
+    says(&frame, "the image is black: every light emits 0");
     for (layer, data) in &mut frame.layers {
         if *layer == Layer::InstanceId {
             *data = LayerData::Id(vec![0; (WIDTH * HEIGHT) as usize]);
         }
     }
     says(&frame, "nothing is in view");
+}
+
+#[test]
+fn a_target_that_was_not_met_is_said_with_its_reason() {
+    let mut frame = frame();
+    frame.description.indirect = Some(IndirectLight::FinalGather {
+        target_error: 0.02,
+        error_norm: ErrorNorm::Image,
+        rsm_size: None,
+        max_ms: Some(250.0),
+        max_rays: Some(5_000_000_000),
+        stderr_layer: false,
+    });
+    let mut says = |stop, error| {
+        frame.stats.stop = stop;
+        frame.stats.estimated_error = error;
+        frame.stats.estimated_error_upper = error.map(|error| 2.0 * error);
+        frame.warnings()
+    };
+    assert_eq!(says(None, None), Vec::<String>::new());
+    let met = says(Some(StopReason::TargetMet), Some(0.01));
+    assert_eq!(met, Vec::<String>::new());
+    let spent = "the budget (max_ms = 250, max_rays = 5000000000) was spent before the target error was met: requested 2.00 %, ";
+    assert_eq!(
+        says(Some(StopReason::BudgetSpent), Some(0.031)),
+        [format!(
+            "{spent}estimated 3.10 %, below 6.20 % with 95 % confidence; give more, or raise target_error"
+        )]
+    );
+    assert_eq!(
+        says(Some(StopReason::BudgetSpent), None),
+        [format!(
+            "{spent}not estimated; give more, or raise target_error"
+        )]
+    );
+    let missed = says(Some(StopReason::SamplesExhausted), Some(0.031));
+    assert_eq!(missed.len(), 1);
+    assert!(
+        missed[0].starts_with("the target error was missed"),
+        "{missed:?}"
+    );
+    assert!(missed[0].contains("set a larger rsm_size"), "{missed:?}");
 }
 
 #[test]

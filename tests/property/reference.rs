@@ -166,7 +166,7 @@ fn goals_are_met() {
         .relative_standard_error()
         .expect("there are rounds");
     assert!(error <= 0.05, "{error}");
-    assert!(by_error.rounds() >= 4);
+    assert!(by_error.rounds() >= 8);
 }
 
 /// One round says nothing of its error, and says so; it can be gone on from all the same.
@@ -205,7 +205,7 @@ fn convex_bodies_get_no_bounce() {
     };
     let scene = rooms::scene_of(vec![floor], light, DVec3::new(0.0, 1.0, 2.0), DVec3::ZERO);
     let mut reference = Reference::new(&scene, 16).expect("the scene is valid");
-    add_rounds(&mut reference, 4);
+    add_rounds(&mut reference, 8);
     assert!(reference.meets(Goal::StandardError(0.01)));
     let indirect = values(&reference.frame(), Layer::Indirect);
     assert!(indirect.iter().all(|&value| value == 0.0));

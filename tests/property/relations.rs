@@ -109,7 +109,12 @@ impl Effect {
                 Nearness::Rounding => rounding(before, &frames[0]),
                 Nearness::Noise => frames
                     .iter()
-                    .map(|frame| frame.stats.estimated_error.expect("some light is found"))
+                    .map(|frame| {
+                        frame
+                            .stats
+                            .estimated_error_upper
+                            .expect("some light is found")
+                    })
                     .sum::<f64>()
                     .min(MAX_NOISE),
             };

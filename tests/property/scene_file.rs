@@ -2,7 +2,8 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, IndirectLight, Intrinsics, Lens, Light, Scene, Shadow, SpotCone, VplSum,
+    DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Scene, Shadow,
+    SpotCone, VplSum,
 };
 use glam::DVec3;
 
@@ -48,6 +49,10 @@ material = \"brass\"
 estimator = \"final-gather\"
 rsm_size = 64
 target_error = 0.05
+error_norm = \"local\"
+max_ms = 250
+max_rays = 5_000_000_000
+stderr_layer = true
 ",
     );
     assert_eq!(scene.camera.resolution_px, [640, 480]);
@@ -84,7 +89,11 @@ target_error = 0.05
         scene.indirect,
         Some(IndirectLight::FinalGather {
             target_error: 0.05,
+            error_norm: ErrorNorm::Local,
             rsm_size: Some(64),
+            max_ms: Some(250.0),
+            max_rays: Some(5_000_000_000),
+            stderr_layer: true,
         })
     );
 }

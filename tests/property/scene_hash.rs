@@ -2,7 +2,7 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, IndirectLight, Lens, Light, Scene, Shadow, SpotCone, VplSum,
+    DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Lens, Light, Scene, Shadow, SpotCone, VplSum,
 };
 use glam::DVec3;
 
@@ -40,7 +40,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 40] = [
+    let edits: [fn(&mut Scene); 44] = [
         |s| s.camera.resolution_px = [6, 8],
         |s| s.camera.position_m.x += 1e-15,
         |s| s.camera.look_at_m.y += 1e-9,
@@ -58,9 +58,35 @@ fn hash_changes_with_everything_but_names() {
         |s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 64)),
         |s| s.indirect = Some(interpolated_average(0.02)),
         |s| s.indirect = Some(interpolated_average(0.021)),
-        |s| s.indirect = Some(final_gather(0.02, None)),
-        |s| s.indirect = Some(final_gather(0.021, None)),
-        |s| s.indirect = Some(final_gather(0.02, Some(64))),
+        |s| s.indirect = Some(IndirectLight::final_gather(0.02)),
+        |s| s.indirect = Some(IndirectLight::final_gather(0.021)),
+        |s| {
+            let mut indirect = IndirectLight::final_gather(0.02);
+            indirect.set_rsm_size(64);
+            s.indirect = Some(indirect);
+        },
+        |s| s.indirect = Some(gather_within(Some(64.0), None)),
+        |s| s.indirect = Some(gather_within(None, Some(64))),
+        |s| {
+            s.indirect = Some(IndirectLight::FinalGather {
+                target_error: 0.02,
+                error_norm: ErrorNorm::Local,
+                rsm_size: None,
+                max_ms: None,
+                max_rays: None,
+                stderr_layer: false,
+            });
+        },
+        |s| {
+            s.indirect = Some(IndirectLight::FinalGather {
+                target_error: 0.02,
+                error_norm: ErrorNorm::Image,
+                rsm_size: None,
+                max_ms: None,
+                max_rays: None,
+                stderr_layer: true,
+            });
+        },
         |s| s.lights.push(s.lights[0]),
         |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]),
         |s| s.lights[0] = point([0.0, 1.98, 0.1], [50.0; 3]),
@@ -116,10 +142,14 @@ fn interpolated_average(error: f64) -> IndirectLight {
     }
 }
 
-fn final_gather(target_error: f64, rsm_size: Option<u32>) -> IndirectLight {
+fn gather_within(max_ms: Option<f64>, max_rays: Option<u64>) -> IndirectLight {
     IndirectLight::FinalGather {
-        target_error,
-        rsm_size,
+        target_error: 0.02,
+        error_norm: ErrorNorm::Image,
+        rsm_size: None,
+        max_ms,
+        max_rays,
+        stderr_layer: false,
     }
 }
 

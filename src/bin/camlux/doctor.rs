@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use camlux::doctor::{Case, Examiner, GROUPS, Measurement};
+use camlux::doctor::{Case, Examiner, GROUPS, Measurement, torture::CASES};
 use camlux::output::{OutputFile, PngView, write_png};
 use camlux::{Device, RenderOptions, Renderer};
 
 use crate::options::{DeviceArgs, resize};
 use crate::output::create_folder;
-use crate::{Failure, print, tell};
+use crate::{Failure, print, tell, torture};
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -28,24 +28,31 @@ pub struct Args {
     #[arg(long, value_name = "FOLDER")]
     pub pictures: Option<PathBuf>,
     #[command(flatten)]
+    pub torture: torture::Args,
+    #[command(flatten)]
     pub device: DeviceArgs,
 }
 
 impl Args {
     fn picks(&self, case: &Case) -> bool {
-        if self.words.is_empty() {
-            return self.all || case.is_short;
-        }
-        self.words
-            .iter()
-            .any(|word| case.name.contains(word.as_str()))
+        (self.all || case.is_short || !self.words.is_empty()) && self.has_word_of(case)
+    }
+
+    fn has_word_of(&self, case: &Case) -> bool {
+        let mut words = self.words.iter();
+        self.words.is_empty() || words.any(|word| case.name.contains(word.as_str()))
     }
 }
 
 /// Exit code 0 if every case is met but those that are known not to be, else 1.
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
+    let settings = args.torture.settings();
     let mut cases = GROUPS.iter().flat_map(|(_, cases)| *cases);
-    if !cases.any(|case| args.picks(case)) {
+    let is_any = match settings {
+        Some(_) => CASES.iter().any(|case| args.has_word_of(case)),
+        None => cases.any(|case| args.picks(case)),
+    };
+    if !is_any {
         let words = args.words.join(" or ");
         return Err(format!("no case has a name with {words}; leave it out for all").into());
     }
@@ -53,6 +60,9 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     let info = device.info();
     tell(&format!("camlux: {} ({})", info.name, info.driver));
     let mut examiner = Examiner::new(&device)?;
+    if let Some(settings) = settings {
+        return torture::run(examiner, settings, |case| args.has_word_of(case));
+    }
     let mut failed = 0;
     if !args.markdown {
         print(&row(["case", "error", "bound", "", "ms"]))?;

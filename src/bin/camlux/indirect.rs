@@ -1,6 +1,6 @@
 //! The options of the command line about indirect light.
 
-use camlux::scene::IndirectLight;
+use camlux::scene::{ErrorNorm, IndirectLight};
 
 /// Filled in where a sum is requested and neither the scene nor the command line has a size.
 const RSM_SIZE: u32 = 64;
@@ -16,9 +16,29 @@ pub struct IndirectArgs {
     /// For final-gather: relRMSE against the true bounce to aim at, 0.002 to 0.5
     #[arg(long, value_name = "ERROR")]
     pub target_error: Option<f64>,
+    /// For final-gather: what that error counts over: image (all pixels at once) or local (every part of the image)
+    #[arg(long, value_name = "NORM", value_parser = parse_norm)]
+    pub error_norm: Option<ErrorNorm>,
+    /// For final-gather: milliseconds that the indirect light of a frame may take; the best image so far is the result then
+    #[arg(long, value_name = "MS")]
+    pub max_ms: Option<f64>,
+    /// For final-gather: rays that the indirect light of a frame may take; the best image so far is the result then
+    #[arg(long, value_name = "RAYS")]
+    pub max_rays: Option<u64>,
+    /// For final-gather: also the layer stderr, the standard error of each pixel's indirect light
+    #[arg(long)]
+    pub stderr_layer: bool,
     /// For rsm-average: relRMSE against the sum at every pixel that interpolation may cause, 0.002 to 0.5
     #[arg(long, value_name = "ERROR")]
     pub interpolation_error: Option<f64>,
+}
+
+fn parse_norm(name: &str) -> Result<ErrorNorm, String> {
+    let found = ErrorNorm::ALL.into_iter().find(|norm| norm.name() == name);
+    found.ok_or_else(|| {
+        let names = ErrorNorm::ALL.map(ErrorNorm::name);
+        format!("the norms are {}", names.join(" and "))
+    })
 }
 
 impl IndirectArgs {
@@ -33,21 +53,10 @@ impl IndirectArgs {
         let Some(estimator) = self.estimator_name(in_scene)? else {
             return Ok((None, None));
         };
-        let &IndirectArgs {
-            rsm_size,
-            target_error,
-            interpolation_error,
-            ..
-        } = self;
-        for (option, error, owner) in [
-            ("--target-error", target_error, "final-gather"),
-            ("--interpolation-error", interpolation_error, "rsm-average"),
-        ] {
-            if error.is_some() && estimator != owner {
-                return Err(format!(
-                    "{option} belongs to {owner}, but the estimator is {estimator}; leave it out, or add --estimator {owner}"
-                ));
-            }
+        if let Some((option, owner)) = self.owned().find(|(_, owner)| estimator != *owner) {
+            return Err(format!(
+                "{option} belongs to {owner}, but the estimator is {estimator}; leave it out, or add --estimator {owner}"
+            ));
         }
         let same = in_scene.filter(|indirect| indirect.name() == estimator);
         let mut indirect = same
@@ -56,40 +65,67 @@ impl IndirectArgs {
         let is_sum = indirect.sum().is_some();
         // Sums share a size, but one of final gathering means something else.
         let sum_in_scene = in_scene.filter(|in_scene| is_sum && in_scene.sum().is_some());
-        let size = rsm_size.or(sum_in_scene.and_then(|sum| sum.rsm_size()));
+        let size = self
+            .rsm_size
+            .or(sum_in_scene.and_then(|sum| sum.rsm_size()));
         let note = (is_sum && size.is_none())
             .then(|| format!("no rsm_size for {estimator}: it is {RSM_SIZE} (--rsm-size sets it)"));
         if let Some(size) = size {
             indirect.set_rsm_size(size);
         }
-        if let IndirectLight::FinalGather {
-            target_error: in_force,
-            ..
-        } = &mut indirect
-        {
-            *in_force = target_error.unwrap_or(*in_force);
-        }
-        if let IndirectLight::RsmAverage {
-            interpolation_error: in_force,
-            ..
-        } = &mut indirect
-        {
-            *in_force = interpolation_error.or(*in_force);
+        match &mut indirect {
+            IndirectLight::FinalGather {
+                target_error,
+                error_norm,
+                rsm_size: _,
+                max_ms,
+                max_rays,
+                stderr_layer,
+            } => {
+                *stderr_layer |= self.stderr_layer;
+                *target_error = self.target_error.unwrap_or(*target_error);
+                *error_norm = self.error_norm.unwrap_or(*error_norm);
+                *max_ms = self.max_ms.or(*max_ms);
+                *max_rays = self.max_rays.or(*max_rays);
+            }
+            IndirectLight::RsmAverage {
+                interpolation_error,
+                ..
+            } => *interpolation_error = self.interpolation_error.or(*interpolation_error),
+            IndirectLight::InstantRadiosity { .. } => {}
         }
         Ok((Some(indirect), note))
     }
 
-    /// That of the command line, that of the scene, or the only one that has the error given. `None`: no indirect light.
+    /// The options given that belong to one estimator, and its name.
+    fn owned(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let gather = "final-gather";
+        let options = [
+            ("--target-error", gather, self.target_error.is_some()),
+            ("--error-norm", gather, self.error_norm.is_some()),
+            ("--max-ms", gather, self.max_ms.is_some()),
+            ("--max-rays", gather, self.max_rays.is_some()),
+            ("--stderr-layer", gather, self.stderr_layer),
+            (
+                "--interpolation-error",
+                "rsm-average",
+                self.interpolation_error.is_some(),
+            ),
+        ];
+        let given = options.into_iter().filter(|(.., is_given)| *is_given);
+        given.map(|(option, owner, _)| (option, owner))
+    }
+
+    /// That of the command line, that of the scene, or the only one that has the option given. `None`: no indirect light.
     fn estimator_name(&self, in_scene: Option<IndirectLight>) -> Result<Option<&str>, String> {
         let named = self.estimator.as_deref();
         if let Some(name) = named.or(in_scene.as_ref().map(IndirectLight::name)) {
             return Ok(Some(name));
         }
-        match (self.target_error, self.interpolation_error, self.rsm_size) {
-            (Some(_), _, _) => Ok(Some("final-gather")),
-            (None, Some(_), _) => Ok(Some("rsm-average")),
-            (None, None, None) => Ok(None),
-            (None, None, Some(_)) => Err(format!(
+        match (self.owned().next(), self.rsm_size) {
+            (Some((_, owner)), _) => Ok(Some(owner)),
+            (None, None) => Ok(None),
+            (None, Some(_)) => Err(format!(
                 "--rsm-size is given, but neither the scene nor the command line has an estimator; add --estimator {}",
                 IndirectLight::NAMES.join(" or ")
             )),
@@ -142,9 +178,16 @@ mod tests {
         }
         let gather_8 = IndirectLight::FinalGather {
             target_error: 0.02,
+            error_norm: ErrorNorm::Local,
             rsm_size: Some(8),
+            max_ms: Some(250.0),
+            max_rays: Some(5_000_000_000),
+            stderr_layer: true,
         };
-        assert_gives("--rsm-size 8", GATHER, gather_8);
+        let options =
+            "--rsm-size 8 --error-norm local --max-ms 250 --max-rays 5000000000 --stderr-layer";
+        assert_gives(options, GATHER, gather_8);
+        assert_gives("", gather_8, gather_8);
         assert_gives("--target-error 0.1", GATHER, TENTH);
     }
 
@@ -167,6 +210,16 @@ mod tests {
         assert_eq!(apply("", None), Ok((None, None)));
         let gather = apply("--target-error 0.1", None);
         assert_eq!(gather, Ok((Some(TENTH), None)));
+        for options in [
+            "--error-norm image",
+            "--max-ms 9",
+            "--max-rays 9",
+            "--stderr-layer",
+        ] {
+            let (indirect, note) = apply(options, None).unwrap();
+            assert_eq!(indirect.unwrap().name(), "final-gather", "{options}");
+            assert_eq!(note, None);
+        }
         let interpolated = apply("--interpolation-error 0.1 --rsm-size 16", None);
         assert_eq!(interpolated, Ok((Some(average(16)), None)));
         let message = apply("--rsm-size 16", None).unwrap_err();
@@ -174,9 +227,13 @@ mod tests {
     }
 
     #[test]
-    fn an_error_of_another_estimator_is_refused() {
+    fn an_option_of_another_estimator_is_refused() {
         for (options, says) in [
             ("--target-error 0.1", "belongs to final-gather"),
+            ("--error-norm local", "--error-norm belongs to final-gather"),
+            ("--max-ms 9", "--max-ms belongs to final-gather"),
+            ("--max-rays 9", "--max-rays belongs to final-gather"),
+            ("--stderr-layer", "--stderr-layer belongs to final-gather"),
             (
                 "--interpolation-error 0.1 --estimator instant-radiosity",
                 "belongs to rsm-average",

@@ -1,6 +1,7 @@
 //! What a run did, for programs.
 
-use camlux::output::Layer;
+use camlux::output::{Layer, StopReason};
+use camlux::scene::Parameter;
 use serde_json::{Map, json};
 
 use crate::summary::RunSummary;
@@ -31,6 +32,10 @@ pub fn text(run: &RunSummary) -> String {
             "estimator": indirect.map(|i| i.name()),
             "rsm_size": indirect.and_then(|i| i.rsm_size()),
             "target_error": null,
+            "error_norm": null,
+            "max_ms": null,
+            "max_rays": null,
+            "stderr_layer": null,
             "interpolation_error": null,
             "half": run.args.half,
             "layers": Vec::from_iter(layers.into_iter().map(Layer::name)),
@@ -42,6 +47,8 @@ pub fn text(run: &RunSummary) -> String {
         "pairs_per_second": stats.pairs_per_second(),
         "ray_count": stats.ray_count,
         "estimated_error": stats.estimated_error,
+        "estimated_error_upper": stats.estimated_error_upper,
+        "stop": stats.stop.map(StopReason::name),
         "estimated_interpolation_error": stats.estimated_interpolation_error,
         "submissions": stats.submissions,
         "frame_wall_milliseconds": stats.wall_milliseconds,
@@ -50,7 +57,13 @@ pub fn text(run: &RunSummary) -> String {
         "warnings": run.warnings,
     });
     for (name, value) in indirect.iter().flat_map(|i| i.parameters()) {
-        object["settings"][name] = json!(value);
+        object["settings"][name] = match value {
+            None => json!(null),
+            Some(Parameter::Number(number)) => json!(number),
+            Some(Parameter::Count(count)) => json!(count),
+            Some(Parameter::Name(word)) => json!(word),
+            Some(Parameter::Flag(flag)) => json!(flag),
+        };
     }
     format!("{object:#}\n")
 }

@@ -18,6 +18,7 @@ mod reference;
 mod render;
 mod report;
 mod summary;
+mod torture;
 
 use std::io::Write;
 use std::process::ExitCode;

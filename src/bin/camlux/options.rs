@@ -86,6 +86,7 @@ pub fn check_layers(scene: &Scene, layers: &[Layer]) -> Result<(), Failure> {
     };
     let hint = match missing {
         Layer::Energy => "add [sensor] to the scene",
+        Layer::StandardError => "add stderr_layer = true to [indirect], or --stderr-layer",
         _ => "add [indirect] to the scene, or --estimator",
     };
     let name = missing.name();

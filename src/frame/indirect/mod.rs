@@ -11,6 +11,7 @@ use refine::Refiner;
 use super::{FrameImages, ProgressReport, lights::Lights, scene_resources::SceneResources};
 use crate::{
     Error, Result,
+    output::StopReason,
     passes::{Context, final_gather::FinalGather, gather::Gather, gatherer::Gatherer},
     plan::{GatherPlan, IndirectPlan},
 };
@@ -20,6 +21,10 @@ use crate::{
 pub(crate) struct ErrorEstimates {
     /// Against the true bounce: of final gathering.
     pub error: Option<f64>,
+    /// What that is below with a confidence of 95 %.
+    pub error_upper: Option<f64>,
+    /// Why final gathering went no further; `None` where the light is too dark to be estimated.
+    pub stop: Option<StopReason>,
     /// Against the sum at every pixel: where one was requested.
     pub interpolation_error: Option<f64>,
 }
@@ -34,15 +39,15 @@ pub(super) fn gather(
     progress: &mut ProgressReport,
 ) -> Result<ErrorEstimates> {
     let indirect_radiance = images.indirect.as_ref();
-    let (Some(vpls), Some(indirect_radiance)) = (lights.vpls.as_ref(), indirect_radiance) else {
-        return Err(Error::internal("there is no room for indirect light"));
-    };
+    let no_room = || Error::internal("there is no room for indirect light");
+    let indirect_radiance = indirect_radiance.ok_or_else(no_room)?;
     let gbuffer = &images.gbuffer;
     let mut run = |gatherer: &mut dyn Gatherer| {
         let refiner = Refiner {
             context,
             gbuffer,
             indirect_radiance,
+            indirect_stderr: images.indirect_stderr.as_ref(),
             gatherer,
             progress,
         };
@@ -50,9 +55,10 @@ pub(super) fn gather(
     };
     match plan.gather {
         GatherPlan::VplSum { sum, kernel } => {
+            let vpls = lights.vpls.as_ref().ok_or_else(no_room)?;
             let lights = lights.listed();
-            let estimate = if lights.iter().all(|listed| listed.count() == 0) {
-                None
+            let found = if lights.iter().all(|listed| listed.count() == 0) {
+                ErrorEstimates::default()
             } else {
                 run(&mut Gather {
                     context,
@@ -65,19 +71,17 @@ pub(super) fn gather(
             };
             let is_requested = plan.refinement.target_error.is_some();
             Ok(ErrorEstimates {
-                error: None,
                 // Where nothing is interpolated there is no error.
-                interpolation_error: is_requested.then_some(estimate.unwrap_or(0.0)),
+                interpolation_error: is_requested
+                    .then_some(found.interpolation_error.unwrap_or(0.0)),
+                ..found
             })
         }
         GatherPlan::FinalGather { kernel } => {
             let rays = (scene.ray_tree()?, scene.hit_surfaces()?);
-            let lights = lights.listed_lights();
-            let mut gatherer = FinalGather::new(context, gbuffer, rays, vpls, &lights, kernel)?;
-            Ok(ErrorEstimates {
-                error: run(&mut gatherer)?,
-                interpolation_error: None,
-            })
+            let lights = lights.on_device();
+            let mut gatherer = FinalGather::new(context, gbuffer, rays, lights, kernel)?;
+            run(&mut gatherer)
         }
     }
 }

@@ -3,6 +3,7 @@
 //! A pixel that is gathered tells how wrong its prediction from the coarser ones was; where that was little, the finer ones around
 //! it are interpolated. Every pixel is gathered where the grid's stride is 1.
 
+use super::adaptive::Limits;
 use crate::{
     Result,
     frame::ProgressReport,
@@ -15,6 +16,7 @@ use crate::{
         refinement::{RefinementCriteria, RefinementImages},
         resolve, scatter,
         smooth::Smoothing,
+        stderr,
     },
     plan::{GridStep, Plan},
     vulkan::{Allocate, Device, Image},
@@ -31,8 +33,20 @@ pub(super) struct Refiner<'a, 'p> {
     pub context: &'a Context<'a>,
     pub gbuffer: &'a GBuffer,
     pub indirect_radiance: &'a Image,
+    pub indirect_stderr: Option<&'a Image>,
     pub gatherer: &'a mut dyn Gatherer,
     pub progress: &'a mut ProgressReport<'p>,
+}
+
+/// One attempt at the image.
+pub(super) struct Attempt<'l> {
+    /// Of a gather.
+    pub samples: u32,
+    pub criteria: RefinementCriteria,
+    pub number: u32,
+    pub starts_anew: bool,
+    /// `None`: it may take what it takes.
+    pub limits: Option<&'l Limits>,
 }
 
 /// What the refinement works with.
@@ -73,19 +87,34 @@ impl<A: Allocate> RefinementResources<A> {
 }
 
 impl Refiner<'_, '_> {
+    /// Fills the layer of standard errors, where it was asked for.
+    pub fn fill_stderr(&self, factors: [f64; 2]) -> Result<()> {
+        let Some(layer) = self.indirect_stderr else {
+            return Ok(());
+        };
+        let (context, radiance) = (self.context, self.indirect_radiance);
+        context.submit(|recorder| stderr::fill(recorder, context, radiance, layer, factors))
+    }
+
     pub fn resources(&self, coarsest_stride: u32) -> Result<RefinementResources> {
         let Context { device, plan, .. } = *self.context;
         RefinementResources::new(device, plan, coarsest_stride, self.gatherer.is_exact())
     }
 
     /// Gathers and interpolates all pixels. Where it does not start anew, the coarsest grid was gathered before.
+    ///
+    /// Returns whether the image is there: an attempt that reaches its limits leaves the image of the one before, and the first one
+    /// interpolates what is left.
     pub fn refine(
         &mut self,
         resources: &mut RefinementResources,
-        samples: u32,
-        criteria: RefinementCriteria,
-        starts_anew: bool,
-    ) -> Result<()> {
+        attempt: Attempt,
+    ) -> Result<bool> {
+        let Attempt {
+            criteria,
+            starts_anew,
+            ..
+        } = attempt;
         let (context, gbuffer) = (self.context, self.gbuffer);
         if starts_anew {
             context.submit(|recorder| {
@@ -96,12 +125,23 @@ impl Refiner<'_, '_> {
         // Every pixel of this grid is gathered.
         let grid_steps = resources.steps.len().min(GRID_STEPS);
         for index in usize::from(!starts_anew)..resources.steps.len() {
+            let is_spent = attempt
+                .limits
+                .is_some_and(|limits| limits.are_reached(self));
+            if is_spent && attempt.number > 0 {
+                return Ok(false);
+            }
+            let tolerance = if is_spent {
+                Some(f64::INFINITY)
+            } else {
+                criteria.tolerance
+            };
             let criteria = RefinementCriteria {
-                tolerance: criteria.tolerance.filter(|_| index >= grid_steps),
+                tolerance: tolerance.filter(|_| index >= grid_steps),
                 ..criteria
             };
             self.list(resources, index, criteria)?;
-            self.gather(resources, index, samples, criteria)?;
+            self.gather(resources, index, &attempt, criteria)?;
             let smoothing = resources.smoothing.as_ref();
             if let Some(smoothing) = smoothing.filter(|_| index + 1 == grid_steps) {
                 let images = &resources.images;
@@ -111,7 +151,17 @@ impl Refiner<'_, '_> {
             }
         }
         let (images, radiance) = (&resources.images, self.indirect_radiance);
-        context.submit(|recorder| resolve::resolve(recorder, context, gbuffer, images, radiance))
+        context.submit(|recorder| {
+            resolve::resolve(
+                recorder,
+                context,
+                gbuffer,
+                images,
+                radiance,
+                attempt.criteria,
+            )
+        })?;
+        Ok(true)
     }
 
     /// Interpolates the pixels of a step that may be, and lists the others.
@@ -143,7 +193,7 @@ impl Refiner<'_, '_> {
         &mut self,
         resources: &RefinementResources,
         step: usize,
-        samples: u32,
+        attempt: &Attempt,
         criteria: RefinementCriteria,
     ) -> Result<()> {
         let (context, gbuffer) = (self.context, self.gbuffer);
@@ -154,8 +204,10 @@ impl Refiner<'_, '_> {
         let total: u32 = ranges.iter().map(|range| range.count).sum();
         let pass = self.gatherer.pass();
         let samples = Samples {
-            count: samples,
-            seed: step as u32,
+            count: attempt.samples,
+            // Others than those of other steps and attempts.
+            seed: step as u32 + 256 * attempt.number,
+            set_count: 1,
         };
         let parts = ranges
             .into_iter()

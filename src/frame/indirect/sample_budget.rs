@@ -1,12 +1,13 @@
 //! From the error that is aimed at to the samples of a gather and the tolerance of interpolation.
 
 use super::error_estimate::ErrorEstimate;
-use crate::passes::{final_gather, refinement::RefinementCriteria};
+use crate::{
+    passes::{final_gather, refinement::RefinementCriteria},
+    scene::ErrorNorm,
+};
 
-/// Samples of the pilot.
-pub(super) const PILOT_SAMPLES: u32 = 64;
-/// Samples of a second pilot, where the first has seen no light.
-pub(super) const SECOND_PILOT_SAMPLES: u32 = 1024;
+/// Samples of the pilots, two of which there are at least: more where the light is hard to find.
+pub(super) const PILOT_SAMPLES: [u32; 5] = [64, 64, 64, 64, 1024];
 /// Attempts to meet the target. The last one of a sum leaves nothing to interpolation.
 pub(super) const MAX_ATTEMPTS: u32 = 4;
 /// Samples of a gather at most.
@@ -14,7 +15,7 @@ const MAX_SAMPLES: u32 = final_gather::MAX_SAMPLES as u32;
 /// Samples come in packets of rays.
 const SAMPLES_STEP: u32 = 64;
 /// Noise of a gathered pixel over the error of the image: smoothing and interpolation take some of it away (measured: 1 to 2.6).
-const NOISE_OVER_TARGET: f64 = 1.7;
+const NOISE_OVER_TARGET: f64 = 1.4;
 /// What an interpolated pixel may be off by where it is worst, over the error aimed at (measured of sums: the image's is then 0.2 to
 /// 0.7 of the latter; half of this takes a tenth more pixels).
 const TOLERANCE_OVER_AIM: f64 = 4.0;
@@ -26,6 +27,7 @@ pub(super) struct SampleBudget {
     /// Samples of a gather.
     pub samples: u32,
     variance_scale: f64,
+    relative_noise: f64,
     tolerance: Option<f64>,
 }
 
@@ -39,8 +41,18 @@ impl SampleBudget {
         SampleBudget {
             samples,
             variance_scale: pilot.variance_scale(samples),
+            relative_noise: pilot.relative_noise(samples),
             tolerance: Some((TOLERANCE_OVER_AIM * aim).min(MAX_TOLERANCE)),
         }
+    }
+
+    /// What an attempt with the fewest samples aims at.
+    pub fn coarsest_aim(pilot: &ErrorEstimate) -> f64 {
+        let mut aim = MAX_TOLERANCE / TOLERANCE_OVER_AIM;
+        while SampleBudget::for_rays(aim, pilot).samples > SAMPLES_STEP {
+            aim *= 1.2;
+        }
+        aim
     }
 
     /// With sums, which have no noise.
@@ -48,6 +60,7 @@ impl SampleBudget {
         SampleBudget {
             samples: 0,
             variance_scale: 0.0,
+            relative_noise: 0.0,
             tolerance: (!is_last).then_some(TOLERANCE_OVER_AIM * aim),
         }
     }
@@ -58,11 +71,13 @@ impl SampleBudget {
     }
 
     /// For an image of this radiance, W/sr/m².
-    pub fn criteria(&self, radiance: f64) -> RefinementCriteria {
+    pub fn criteria(&self, radiance: f64, norm: ErrorNorm) -> RefinementCriteria {
         RefinementCriteria {
             radiance,
+            is_local: norm == ErrorNorm::Local,
             tolerance: self.tolerance,
             variance_scale: self.variance_scale,
+            relative_noise: self.relative_noise,
         }
     }
 }
@@ -85,12 +100,7 @@ mod tests {
 
     #[test]
     fn half_the_noise_takes_samples_in_whole_packets() {
-        let pilot = ErrorEstimate {
-            signal: 1.0,
-            noise: 0.01,
-            samples: PILOT_SAMPLES,
-            ..ErrorEstimate::default()
-        };
+        let pilot = ErrorEstimate::of_pilot(1.0, 0.01, 64);
         let samples_for = |noise| SampleBudget::for_rays(noise / NOISE_OVER_TARGET, &pilot).samples;
         assert_eq!(samples_for(1.0), SAMPLES_STEP);
         assert_eq!(samples_for(0.05), 192);

@@ -5,7 +5,7 @@ use std::sync::mpsc::{channel, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use camlux::output::{ExrOptions, Frame, OutputFile, write_exr_hashed};
+use camlux::output::{ExrOptions, Frame, OutputFile, StopReason, write_exr_hashed};
 use camlux::{Device, DeviceOptions, Error, RenderOptions, Renderer};
 use serde_json::json;
 
@@ -178,6 +178,8 @@ impl Writer<'_> {
                 line["bytes"] = json!(written.bytes);
                 line["ms"] = json!(ms);
                 line["estimated_error"] = json!(frame.stats.estimated_error);
+                line["estimated_error_upper"] = json!(frame.stats.estimated_error_upper);
+                line["stop"] = json!(frame.stats.stop.map(StopReason::name));
                 if let Some(error) = frame.stats.estimated_interpolation_error {
                     line["estimated_interpolation_error"] = json!(error);
                 }

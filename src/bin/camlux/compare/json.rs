@@ -14,6 +14,11 @@ pub fn text(report: &Report) -> String {
             let mut object = comparison(&layer.comparison);
             object["name"] = json!(layer.pair.name());
             object["unit"] = json!(layer.pair.unit);
+            object["stated_error"] = json!(layer.stated.map(|scores| json!({
+                "value_count": scores.value_count,
+                "mean": scores.mean,
+                "deviation": scores.deviation(),
+            })));
             object["with_edges"] = json!(layer.with_edges.as_ref().map(comparison));
             object
         })

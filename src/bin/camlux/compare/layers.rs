@@ -4,8 +4,9 @@ use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::Path;
 
-use camlux::metrics::Pixels;
+use camlux::metrics::{Comparison, Pixels, ZScores};
 use camlux::output::{ImageLayer, Layer, LayeredImage};
+use camlux::scene::IndirectLight;
 
 use super::Args;
 use crate::Failure;
@@ -20,6 +21,8 @@ pub struct LayerPair<'images> {
     image: Cow<'images, ImageLayer>,
     reference: Cow<'images, ImageLayer>,
     image_standard_error: Option<&'images [f32]>,
+    /// Whether that is what a render says of its own error, and no noise to be taken out.
+    is_judged: bool,
     reference_standard_error: Option<&'images [f32]>,
 }
 
@@ -32,12 +35,28 @@ impl LayerPair<'_> {
         Pixels {
             image: &self.image.values,
             reference: &self.reference.values,
-            image_standard_error: self.image_standard_error,
+            image_standard_error: self.image_standard_error.filter(|_| !self.is_judged),
             reference_standard_error: self.reference_standard_error,
             valid,
             edges,
             channels: self.image.channel_names.len(),
         }
+    }
+
+    /// The z-scores of what a render says of its own error; `None` where it says nothing, or nothing is to be judged.
+    pub fn judge(
+        &self,
+        valid: &[bool],
+        edges: Option<&[bool]>,
+    ) -> Result<Option<ZScores>, Failure> {
+        let Some(stated) = self.image_standard_error.filter(|_| self.is_judged) else {
+            return Ok(None);
+        };
+        let comparison = Comparison::new(&Pixels {
+            image_standard_error: Some(stated),
+            ..self.pixels(valid, edges)
+        })?;
+        Ok(comparison.z_scores)
     }
 }
 
@@ -106,6 +125,9 @@ fn pair<'images>(
         image: of_image,
         reference: of_reference,
         image_standard_error: standard_error(image),
+        is_judged: image
+            .attribute("camlux.estimator")
+            .is_some_and(|name| IndirectLight::NAMES.contains(&name)),
         reference_standard_error: standard_error(reference),
     })
 }

@@ -6,7 +6,7 @@ mod table;
 
 use std::path::PathBuf;
 
-use camlux::metrics::Comparison;
+use camlux::metrics::{Comparison, ZScores};
 use camlux::output::{LayeredImage, OutputFile};
 
 use crate::error_map::{self, ErrorMap};
@@ -16,7 +16,7 @@ use layers::LayerPair;
 
 #[derive(clap::Args)]
 pub struct Args {
-    /// OpenEXR image to judge
+    /// OpenEXR image to judge, with what it says of its own error in the layer stderr, if it is a render with one
     #[arg(value_name = "IMAGE.exr")]
     image: PathBuf,
     /// OpenEXR image to judge it by; its layer stderr, if it has one, is taken as the standard error of its indirect light,
@@ -50,6 +50,8 @@ struct LayerReport<'run> {
     comparison: Comparison,
     /// With the pixels on edges, which `comparison` leaves out; `None` where the reference does not say which they are.
     with_edges: Option<Comparison>,
+    /// Of a render's errors over what it says of them in its layer stderr.
+    stated: Option<ZScores>,
 }
 
 impl Report<'_> {
@@ -93,6 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             ));
         }
         layers.push(LayerReport {
+            stated: pair.judge(&valid, edges.as_deref())?,
             pair,
             comparison,
             with_edges,

@@ -1,47 +1,57 @@
 //! A comparison for people.
 
-use camlux::metrics::{Comparison, CorrectedRmse};
+use camlux::metrics::{CorrectedRmse, ZScores};
 
 use super::{LayerReport, Report};
 use crate::numbers::{number, percent, with_uncertainty};
 
-/// What a row says of a layer, without and with the pixels on edges; `None` where it has nothing to say.
-type Cell = fn(&Comparison, Option<&Comparison>) -> Option<String>;
+/// What a row says of a layer; `None` where it has nothing to say.
+type Cell = fn(&LayerReport) -> Option<String>;
 
-const ROWS: [(&str, Cell); 12] = [
-    ("mean of the image", |c, _| Some(number(c.image_mean))),
-    ("mean of the reference", |c, _| {
-        Some(number(c.reference_mean))
+const ROWS: [(&str, Cell); 13] = [
+    ("mean of the image", |l| {
+        Some(number(l.comparison.image_mean))
     }),
-    ("relative RMSE, as it is", |c, _| {
-        Some(percent(c.errors?.rmse))
+    ("mean of the reference", |l| {
+        Some(number(l.comparison.reference_mean))
     }),
-    ("  of the noise alone", |c, _| Some(percent(c.noise?.floor))),
-    ("  without the noise", |c, _| Some(corrected(c.noise?.rmse))),
-    ("  with the edge pixels, as it is", |_, with_edges| {
-        Some(percent(with_edges?.errors?.rmse))
+    ("relative RMSE, as it is", |l| {
+        Some(percent(l.comparison.errors?.rmse))
     }),
-    ("bias", |c, _| {
-        let uncertainty = c.noise.map_or(0.0, |noise| noise.bias_standard_error);
-        Some(with_uncertainty(c.errors?.bias, uncertainty))
+    ("  of the noise alone", |l| {
+        Some(percent(l.comparison.noise?.floor))
     }),
-    ("mean relative error, as it is", |c, _| {
-        Some(percent(c.errors?.mean_absolute))
+    ("  without the noise", |l| {
+        Some(corrected(l.comparison.noise?.rmse))
     }),
-    ("  of the noise alone", |c, _| {
-        Some(percent(c.noise?.mean_absolute_floor))
+    ("  with the edge pixels, as it is", |l| {
+        Some(percent(l.with_edges.as_ref()?.errors?.rmse))
     }),
-    ("99 % of the values are within", |c, _| {
-        Some(percent(c.errors?.percentile_99))
+    ("bias", |l| {
+        let noise = l.comparison.noise;
+        let uncertainty = noise.map_or(0.0, |noise| noise.bias_standard_error);
+        Some(with_uncertainty(l.comparison.errors?.bias, uncertainty))
     }),
-    ("z-scores: mean, variance (noise: 0, 1)", |c, _| {
-        let scores = c.z_scores?;
+    ("mean relative error, as it is", |l| {
+        Some(percent(l.comparison.errors?.mean_absolute))
+    }),
+    ("  of the noise alone", |l| {
+        Some(percent(l.comparison.noise?.mean_absolute_floor))
+    }),
+    ("99 % of the values are within", |l| {
+        Some(percent(l.comparison.errors?.percentile_99))
+    }),
+    ("z-scores: mean, variance (noise: 0, 1)", |l| {
+        let scores = l.comparison.z_scores?;
         Some(format!("{:.2}, {:.2}", scores.mean, scores.variance))
     }),
-    ("not finite: image, reference", |c, _| {
+    ("error over its stderr (0.8 to 1.25)", |l| {
+        Some(number(l.stated?.deviation()))
+    }),
+    ("not finite: image, reference", |l| {
         Some(format!(
             "{}, {}",
-            c.non_finite_image, c.non_finite_reference
+            l.comparison.non_finite_image, l.comparison.non_finite_reference
         ))
     }),
 ];
@@ -63,7 +73,8 @@ pub fn text(report: &Report) -> String {
     }
     lines.push(String::new());
     lines.extend(rows(report));
-    let notes: Vec<String> = report.layers.iter().filter_map(note).collect();
+    let of_layer = |layer| note(layer).into_iter().chain(note_of_stated(layer));
+    let notes: Vec<String> = report.layers.iter().flat_map(of_layer).collect();
     if !notes.is_empty() {
         lines.push(String::new());
     }
@@ -81,8 +92,7 @@ fn rows(report: &Report) -> Vec<String> {
     let heads: Vec<String> = report.layers.iter().map(head).collect();
     let mut table = vec![("", heads)];
     for (label, cell) in ROWS {
-        let of_layer = |layer: &LayerReport| cell(&layer.comparison, layer.with_edges.as_ref());
-        let cells: Vec<Option<String>> = report.layers.iter().map(of_layer).collect();
+        let cells: Vec<Option<String>> = report.layers.iter().map(cell).collect();
         if cells.iter().any(Option::is_some) {
             let cells = cells.into_iter().map(|cell| cell.unwrap_or("-".into()));
             table.push((label, cells.collect()));
@@ -125,6 +135,21 @@ fn note(layer: &LayerReport) -> Option<String> {
     let floor = percent(noise.floor);
     Some(format!(
         "{name}: noise of {floor} was taken out of the relative RMSE; what is left is {what_is_left}"
+    ))
+}
+
+/// Whether what a render says of its own error is right.
+fn note_of_stated(layer: &LayerReport) -> Option<String> {
+    let deviation = layer.stated?.deviation();
+    let verdict = match deviation {
+        d if ZScores::CALIBRATED.contains(&d) => "right",
+        d if d < *ZScores::CALIBRATED.start() => "too large",
+        _ => "too small",
+    };
+    let deviation = number(deviation);
+    Some(format!(
+        "{}: the image's layer stderr is {verdict}: the true errors have a standard deviation of {deviation} of it",
+        layer.pair.name()
     ))
 }
 

@@ -8,7 +8,7 @@ use super::results::{Entry, Report, SceneReport, Seconds, Unsupported};
 use super::style::STYLE;
 use super::summary::summary;
 use crate::Failure;
-use crate::numbers::{count, duration, percent, with_uncertainty};
+use crate::numbers::{count, duration, number, percent, with_uncertainty};
 
 /// The whole page.
 ///
@@ -129,7 +129,7 @@ fn describe(scene: &SceneReport) -> String {
 }
 
 /// Every entry with its time and its errors; for final gathering also the error that was requested.
-const ERRORS: [Column<Entry>; 13] = [
+const ERRORS: [Column<Entry>; 15] = [
     ("setting", |e| Some(e.name())),
     ("VPLs", |e| Some(count(e.engine.as_ref()?.vpl_count as f64))),
     ("rays", |e| Some(count(e.engine.as_ref()?.ray_count as f64))),
@@ -139,6 +139,12 @@ const ERRORS: [Column<Entry>; 13] = [
     }),
     ("the engine's estimate", |e| {
         e.engine.as_ref()?.estimated_error.map(percent)
+    }),
+    ("its 95 % bound", |e| {
+        e.engine.as_ref()?.estimated_error_upper.map(percent)
+    }),
+    ("error over stderr (0.8 to 1.25)", |e| {
+        e.engine.as_ref()?.stderr_deviation.map(number)
     }),
     ("indirect relRMSE", |e| Some(e.indirect?.text())),
     ("bias", |e| {

@@ -106,6 +106,12 @@ pub struct EngineFigures {
     pub target_error: Option<f64>,
     /// The same as the engine estimates it, without the truth.
     pub estimated_error: Option<f64>,
+    /// What that is below with a confidence of 95 %.
+    pub estimated_error_upper: Option<f64>,
+    /// Why final gathering went no further.
+    pub stop: Option<&'static str>,
+    /// Standard deviation of the indirect light's errors over what the engine says of them pixel by pixel (layer `stderr`).
+    pub stderr_deviation: Option<f64>,
     pub vpl_count: u64,
     pub pixel_vpl_pairs: u64,
     pub ray_count: u64,

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use camlux::internals::{Intermediates, f64_kernels};
 use camlux::metrics::{Comparison, Pixels};
-use camlux::output::{ExrOptions, Frame, Layer, OutputFile, write_exr};
-use camlux::scene::VplSum;
+use camlux::output::{ExrOptions, Frame, Layer, OutputFile, StopReason, write_exr};
+use camlux::scene::{IndirectLight, VplSum};
 use camlux::{Error, Renderer, Scene};
 
 use super::Subject;
@@ -120,12 +120,12 @@ impl Sweep<'_> {
             ..self.subject.scene.clone()
         };
         // Also the warm-up.
-        let (kernel_error, kernel_error_pixels) = match setting.sum {
-            Some(sum) => self.kernel_error(&scene, sum)?,
-            None => {
-                self.render(&scene)?;
-                (None, 0)
+        let (kernel_error, kernel_error_pixels, stderr_deviation) = match setting.sum {
+            Some(sum) => {
+                let (error, pixels) = self.kernel_error(&scene, sum)?;
+                (error, pixels, None)
             }
+            None => (None, 0, self.stderr_deviation(&scene)?),
         };
         let (frame, seconds, gpu_passes) = self.time(&scene)?;
         let layer = |layer| values(&frame, layer);
@@ -139,6 +139,9 @@ impl Sweep<'_> {
                 rsm_size: indirect.rsm_size(),
                 target_error: indirect.target_error(),
                 estimated_error: frame.stats.estimated_error,
+                estimated_error_upper: frame.stats.estimated_error_upper,
+                stderr_deviation,
+                stop: frame.stats.stop.map(StopReason::name),
                 vpl_count: frame.stats.vpl_count,
                 pixel_vpl_pairs: frame.stats.pixel_vpl_pairs,
                 ray_count: frame.stats.ray_count,
@@ -154,6 +157,17 @@ impl Sweep<'_> {
     fn render(&mut self, scene: &Scene) -> Result<Frame, Error> {
         self.steps
             .watch(|options| self.renderer.render(scene, options))
+    }
+
+    /// The errors of final gathering over what it says of them.
+    fn stderr_deviation(&mut self, scene: &Scene) -> Result<Option<f64>, Failure> {
+        let mut scene = scene.clone();
+        if let Some(IndirectLight::FinalGather { stderr_layer, .. }) = &mut scene.indirect {
+            *stderr_layer = true;
+        }
+        let frame = self.render(&scene)?;
+        let [indirect, stated] = [Layer::Indirect, Layer::StandardError].map(|l| values(&frame, l));
+        self.truth.stderr_deviation(indirect?, stated?)
     }
 
     /// relRMSE of a plain sum against that of the f64 kernels, `None` where that is black, and on how many pixels.

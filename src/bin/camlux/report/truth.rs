@@ -113,6 +113,22 @@ impl TruthImage {
         })
     }
 
+    /// The standard deviation of an image's errors over its own standard errors; `None` where there is nothing to judge.
+    ///
+    /// # Errors
+    /// Where the image has another size.
+    pub fn stderr_deviation(
+        &self,
+        indirect: &[f32],
+        stated: &[f32],
+    ) -> Result<Option<f64>, Failure> {
+        let comparison = Comparison::new(&Pixels {
+            image_standard_error: Some(stated),
+            ..self.pixels(indirect, Layer::Indirect)?
+        })?;
+        Ok(comparison.z_scores.map(|scores| scores.deviation()))
+    }
+
     fn pixels<'a>(&'a self, image: &'a [f32], layer: Layer) -> Result<Pixels<'a>, Failure> {
         Ok(Pixels {
             image,

@@ -1,0 +1,191 @@
+// The VPLs of final gathering: where rays from a light meet the scene. The light's map is cut into cells, each of which gets as many
+// rays as is its part of all samples. Where a ray goes in its cell is drawn, so that the density of VPLs is known at every point
+// that the light sees, however fine the scene is beside the cells; and what is drawn anew each time has no error in common.
+
+#import light
+#import hits
+#import vpl_list
+#import random
+
+// A light of the list `lights`, which lies there as in a buffer.
+#loader Light lights
+
+struct LightRayParameters {
+    light_index: u32,
+    // Of the light's rays in each set; they are a multiple of 64.
+    first_ray: u32,
+    ray_count: u32,
+    // Rays of a set, over all lights; and sets, each of which covers all cells.
+    set_size: u32,
+    set_count: u32,
+    // The light's cells.
+    first_cell: u32,
+    cell_count: u32,
+    // Of the light's probability, in units of its cells' bounds, for each ray.
+    stride: u32,
+    // Another number: other rays.
+    seed: u32,
+}
+
+// Lists in images, as that of triangles in trace.wgsl.
+var lights: texture_storage_2d<rgba32float, read>;
+// The cells of the lights: from where in the light's cumulative probability, and how much, as whole numbers; the tile, as the light's
+// tiles are counted; the place in Morton order among the cells of that tile, and 256 times the tile's level.
+var ray_cells: texture_storage_2d<rgba32float, read>;
+// What each ray met, and its cell.
+var<storage, read_write> light_ray_hits: array<vec2<u32>>;
+#if SHADE
+var drawn_vpls: texture_storage_2d_array<rgba32float, write>;
+#endif
+var<immediate> parameters: LightRayParameters;
+
+struct LightRay {
+    origin: vec3<f32>,
+    direction: vec3<f32>,
+    // Samples per area of the map's tiles, if there is one sample.
+    map_density: f32,
+}
+
+fn seed_of(set_index: u32, ray: u32) -> u32 {
+    return hash(parameters.seed ^ hash(set_index * parameters.set_size + parameters.first_ray + ray));
+}
+
+// Where in the light's cumulative probability a ray lies.
+fn drawn_place(ray: u32, seed: u32) -> u32 {
+    return ray * parameters.stride + u32(unit(seed) * f32(parameters.stride));
+}
+
+// The last cell that begins there or before.
+fn cell_at(drawn: u32) -> u32 {
+    var low = parameters.first_cell;
+    var high = low + parameters.cell_count;
+    for (var i = 0u; i < 20u; i++) {
+        let middle = (low + high) / 2u;
+        let is_before = bitcast<u32>(textureLoad(ray_cells, list_place(middle)).x) <= drawn;
+        low = select(low, middle, is_before);
+        high = select(middle, high, is_before);
+    }
+    return low;
+}
+
+// The ray of this number among those of its light in a set.
+fn light_ray(light: Light, drawn: u32, cell_index: u32, seed: u32) -> LightRay {
+    let cell = textureLoad(ray_cells, list_place(cell_index));
+    let tile = u32(cell.z);
+    let level = u32(cell.w) >> 8u;
+    let cells_per_edge = f32(1u << level);
+    // Along the cell's Morton curve, so that neighbours in the list are neighbours in the map.
+    let share = f32(bitcast<u32>(cell.y));
+    let place_in_cell = curve_point(f32(drawn - bitcast<u32>(cell.x)) / share, seed);
+    let cell_place = morton_place(u32(cell.w) & 255u);
+    let place_in_tile = (vec2<f32>(cell_place) + place_in_cell) / cells_per_edge;
+    let tiles = light.emission_size;
+    var face = light.faces[0];
+#repeat FACE 6
+    if (tile / (tiles * tiles) == FACEu) {
+        face = light.faces[FACE];
+    }
+#endrepeat
+    let place = (vec2<f32>(morton_place(tile % (tiles * tiles))) + place_in_tile) / f32(tiles);
+    let across = light.half_extent * (2.0 * place - 1.0);
+    let sideways = across.x * face.right - across.y * face.up;
+    let is_parallel = light.is_parallel == 1u;
+    let of_light = f32(parameters.ray_count) / f32(parameters.set_size);
+    let density = share / (f32(parameters.ray_count) * f32(parameters.stride)) * of_light * cells_per_edge * cells_per_edge;
+    return LightRay(light.position + select(vec3<f32>(0.0), sideways, is_parallel), select(face.forward + sideways, light.axis, is_parallel), density);
+}
+
+fn morton_place(code: u32) -> vec2<u32> {
+    return vec2<u32>(every_other_bit(code), every_other_bit(code >> 1u));
+}
+
+// A point of the unit square from 0 to 1 along its Morton curve, and a seed for what is finer than the curve's steps.
+fn curve_point(along: f32, seed: u32) -> vec2<f32> {
+    let step = min(u32(along * 16777216.0), 16777215u);
+    let within = vec2<f32>(unit(hash(seed)), unit(hash(seed ^ 0x9e3779b9u)));
+    return (vec2<f32>(morton_place(step)) + within) / 4096.0;
+}
+
+#if TRACE
+@compute @workgroup_size(64)
+fn compute_main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+#if PACKET
+    @builtin(subgroup_invocation_id) subgroup_lane: u32,
+#endif
+) {
+#if PACKET
+    lane = subgroup_lane;
+#endif
+    // Those of invocations that are not needed are traced again.
+    let all_rays = parameters.ray_count * parameters.set_count;
+    let first = min((64u * (group.x + 65535u * group.y) + local) * RAYS, all_rays - RAYS);
+    let set_index = first / parameters.ray_count;
+    let light = load_light(parameters.light_index);
+    var cells: array<u32, RAYS>;
+    for (var i = 0u; i < RAYS; i++) {
+        let seed = seed_of(set_index, first % parameters.ray_count + i);
+        let drawn = drawn_place(first % parameters.ray_count + i, seed);
+        let cell = cell_at(drawn);
+#repeat SLOT 8
+        cells[SLOT] = select(cells[SLOT], cell, i == SLOTu);
+#endrepeat
+        let ray = light_ray(light, drawn, cell, seed);
+#if CENTRAL
+        set_ray(i, ray.direction, 0.0);
+#else
+        set_ray(i, ray.origin, 0.0);
+#endif
+    }
+#if CENTRAL
+    trace(light.position, false);
+#else
+    trace_to_light(vec4<f32>(T_MAX * light.axis, 0.0));
+#endif
+    let place = set_index * parameters.set_size + parameters.first_ray + first % parameters.ray_count;
+#repeat SLOT 8
+    light_ray_hits[place + SLOTu] = vec2<u32>(ray_hit[SLOT], cells[SLOT]);
+#endrepeat
+}
+#endif
+
+#if SHADE
+@compute @workgroup_size(64)
+fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let index = 64u * (group.x + 65535u * group.y) + local;
+    if (index >= parameters.ray_count * parameters.set_count) {
+        return;
+    }
+    let set_index = index / parameters.ray_count;
+    let ray_of_light = index % parameters.ray_count;
+    let place = set_index * parameters.set_size + parameters.first_ray + ray_of_light;
+    let met = light_ray_hits[place];
+    let is_hit = met.x != NOTHING_HIT;
+    let light = load_light(parameters.light_index);
+    let seed = seed_of(set_index, ray_of_light);
+    let ray = light_ray(light, drawn_place(ray_of_light, seed), met.y, seed);
+    let hit = hit_surface(select(0u, met.x, is_hit), ray.origin, ray.direction);
+    let illumination = illuminate(light, hit.position);
+    let cosine = dot(hit.shading_normal, illumination.to_light);
+    let geometric_cosine = dot(hit.geometric_normal, illumination.to_light);
+    let is_lit = is_hit && cosine > 0.0 && geometric_cosine > 0.0;
+    let from_light = hit.position - light.position;
+    let density = ray.map_density * geometric_cosine / facing_cell_area(light, from_light, map_place(light, from_light).depth);
+    let incident = select(vec3<f32>(0.0), illumination.irradiance * cosine, is_lit);
+    // Off its surface, for the rays that end there; and on the side that the light sees, where Q lies in a second one, too.
+    let position = before_surface(hit.position, hit.geometric_normal, END_SHIFT) + END_SHIFT * illumination.to_light;
+    let slot = vpl_place(place);
+    textureStore(drawn_vpls, slot, 0, vec4<f32>(position, select(1.0, density, is_lit)));
+    textureStore(drawn_vpls, slot, 1, vec4<f32>(hit.geometric_normal, 0.0));
+    textureStore(drawn_vpls, slot, 2, vec4<f32>(diffuse_factor(hit.brdf.kd) * incident, 0.0));
+#if PHONG
+    let ks_shininess = vec4<f32>(hit.brdf.ks, hit.brdf.shininess);
+    let lobe = lobe_of(illumination.to_light, hit.shading_normal, ks_shininess);
+    textureStore(drawn_vpls, slot, VPL_LAYERS, vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, 0.0));
+    for (var i = 0u; i < LOBE_LAYERS; i++) {
+        textureStore(drawn_vpls, slot, VPL_LAYERS + 1u + i, lobe_texel(lobe, i));
+    }
+#endif
+}
+#endif

@@ -1,0 +1,199 @@
+//! `camlux doctor --torture`: whether the engine knows how far off its images are, image by image.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use camlux::doctor::torture::{
+    BIAS_SHARE, CASES, FAR_OVER_REQUESTED, OVER_REQUESTED, OVER_UPPER_BOUND, Row, Settings,
+};
+use camlux::doctor::{Case, Examiner};
+
+use crate::numbers::{count, duration, percent, with_uncertainty};
+use crate::{Failure, print, tell};
+
+/// Edge of the images, pixels.
+const SIZE_PX: u32 = 96;
+/// Share of the rows that may be over [`OVER_REQUESTED`].
+const MAY_BE_OVER_REQUESTED: f64 = 0.05;
+/// Share of the images of many variations whose true error may be over its upper bound.
+const MAY_BE_OVER_BOUND: f64 = 0.08;
+
+#[derive(clap::Args)]
+pub struct Args {
+    /// Hold requested, estimated and true errors against each other, on the scenes that most easily fool an estimate; truths
+    /// are kept in this folder
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["all", "markdown", "pictures"])]
+    torture: Option<PathBuf>,
+    /// An error to ask for in the torture set; may be given more than once [default: 0.1 0.05 0.02 0.01]
+    #[arg(long = "target-error", value_name = "SHARE", requires = "torture", value_parser = crate::reference::parse_share)]
+    target_errors: Vec<f64>,
+    /// Images of each scene of the torture set, each turned by a degree or so, to see how often the upper bound holds
+    #[arg(long, value_name = "N", requires = "torture", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    variations: u32,
+}
+
+impl Args {
+    /// `None`: the other cases are asked for.
+    pub fn settings(&self) -> Option<Settings> {
+        let mut target_errors = self.target_errors.clone();
+        if target_errors.is_empty() {
+            target_errors = vec![0.1, 0.05, 0.02, 0.01];
+        }
+        Some(Settings {
+            target_errors,
+            size_px: SIZE_PX,
+            variations: self.variations,
+            truths: Some(self.torture.clone()?),
+        })
+    }
+}
+
+/// A table of a line an image, and what it comes to. Exit code 0 if all that was measured is within its bounds.
+pub fn run(
+    mut examiner: Examiner,
+    settings: Settings,
+    is_picked: impl Fn(&Case) -> bool,
+) -> Result<ExitCode, Failure> {
+    let variations = settings.variations;
+    examiner.set_torture(settings);
+    print(&line([
+        "scene",
+        "asked",
+        "estimated",
+        "bound",
+        "true",
+        "bias",
+        "rays",
+        "time",
+        "missed",
+    ]))?;
+    let mut rows = Vec::new();
+    let mut others_are_met = true;
+    for case in CASES.iter().filter(|case| is_picked(case)) {
+        let measured = examiner.examine(case)?;
+        let of_case = examiner.take_rows();
+        for row in &of_case {
+            print(&row_line(case.name, row))?;
+        }
+        if of_case.is_empty() {
+            for part in &measured.parts {
+                let (name, of, quantity) = (case.name, &part.of, &part.quantity);
+                let (error, bound) = (part.error, part.bound);
+                let verdict = if part.is_met() { "" } else { ": missed" };
+                print(&format!(
+                    "{name}, {of}: {quantity} {error:.2} (at most {bound}){verdict}\n"
+                ))?;
+            }
+            others_are_met &= measured.is_met();
+        }
+        rows.extend(of_case);
+    }
+    let is_met = (rows.is_empty() || summarise(&rows, variations)?) && others_are_met;
+    Ok(if is_met {
+        ExitCode::SUCCESS
+    } else {
+        tell("camlux: the torture set is not passed on this device");
+        ExitCode::FAILURE
+    })
+}
+
+/// How many rows miss what; whether that is within bounds. Of many variations, only how often the upper bound holds is held against one.
+fn summarise(rows: &[Row], variations: u32) -> Result<bool, Failure> {
+    let of_set = |share: f64| (variations == 1).then_some(share);
+    let coverage = (variations > 1).then_some(MAY_BE_OVER_BOUND);
+    let over_bound = |factor: f64| move |row: &Row| row.over_upper_bound() > factor;
+    let over_requested = |factor: f64| move |row: &Row| row.over_requested() > factor;
+    let counts = [
+        (
+            "true error over the bound".into(),
+            share(rows, over_bound(1.0)),
+            coverage,
+        ),
+        (
+            format!("true error over {OVER_UPPER_BOUND} times the bound"),
+            share(rows, over_bound(OVER_UPPER_BOUND)),
+            of_set(0.0),
+        ),
+        (
+            format!("true error over {OVER_REQUESTED} times what was asked"),
+            share(rows, over_requested(OVER_REQUESTED)),
+            of_set(MAY_BE_OVER_REQUESTED),
+        ),
+        (
+            format!("true error over {FAR_OVER_REQUESTED} times what was asked"),
+            share(rows, over_requested(FAR_OVER_REQUESTED)),
+            of_set(0.0),
+        ),
+        (
+            format!("bias over {BIAS_SHARE} of the true error"),
+            share(rows, |row| row.bias_share() > BIAS_SHARE),
+            of_set(0.0),
+        ),
+    ];
+    let mut text = format!("\nshare of {} images:\n", rows.len());
+    let mut is_met = true;
+    for (what, missed, most) in counts {
+        text += &format!("{what:<50} {:>7}", percent(missed));
+        if let Some(most) = most {
+            is_met &= missed <= most;
+            text += &format!(" (at most {})", percent(most));
+        }
+        text += "\n";
+    }
+    print(&text)?;
+    Ok(is_met)
+}
+
+/// Share of the rows of which this is so.
+fn share(rows: &[Row], is_so: impl Fn(&Row) -> bool) -> f64 {
+    let count = rows.iter().filter(|row| is_so(row)).count();
+    count as f64 / rows.len().max(1) as f64
+}
+
+fn row_line(name: &str, row: &Row) -> String {
+    let shown = |error: Option<f64>| error.map_or("-".into(), percent);
+    let true_error = match row.uncertainty {
+        f64::INFINITY => format!("< {}", percent(row.true_error)),
+        uncertainty => with_uncertainty(row.true_error, uncertainty),
+    };
+    let mut missed = Vec::new();
+    if row.over_upper_bound() > OVER_UPPER_BOUND {
+        missed.push("bound");
+    }
+    if row.over_requested() > OVER_REQUESTED {
+        missed.push("asked");
+    }
+    if row.bias_share() > BIAS_SHARE {
+        missed.push("bias");
+    }
+    line([
+        name,
+        &percent(row.requested),
+        &shown(row.estimated),
+        &shown(row.upper_bound),
+        &true_error,
+        &with_uncertainty(row.bias, row.bias_uncertainty),
+        &count(row.ray_count as f64),
+        &duration(1e-3 * row.milliseconds),
+        &missed.join(", "),
+    ])
+}
+
+fn line(
+    [
+        scene,
+        asked,
+        estimated,
+        bound,
+        truth,
+        bias,
+        rays,
+        time,
+        missed,
+    ]: [&str; 9],
+) -> String {
+    let line = format!(
+        "{scene:<34} {asked:>7} {estimated:>9} {bound:>8} {truth:>18} {bias:>18} {rays:>8} {time:>8}  {missed}"
+    );
+    format!("{}\n", line.trim_end())
+}

@@ -1,0 +1,140 @@
+//! What an image of the torture set is held against.
+
+use std::{ops::ControlFlow, path::Path};
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::{Subject, openings::BehindOpenings};
+use crate::{
+    Error, Result, Scene,
+    doctor::examiner::{unsampled, values},
+    metrics::{Comparison, Pixels},
+    output::{ExrOptions, Frame, Layer, OutputFile, write_exr},
+    reference::{Goal, Reference},
+    scene::Light,
+};
+
+/// The true indirect light, with what is known of its noise.
+pub struct Truth {
+    /// W/sr/m², three bands a pixel.
+    indirect: Vec<f64>,
+    /// Of the sampled part; `None`: nothing was sampled.
+    standard_error: Option<Vec<f32>>,
+    /// Which pixels show a surface, and which of those lie on an edge.
+    valid: Vec<bool>,
+    edges: Vec<bool>,
+}
+
+impl Truth {
+    /// What comes through openings by quadrature, all else by paths until their noise is below `standard_error`, relative to their light.
+    /// Sampled images are kept in the folder, and taken from it.
+    ///
+    /// # Errors
+    /// Those of a file that cannot be written, or read.
+    pub fn new(subject: &Subject, standard_error: f64, folder: Option<&Path>) -> Result<Truth> {
+        let Subject {
+            scene, openings, ..
+        } = subject;
+        let (behind, inside) = match (&scene.lights[..], &openings[..]) {
+            (lights, []) => (None, lights),
+            ([lamp, inside @ ..], _) => (Some(lamp), inside),
+            ([], _) => (None, &[][..]),
+        };
+        let frame = if inside.is_empty() {
+            unsampled(scene)?
+        } else {
+            let lit_inside = Scene {
+                lights: inside.to_vec(),
+                ..scene.clone()
+            };
+            sampled(&lit_inside, standard_error, folder)?
+        };
+        let is_set = |layer: Layer| -> Vec<bool> {
+            let ids = frame.ids(layer).unwrap_or_default();
+            ids.iter().map(|&id| id != 0).collect()
+        };
+        let valid = is_set(Layer::InstanceId);
+        let sampled = values(&frame, Layer::Indirect).iter();
+        let mut indirect: Vec<f64> = sampled.map(|&value| value.into()).collect();
+        if let Some(&Light::Point {
+            position_m,
+            power_w,
+        }) = behind
+        {
+            let lamp = BehindOpenings {
+                openings,
+                lamp_m: position_m,
+                power_w,
+                kd: scene.materials[0].kd,
+            };
+            let [positions, normals] =
+                [Layer::Position, Layer::Normal].map(|layer| values(&frame, layer));
+            let places = positions
+                .par_chunks_exact(3)
+                .zip(normals.par_chunks_exact(3));
+            let pixels = indirect.par_chunks_exact_mut(3).zip(places).zip(&valid);
+            pixels.for_each(|((pixel, (position, normal)), &is_seen)| {
+                if is_seen {
+                    let [position, normal] = [position, normal]
+                        .map(|xyz| DVec3::from([0, 1, 2].map(|axis| f64::from(xyz[axis]))));
+                    let through = lamp.indirect(position, normal);
+                    for (value, through) in pixel.iter_mut().zip(through) {
+                        *value += through;
+                    }
+                }
+            });
+        }
+        Ok(Truth {
+            indirect,
+            standard_error: frame.values(Layer::StandardError).map(<[f32]>::to_vec),
+            valid,
+            edges: is_set(Layer::Edge),
+        })
+    }
+
+    /// The indirect light of an image of the same camera.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for an image of another size.
+    pub fn compare(&self, image: &Frame) -> Result<Comparison> {
+        Comparison::new(&Pixels {
+            image: values(image, Layer::Indirect),
+            reference: &self.indirect,
+            image_standard_error: None,
+            reference_standard_error: self.standard_error.as_deref(),
+            valid: &self.valid,
+            edges: Some(&self.edges),
+            channels: 3,
+        })
+    }
+}
+
+/// The reference with a noise below this, of those in the folder or gone on with.
+fn sampled(scene: &Scene, standard_error: f64, folder: Option<&Path>) -> Result<Frame> {
+    let goal = Goal::StandardError(standard_error);
+    // The reference's own name for it.
+    let hash = unsampled(scene)?.description.scene_hash;
+    let file = folder.map(|folder| folder.join(format!("{}.exr", &hash[..16])));
+    let go_on = &mut |_| ControlFlow::Continue(());
+    let mut reference = match &file {
+        Some(file) if file.exists() => Reference::resume(scene, file)?,
+        _ => Reference::start(scene, goal, go_on)?,
+    };
+    if reference.meets(goal) && reference.rounds() > 0 {
+        return Ok(reference.frame());
+    }
+    while !reference.meets(goal) {
+        reference.add_round(go_on)?;
+    }
+    let frame = reference.frame();
+    if let (Some(folder), Some(file)) = (folder, file) {
+        std::fs::create_dir_all(folder).map_err(|error| Error::Output {
+            path: folder.into(),
+            problem: format!("cannot create the folder: {error}"),
+            hint: "name a folder that can be written".into(),
+        })?;
+        write_exr(OutputFile::create(file)?, &frame, &ExrOptions::default())?;
+    }
+    Ok(frame)
+}

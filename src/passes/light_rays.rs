@@ -1,0 +1,121 @@
+//! Light rays pass: the VPLs of final gathering, where rays from the lights meet the scene.
+
+use super::{
+    Context, cost::Work, hits::HitSurfaces, light::DeviceLight, rays::RayTreeImages,
+    vpl_sampler::RayTable,
+};
+use crate::{
+    RayKernel, Result,
+    plan::Plan,
+    vulkan::{
+        Allocate, BufferUse, Device, ImageShape, Recorder, Resource, TexelList, groups_in_rows,
+        shaders::{LightRayParameters, Module},
+    },
+};
+
+/// Rays of all sets together at most.
+pub(crate) const MAX_RAYS: u32 = 1 << 18;
+
+/// VPLs, one for each ray, a layer per member.
+pub(crate) struct LightRays<A: Allocate = Device> {
+    pub vpls: A::Image,
+    hits: A::Buffer,
+}
+
+impl<A: Allocate> LightRays<A> {
+    pub fn new(allocate: &A, plan: &Plan) -> Result<LightRays<A>> {
+        let module = Module::find("light_rays", &["shade", plan.brdf_word(), "flat"])?;
+        let columns = module.constant("VPLS_PER_ROW")?;
+        let layers = if plan.is_specular {
+            "GLOSSY_VPL_LAYERS"
+        } else {
+            "VPL_LAYERS"
+        };
+        // Every light has a packet at least.
+        let rays = MAX_RAYS + 1024 * plan.lights.len() as u32;
+        let shape = ImageShape {
+            size_px: [columns, rays.div_ceil(columns)],
+            layers: Some(module.constant(layers)?),
+            is_depth: false,
+        };
+        let bytes = u64::from(rays) * size_of::<[u32; 2]>() as u64;
+        Ok(LightRays {
+            vpls: allocate.image("VPLs", shape)?,
+            hits: allocate.buffer("hits of the lights' rays", bytes, BufferUse::Device)?,
+        })
+    }
+}
+
+impl LightRays {
+    /// Sends rays as the table says, in so many sets.
+    pub fn trace(
+        &self,
+        context: &Context,
+        (tree, surfaces): (&RayTreeImages, &HitSurfaces),
+        (lights, light_list): (&[&DeviceLight], &TexelList),
+        table: &RayTable,
+        (set_count, seed): (u32, u32),
+        kernel: RayKernel,
+    ) -> Result<()> {
+        let plan = context.plan;
+        let pipelines = context.pipelines;
+        let tree_word = tree.kernel_word();
+        let shade = pipelines.compute(
+            "light_rays",
+            &[
+                "shade",
+                plan.brdf_word(),
+                if plan.is_smooth { "smooth" } else { "flat" },
+                if plan.is_textured { "textured" } else { "" },
+            ],
+        )?;
+        let mut recorder = Recorder::new(context.device, 1)?;
+        table.record_copy(&mut recorder);
+        light_list.record_copy(&mut recorder);
+        recorder.prepare_images(&[&self.vpls]);
+        recorder.pass("light_rays", |recorder| {
+            for (index, (light, rays)) in lights.iter().zip(&table.lights).enumerate() {
+                if rays.ray_count == 0 {
+                    continue;
+                }
+                let mut resources = tree.resources().to_vec();
+                resources.extend(surfaces.resources());
+                resources.extend(table.resources());
+                resources.extend([
+                    ("lights", light_list.resource()),
+                    ("light_ray_hits", Resource::Buffer(&self.hits)),
+                    ("drawn_vpls", Resource::Image(&self.vpls)),
+                ]);
+                let parameters = LightRayParameters {
+                    light_index: index as u32,
+                    first_ray: rays.first_ray,
+                    ray_count: rays.ray_count,
+                    set_size: table.set_size,
+                    set_count,
+                    first_cell: rays.first_cell,
+                    cell_count: rays.cell_count,
+                    stride: rays.stride,
+                    seed,
+                };
+                let is_parallel = light.parameters.is_parallel == 1;
+                let origin = if is_parallel { "parallel" } else { "central" };
+                let words = ["trace", origin, kernel.name(), tree_word];
+                let trace = pipelines.compute("light_rays", &words)?;
+                let rays_per_group = 64 * trace.module.constant("RAYS")?;
+                let ray_count = rays.ray_count * set_count;
+                let groups = groups_in_rows(ray_count.div_ceil(rays_per_group));
+                recorder.dispatch(&trace, &resources, &parameters, groups)?;
+                recorder.barrier();
+                let groups = groups_in_rows(ray_count.div_ceil(64));
+                recorder.dispatch(&shade, &resources, &parameters, groups)?;
+            }
+            Ok(())
+        })?;
+        let work = Work {
+            pass: "light_rays",
+            kernel: shade.module.name,
+            amount: u64::from(table.set_size) * u64::from(set_count),
+        };
+        context.cost.borrow_mut().submit_work(recorder, work)
+    }
+}
