@@ -15,7 +15,7 @@ const MAX_SAMPLES: u32 = final_gather::MAX_SAMPLES as u32;
 /// Samples come in packets of rays.
 const SAMPLES_STEP: u32 = 64;
 /// Noise of a gathered pixel over the error of the image: smoothing and interpolation take some of it away (measured: 1 to 2.6).
-const NOISE_OVER_TARGET: f64 = 1.4;
+const NOISE_OVER_TARGET: f64 = 1.25;
 /// What an interpolated pixel may be off by where it is worst, over the error aimed at (measured of sums: the image's is then 0.2 to
 /// 0.7 of the latter; half of this takes a tenth more pixels).
 const TOLERANCE_OVER_AIM: f64 = 4.0;
