@@ -155,8 +155,8 @@ fn planes_to_light(triangle: u32, light_end: vec4<f32>) -> LightPlanes {
     return planes;
 }
 
-// BLOCKED or 0; of parallel rays from a light 1 / distance or 0. Which side of the triangle's plane a ray's ends are on tell their heights over it, whose error does not
-// grow with the light's distance or the triangle's slimness.
+// BLOCKED or 0; of parallel rays from a light 1 / distance or 0. Which side of the triangle's plane a ray's ends are on tell their
+// heights over it, whose error does not grow with the light's distance or the triangle's slimness.
 fn blocking(planes: LightPlanes, start: vec3<f32>) -> f32 {
     let inside = min(min(dot(planes.plane0, start) - planes.offsets.x, dot(planes.plane1, start) - planes.offsets.y),
         dot(planes.plane2, start) - planes.offsets.z);
