@@ -51,7 +51,7 @@ pub fn local_error(
     let floor = LOCAL_FLOOR.powi(2) * square / count;
     let errors = tiles
         .values()
-        .map(|[error, square, count]| error / (square).max(floor * count));
+        .map(|[error, square, count]| error / square.max(floor * count));
     (errors.sum::<f64>() / tiles.len() as f64).max(0.0).sqrt()
 }
 

@@ -11,7 +11,7 @@ use super::{
     random::hash,
     rays::RayTreeImages,
     receivers::{ReceiverRange, Receivers},
-    vpl_sampler::{RayTable, VplSampler},
+    vpl_sampler::{Pilot, RayTable, VplSampler},
 };
 use crate::{
     Error, RayKernel, Result, lattice,
@@ -161,17 +161,19 @@ impl Gatherer for FinalGather<'_> {
         if let (Some(contributions), Some((_, table))) =
             (self.contributions.take(), self.sent.take())
         {
-            let contributions = contributions.mapped((results * samples) as usize)?;
             let norm = self
                 .context
                 .plan
                 .indirect
                 .map(|plan| plan.refinement.error_norm);
-            let norm = norm.unwrap_or_default();
             let seeds = std::mem::take(&mut self.pilot_seeds);
-            return Ok(self
-                .vpl_sampler
-                .learn(&table, contributions, samples, &seeds, norm));
+            let pilot = Pilot {
+                contributions: contributions.mapped((results * samples) as usize)?,
+                samples,
+                seeds: &seeds,
+            };
+            let norm = norm.unwrap_or_default();
+            return Ok(self.vpl_sampler.learn(&table, &pilot, norm));
         }
         Ok(0.0)
     }

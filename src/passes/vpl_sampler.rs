@@ -48,6 +48,16 @@ pub(crate) struct VplSampler {
     pilots: u8,
 }
 
+/// What the samples of a pilot contributed.
+pub(crate) struct Pilot<'p> {
+    /// For every receiver those of its samples, which were those that `pilot_sample` says.
+    pub contributions: &'p [f32],
+    /// Of a receiver.
+    pub samples: u32,
+    /// Of the lights' rays: as many receivers had those of each, in turn.
+    pub seeds: &'p [u32],
+}
+
 /// A sample that a pilot took.
 #[derive(Clone, Copy)]
 struct Seen {
@@ -229,21 +239,13 @@ impl VplSampler {
         })
     }
 
-    /// Learns from what samples of VPLs have contributed: `contributions` has for every receiver those of its `samples` samples,
-    /// which were those that `pilot_sample` says, of rays with these seeds in turn. A cell's probability becomes that which makes the
-    /// least noise, the root of its area times the integral of the square over it, but for the other parts. Contributions count as
-    /// the norm has it.
+    /// Learns from what a pilot's samples of VPLs have contributed. A cell's probability becomes that which makes the least noise,
+    /// the root of its area times the integral of the square over it, but for the other parts. Contributions count as the norm has
+    /// it.
     ///
     /// Returns the share of the samples that go elsewhere from now on.
-    pub fn learn(
-        &mut self,
-        table: &RayTable,
-        contributions: &[f32],
-        samples: u32,
-        seeds: &[u32],
-        norm: ErrorNorm,
-    ) -> f64 {
-        self.look(table, contributions, samples, seeds, norm);
+    pub fn learn(&mut self, table: &RayTable, pilot: &Pilot, norm: ErrorNorm) -> f64 {
+        self.look(table, pilot, norm);
         let mut cells = Vec::new();
         let mut tiles = self.tiles.clone();
         let all_seen: usize = self.seen.iter().map(Vec::len).sum();
@@ -286,9 +288,11 @@ impl VplSampler {
     fn look(
         &mut self,
         table: &RayTable,
-        contributions: &[f32],
-        samples: u32,
-        seeds: &[u32],
+        &Pilot {
+            contributions,
+            samples,
+            seeds,
+        }: &Pilot,
         norm: ErrorNorm,
     ) {
         let tile_of_cell: Vec<usize> = (0..self.tiles.len())
