@@ -3,14 +3,16 @@
 // at P, and n_i and p_i the number of samples of each technique and their density (the balance heuristic, Veach & Guibas 1995). So
 // neither the 1/d² of a near VPL nor a small bright spot that few directions find makes noise, and nothing is clamped.
 //
-// A subgroup takes a receiver. The samples are sets that fall evenly: directions are a rank-1 lattice, and VPLs are taken at equal
-// steps of their cumulative probability, along their list, which is in Morton order; each receiver shifts both by numbers of its own.
+// A subgroup takes a receiver. The samples fall evenly, however many there are: directions are a lattice sequence, and VPLs are taken
+// at the places of van der Corput's sequence in their cumulative probability, along their list, which is in Morton order. Each
+// receiver shifts both by numbers of its own, so that it goes on later where it stopped.
 
 #import brdf
 #import light
 #import hits
 #import vpl_list
 #import random
+#import refinement
 
 // A light of the list `lights`, which lies there as in a buffer.
 #loader Light lights
@@ -23,17 +25,14 @@ struct FinalGatherParameters {
     receiver_count: u32,
     // Where the results begin.
     first_result: u32,
-    // Samples of this dispatch: from first_sample, sample_count of each technique.
-    first_sample: u32,
-    sample_count: u32,
-    // Samples of each technique in all.
-    samples: u32,
+    // 1: they are added to what is there.
+    adds: u32,
     light_count: u32,
     // VPLs of a set, and sets, which receivers take in turn.
     set_size: u32,
     set_count: u32,
-    // 1: what VPLs contribute is kept.
-    is_pilot: u32,
+    // Of so many samples of a receiver what VPLs contribute is kept; 0: this is no pilot.
+    pilot_samples: u32,
     // Another number: other samples.
     seed: u32,
 }
@@ -46,15 +45,17 @@ var ks_shininess: texture_2d<f32>;
 // Lists in images, as that of triangles in trace.wgsl.
 var lights: texture_storage_2d<rgba32float, read>;
 var<storage, read> receivers: array<u32>;
+// Of each receiver the packets of samples to take, of each technique: the first one, and 65536 times the one after the last.
+var<storage, read> sample_ranges: array<u32>;
 // The density of VPLs in the lights' maps. A tile of every light: where its cells begin, and how many there are along its edge. In the
 // third component of a cell: samples per area of the map's tiles, if there is one sample.
 var vpl_densities: texture_storage_2d<rgba32float, read>;
 // What each sample of a VPL contributed; only where the parameters say so.
 var<storage, read_write> vpl_contributions: array<f32>;
-// Rank-1 lattice on the unit square in Morton order.
+// Lattice sequence on the unit square, and van der Corput's from 0 to 1. Each packet is in Morton order, and ascends.
 var lattice: texture_storage_2d<rgba32float, read>;
-// Two a receiver: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1; and for each the sum of squared
-// differences.
+// Two a receiver, sums over its samples: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1; and for
+// each the squared differences.
 var<storage, read_write> results: array<vec4<f32>>;
 var<immediate> parameters: FinalGatherParameters;
 
@@ -78,20 +79,19 @@ struct Contribution {
     lobe: Shape,
 }
 
-// Of a Q that sends `radiance` to P. `direction` leads from P to Q and has unit length; `vpl_density` is that of the
-// VPLs there, per area, if there is one sample.
+// Of a Q that sends `radiance` to P, if there is one sample of each technique. `direction` leads from P to Q and has unit length;
+// `vpl_density` is that of the VPLs there, per area.
 fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<f32>, cosine_q: f32, vpl_density: f32) -> Contribution {
-    let samples = f32(parameters.samples);
     let cosine = dot(receiver_normal, direction);
     let is_above = cosine > 0.0 && dot(receiver_geometric, direction) > 0.0 && cosine_q > 0.0;
     var lobe = Shape();
     // Samples per solid angle at P: from P, and from L.
-    var density = diffuse_density(samples, cosine);
+    var density = diffuse_density(1.0, cosine);
 #if GLOSSY
     lobe = eval_lobe(receiver_lobe, direction);
-    density += lobe_density(samples, receiver_lobe, direction, lobe);
+    density += lobe_density(1.0, receiver_lobe, direction, lobe);
 #endif
-    density += samples * vpl_density * distance_squared / max(cosine_q, 1e-6);
+    density += vpl_density * distance_squared / max(cosine_q, 1e-6);
     return Contribution(select(vec3<f32>(0.0), radiance * (cosine / density), is_above), lobe);
 }
 
@@ -191,7 +191,7 @@ fn follow_directions() {
 fn follow_to_vpls(first: u32, end: u32, shift: f32, first_vpl: u32, first_record: u32, is_receiver: bool) {
     for (var i = 0u; i < RAYS; i++) {
         let sample = sample_of(first, i);
-        let x = (f32(sample) + shift) / f32(parameters.samples);
+        let x = fract(sample_point(sample).z + shift);
         let vpl_index = first_vpl + min(u32(x * f32(parameters.set_size)), parameters.set_size - 1u);
         let vpl = load_vpl(vpl_index);
         let offset = vpl.position - receiver_position;
@@ -209,7 +209,7 @@ fn follow_to_vpls(first: u32, end: u32, shift: f32, first_vpl: u32, first_record
     }
     trace(receiver_start, true);
     add_unblocked();
-    if (parameters.is_pilot == 1u) {
+    if (parameters.pilot_samples > 0u) {
 #repeat SLOT 8
         if (is_receiver && sample_of(first, SLOTu) < end) {
             let sum_SLOT = band_sum(contributions[SLOT].irradiance);
@@ -219,8 +219,8 @@ fn follow_to_vpls(first: u32, end: u32, shift: f32, first_vpl: u32, first_record
     }
 }
 
-fn lattice_point(sample: u32) -> vec2<f32> {
-    return textureLoad(lattice, list_place(min(sample, parameters.samples - 1u))).xy;
+fn sample_point(sample: u32) -> vec3<f32> {
+    return textureLoad(lattice, list_place(sample)).xyz;
 }
 
 // The sample of a lane's ray: neighbours go together.
@@ -266,20 +266,21 @@ fn compute_main(
     let seed0 = hash(packed ^ hash(parameters.seed + set_index));
     let seed1 = hash(seed0);
     // The host must know which VPLs the pilot sampled.
-    let pilot_shift = fract(f32(parameters.first_result + slot) * 0.618034);
-    let shift_of_vpls = select(unit(hash(seed1)), pilot_shift, parameters.is_pilot == 1u);
-    let first_record = (parameters.first_result + min(slot, parameters.receiver_count - 1u)) * parameters.samples;
+    let pilot_shift = fract(f32(parameters.first_result + slot) * 0.618034) / PACKET_SAMPLES;
+    let shift_of_vpls = select(unit(hash(seed1)), pilot_shift, parameters.pilot_samples > 0u);
+    let first_record = (parameters.first_result + min(slot, parameters.receiver_count - 1u)) * parameters.pilot_samples;
     let shift = vec2<f32>(unit(seed0), unit(seed1));
     let first_vpl = set_index * parameters.set_size;
-    let end = parameters.first_sample + parameters.sample_count;
+    let range = sample_ranges[parameters.first_receiver + min(slot, parameters.receiver_count - 1u)];
+    let end = u32(PACKET_SAMPLES) * (range >> 16u);
     let around_normal = frame_around(receiver_normal);
 #if GLOSSY
     let around_lobe = lobe_frame(receiver_lobe);
 #endif
-    for (var first = parameters.first_sample; first < end; first += lanes * RAYS) {
+    for (var first = u32(PACKET_SAMPLES) * (range & 0xffffu); first < end; first += lanes * RAYS) {
         for (var i = 0u; i < RAYS; i++) {
             let sample = sample_of(first, i);
-            let direction = sample_diffuse(fract(lattice_point(sample) + shift), around_normal);
+            let direction = sample_diffuse(fract(sample_point(sample).xy + shift), around_normal);
             let is_wanted = sample < end && dot(receiver_geometric, direction) > 0.0;
             set_ray(i, direction, select(NOT_WANTED, 0.0, is_wanted));
         }
@@ -287,7 +288,7 @@ fn compute_main(
 #if GLOSSY
         for (var i = 0u; i < RAYS; i++) {
             let sample = sample_of(first, i);
-            let direction = sample_lobe(fract(lattice_point(sample) + shift.yx), receiver_lobe, around_lobe);
+            let direction = sample_lobe(fract(sample_point(sample).xy + shift.yx), receiver_lobe, around_lobe);
             let is_wanted = sample < end && dot(receiver_geometric, direction) > 0.0 && dot(receiver_normal, direction) > 0.0;
             set_ray(i, direction, select(NOT_WANTED, 0.0, is_wanted));
         }
@@ -302,14 +303,14 @@ fn compute_main(
 #endif
     if (is_receiver && own_lane == 0u) {
         let place = 2u * (parameters.first_result + slot);
-        let is_first = parameters.first_sample == 0u;
-        results[place] = select(results[place], vec4<f32>(0.0), is_first) + reflected(diffuse_sum, diffuse_factor(vec3<f32>(1.0)));
+        let adds = parameters.adds == 1u;
+        results[place] = select(vec4<f32>(0.0), results[place], adds) + reflected(diffuse_sum, diffuse_factor(vec3<f32>(1.0)));
 #if PHONG
         var specular_result = vec4<f32>(0.0);
 #if GLOSSY
         specular_result = reflected(specular_sum, specular_factor(vec3<f32>(1.0), receiver_lobe.shininess));
 #endif
-        results[place + 1u] = select(results[place + 1u], vec4<f32>(0.0), is_first) + specular_result;
+        results[place + 1u] = select(vec4<f32>(0.0), results[place + 1u], adds) + specular_result;
 #endif
     }
 }

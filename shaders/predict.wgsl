@@ -3,6 +3,9 @@
 
 #import refinement
 #import reflect
+#if NOISY
+#import sampling
+#endif
 #import one_surface
 
 struct PredictParameters {
@@ -81,7 +84,7 @@ fn compute_main(
         candidates[item] = NO_PIXEL;
         return;
     }
-    // An earlier attempt may have gathered it.
+    // Where gathers are exact, an earlier attempt may have gathered it.
     if (textureLoad(position_mesh, pixel).w == 0.0 || is_gathered(decode_state(textureLoad(gathered_diffuse, pixel).w))) {
         candidates[item] = NO_PIXEL;
         return;
@@ -101,6 +104,11 @@ fn compute_main(
     var expected_error = 0.0;
     // Whether a prediction of a neighbour was compared with its gather.
     var has_error = false;
+#if NOISY
+    // Variances and packets of the neighbours: of those on the surface, or else of all.
+    var sampled = vec4<f32>(0.0);
+    var sampled_anyhow = vec4<f32>(0.0);
+#endif
     var end = 4u;
     for (var i = 0u; i < end; i++) {
         let offset = neighbour_offset(i, is_axial);
@@ -122,6 +130,12 @@ fn compute_main(
         add(&normal_plane, other.normal, weight, at);
 #if PHONG
         add(&specular_plane, textureLoad(gathered_specular, neighbour).rgb, weight, at);
+#endif
+#if NOISY
+        let known_samples = known_sampling(neighbour);
+        let sampled_there = select(vec4<f32>(0.0), vec4<f32>(known_samples.variances, known_samples.packets, 1.0), is_inside && is_known);
+        sampled_anyhow += sampled_there;
+        sampled += select(vec4<f32>(0.0), sampled_there, is_same);
 #endif
         expected_error = max(expected_error, select(0.0, state.error, is_same));
         has_error = has_error || (is_same && state.kind != GATHERED_UNPREDICTED);
@@ -151,7 +165,14 @@ fn compute_main(
     let turned = length(value_of(normal_plane, shares) - own.normal);
     let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
     expected_error = max(expected_error, TURNING * turned * radiance / max(parameters.own_share * radiance, parameters.least_radiance));
-    let is_known = has_plane && has_error && expected_error <= parameters.tolerance;
+    var is_known = has_plane && has_error && expected_error <= parameters.tolerance;
+#if NOISY
+    let own_packets = textureLoad(sampling, pixel).x;
+    // What was gathered stays gathered.
+    is_known &= own_packets == 0.0;
+    sampled = select(sampled_anyhow, sampled, sampled.w > 0.0);
+    textureStore(sampling, pixel, vec4<f32>(own_packets, sampled.xyz / max(sampled.w, 1.0)));
+#endif
     let to_gather = PixelState(select(UNKNOWN, PREDICTED, has_plane), 0.0);
     let state = encode_state(to_gather);
     let interpolated = encode_state(PixelState(INTERPOLATED, expected_error));

@@ -30,6 +30,15 @@ fn decode_state(encoded: f32) -> PixelState {
     return PixelState(bits & 7u, max(bitcast<f32>(bits & ~7u) - 1.0, 0.0));
 }
 
+// Samples come in packets of rays.
+const PACKET_SAMPLES: f32 = 64.0;
+
+// Variance of the mean of so many packets of samples. `evenness` is the variance of one packet over that of as many samples at random;
+// samples fall more evenly the more there are, so the variance falls with a `rate` of more than 1.
+fn variance_of_mean(variance_of_sample: f32, packets: f32, evenness: f32, rate: f32) -> f32 {
+    return evenness * variance_of_sample / PACKET_SAMPLES * pow(max(packets, 1.0), -rate);
+}
+
 fn is_gathered(state: PixelState) -> bool {
     return state.kind == GATHERED || state.kind == GATHERED_UNPREDICTED;
 }

@@ -2,10 +2,14 @@
 
 #import refinement
 #import reflect
+#if NOISY
+#import sampling
+#endif
 
 struct ResolveParameters {
-    // Variance of a gather over its sum of squared differences.
-    variance_scale: f32,
+    // Of gathers, as variance_of_mean has it.
+    evenness: f32,
+    variance_rate: f32,
     // Noise of a gather over the radiance of its pixel, as a pilot has it.
     relative_noise: f32,
     // What errors of predictions count over, as in the predict pass.
@@ -17,9 +21,6 @@ struct ResolveParameters {
 var gathered_specular: texture_storage_2d<rgba32float, read>;
 #endif
 var gathered_diffuse: texture_storage_2d<rgba32float, read>;
-#if NOISY
-var squared_differences: texture_storage_2d<rgba32float, read>;
-#endif
 // The radiance; and what its error is expected to be but for a factor, all bands together: negative for an interpolated pixel.
 var indirect_radiance: texture_storage_2d<rgba32float, write>;
 var<immediate> parameters: ResolveParameters;
@@ -43,14 +44,16 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
 #if NOISY
     let state = decode_state(gathered.w);
     let own = length(radiance);
-    let noise = parameters.relative_noise * own;
-    let least = LEAST_NOISE * parameters.relative_noise * max(own, parameters.least_radiance);
+    let least = parameters.relative_noise * max(own, parameters.least_radiance);
     let of_prediction = state.error * 1.7320508 * max(parameters.own_share * own * 0.57735027, parameters.least_radiance);
-    let own_variance = parameters.variance_scale * reflect_squares(pixel, textureLoad(squared_differences, pixel).xy);
+    // Of the pixel's gather, or of those around it, if that is more: few samples know little of their own variance.
+    let known = known_sampling(pixel);
+    let variances = max(known.variances, textureLoad(sampling, pixel).yz);
+    let variance = variance_of_mean(reflect_squares(pixel, variances), known.packets, parameters.evenness, parameters.variance_rate);
     if (state.kind == INTERPOLATED) {
-        error = -max(sqrt(noise * noise + of_prediction * of_prediction), least);
+        error = -max(sqrt(variance + of_prediction * of_prediction), LEAST_NOISE * least);
     } else {
-        error = max(sqrt(own_variance), least);
+        error = max(sqrt(variance), LEAST_NOISE * least);
     }
 #endif
     textureStore(indirect_radiance, pixel, vec4<f32>(radiance, error));

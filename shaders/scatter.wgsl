@@ -2,6 +2,9 @@
 
 #import refinement
 #import reflect
+#if NOISY
+#import sampling
+#endif
 
 struct ScatterParameters {
     first_receiver: u32,
@@ -11,8 +14,9 @@ struct ScatterParameters {
     own_share: f32,
     // 1: the receivers belong to the grid that is gathered whatever the light.
     is_grid: u32,
-    // Variance of a gather over its sum of squared differences.
-    variance_scale: f32,
+    // Of gathers, as variance_of_mean has it.
+    evenness: f32,
+    variance_rate: f32,
 }
 
 #if PHONG
@@ -20,10 +24,11 @@ var gathered_specular: texture_storage_2d<rgba32float, read_write>;
 #endif
 var gathered_diffuse: texture_storage_2d<rgba32float, read_write>;
 var<storage, read> receivers: array<u32>;
-// Two a receiver: diffuse, specular; and the sums of squared differences of their samples.
+// Two a receiver: diffuse, specular. Of noisy gathers the sums over samples, and of their squared differences.
 var<storage, read> results: array<vec4<f32>>;
 #if NOISY
-var squared_differences: texture_storage_2d<rgba32float, write>;
+// As the sample_counts pass has it.
+var<storage, read> sample_ranges: array<u32>;
 #endif
 var<immediate> parameters: ScatterParameters;
 
@@ -46,12 +51,25 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     specular = results[2u * id.x + 1u].rgb;
     predicted_specular = textureLoad(gathered_specular, pixel).rgb;
 #endif
+#if NOISY
+    // What was sampled before counts on.
+    let sums = textureLoad(sums_diffuse, pixel) + results[2u * id.x];
+    textureStore(sums_diffuse, pixel, sums);
+    let packets = f32(sample_ranges[parameters.first_receiver + id.x] >> 16u);
+    let samples = PACKET_SAMPLES * packets;
+    diffuse = sums.rgb / samples;
+#if PHONG
+    let specular_sums = textureLoad(sums_specular, pixel) + results[2u * id.x + 1u];
+    textureStore(sums_specular, pixel, specular_sums);
+    specular = specular_sums.rgb / samples;
+#endif
+    textureStore(sampling, pixel, vec4<f32>(packets, textureLoad(sampling, pixel).yzw));
+#endif
     let deviation = length(reflect(pixel, diffuse - predicted.rgb, specular - predicted_specular));
     var error = deviation;
 #if NOISY
-    let squares = vec2<f32>(results[2u * id.x].w, results[2u * id.x + 1u].w);
-    textureStore(squared_differences, pixel, vec4<f32>(squares, 0.0, 0.0));
-    let variance = parameters.variance_scale * reflect_squares(pixel, squares);
+    let of_sample = reflect_squares(pixel, known_sampling(pixel).variances);
+    let variance = variance_of_mean(of_sample, packets, parameters.evenness, parameters.variance_rate);
     error = sqrt(max(deviation * deviation - NOISE_SQUARED * variance, 0.0));
     if (parameters.is_grid == 0u && is_predicted) {
         // The smooth pass does it for the grid.

@@ -4,22 +4,22 @@
 
 #import refinement
 #import one_surface
+#import sampling
 
 struct SmoothParameters {
     // Pixels between the points of the grid.
     stride: u32,
     columns: u32,
     item_count: u32,
-    // Variance of a gather over its sum of squared differences.
-    variance_scale: f32,
+    // Of gathers, as variance_of_mean has it.
+    evenness: f32,
+    variance_rate: f32,
 }
 
 #if PHONG
 var gathered_specular: texture_storage_2d<rgba32float, read_write>;
 #endif
 var gathered_diffuse: texture_storage_2d<rgba32float, read_write>;
-// Of the samples: diffuse, specular.
-var squared_differences: texture_storage_2d<rgba32float, read>;
 // Two a point of the grid: diffuse, specular.
 var<storage, read_write> smoothed: array<vec4<f32>>;
 var<immediate> parameters: SmoothParameters;
@@ -34,6 +34,13 @@ const RARE: f32 = 0.1;
 const LEAST_PIXELS: f32 = 6.0;
 
 #if FIT
+// Of what was gathered: diffuse, specular.
+fn variances(pixel: vec2<u32>) -> vec2<f32> {
+    let known = known_sampling(pixel);
+    return vec2<f32>(variance_of_mean(known.variances.x, known.packets, parameters.evenness, parameters.variance_rate),
+        variance_of_mean(known.variances.y, known.packets, parameters.evenness, parameters.variance_rate));
+}
+
 // The value on the plane through those around, moved towards the pixel's own by as much as they scatter for other reasons than noise.
 // `squares` is Σ value², `variance` that of a value's noise; all bands together.
 fn smooth_value(own: vec3<f32>, plane: Plane, fit: Fit, squares: f32, variance: f32) -> vec3<f32> {
@@ -79,7 +86,7 @@ fn compute_main(
     let facing = facing_at(pixel);
     var diffuse_plane: Plane;
     var diffuse_squares = 0.0;
-    var sum_of_squares = vec2<f32>(0.0);
+    var sum_of_variances = vec2<f32>(0.0);
     var fit: Fit;
     var squares = vec3<f32>(0.0);
     var specular_squares = 0.0;
@@ -102,7 +109,7 @@ fn compute_main(
             squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
             add(&diffuse_plane, other.rgb, weight, at);
             diffuse_squares += weight * dot(other.rgb, other.rgb);
-            sum_of_squares += weight * textureLoad(squared_differences, other_pixel).xy;
+            sum_of_variances += weight * variances(other_pixel);
 #if PHONG
             let specular = textureLoad(gathered_specular, other_pixel).rgb;
             add(&specular_plane, specular, weight, at);
@@ -113,12 +120,12 @@ fn compute_main(
     fit.mean /= fit.count;
     fit.spread = squares / fit.count - vec3<f32>(fit.mean.x * fit.mean.x, fit.mean.x * fit.mean.y, fit.mean.y * fit.mean.y);
     fit.determinant = fit.spread.x * fit.spread.z - fit.spread.y * fit.spread.y;
-    let own_squares = textureLoad(squared_differences, pixel).xy;
-    let mean_squares = sum_of_squares / fit.count;
+    let own_variance = variances(pixel);
+    let mean_variance = sum_of_variances / fit.count;
     // A pixel that is dark without doubt stays so beside bright ones. Where few samples find the light, one that has found none is not.
-    let is_doubtful = own_squares == vec2<f32>(0.0)
-        & parameters.variance_scale * mean_squares > RARE * vec2<f32>(diffuse_squares, specular_squares) / fit.count;
-    let variance = parameters.variance_scale * select(min(mean_squares, MAX_OVER_OWN * own_squares), mean_squares, is_doubtful);
+    let is_doubtful = own_variance == vec2<f32>(0.0)
+        & mean_variance > RARE * vec2<f32>(diffuse_squares, specular_squares) / fit.count;
+    let variance = select(min(mean_variance, MAX_OVER_OWN * own_variance), mean_variance, is_doubtful);
     let has_plane = fit.count >= LEAST_PIXELS && fit.determinant > 0.1;
     let diffuse = smooth_value(own.rgb, diffuse_plane, fit, diffuse_squares, variance.x);
     smoothed[2u * item] = vec4<f32>(max(select(own.rgb, diffuse, has_plane), vec3<f32>(0.0)), own.w);

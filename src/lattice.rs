@@ -1,47 +1,30 @@
-//! Points that fall evenly into the unit square.
+//! Points that fall evenly into the unit square, however many there are.
 
-/// Candidates for a generator that are tried.
-const CANDIDATES: u32 = 64;
+/// Points that are sampled together: a ray each.
+pub const PACKET_POINTS: usize = 64;
+/// Of the lattice whose points these are. Of all, those of 64 to 16 384 points then are farthest apart where they are nearest.
+const GENERATOR: f64 = 99.0;
 
-/// A rank-1 lattice of `count` points (k/n, frac(k·g/n)) on the torus, in Morton order: neighbours in the list are
-/// neighbours on the square. Of the generators g near the golden ratio, and without a divisor in common with n, so that either
-/// coordinate alone falls evenly, too, the one whose nearest points are farthest apart.
-pub fn rank1(count: u32) -> Vec<[f32; 2]> {
-    let golden = (f64::from(count) * 0.618_033_988_749_894_8) as u32;
-    let first = golden.saturating_sub(CANDIDATES / 2).max(1);
-    let generator = (first..first + CANDIDATES)
-        .filter(|&generator| greatest_common_divisor(generator, count) == 1)
-        .max_by_key(|&generator| nearest_squared(count, generator))
-        .unwrap_or(1);
-    let mut points: Vec<[f32; 2]> = (0..u64::from(count))
-        .map(|k| {
-            let turned = k * u64::from(generator) % u64::from(count);
-            [k, turned].map(|x| (x as f64 / f64::from(count)) as f32)
+/// The first points (x, y, x) of a lattice sequence on the torus (Hickernell et al. 2000): x is van der Corput's sequence in base 2,
+/// y a multiple of it. The first 2ⁿ, and any later 2ⁿ that begin at a multiple of that, are a shifted rank-1 lattice. Each packet is in
+/// Morton order, so that neighbours in the list are neighbours on the square; and its third coordinates ascend.
+pub fn sequence(count: u32) -> Vec<[f32; 3]> {
+    let mut points: Vec<[f32; 3]> = (0..count)
+        .map(|index| {
+            let x = f64::from(index.reverse_bits()) / 4_294_967_296.0;
+            let y = (GENERATOR * x).fract();
+            [x as f32, y as f32, x as f32]
         })
         .collect();
-    points.sort_by_key(|&[x, y]| morton(x) | morton(y) << 1);
-    points
-}
-
-fn greatest_common_divisor(a: u32, b: u32) -> u32 {
-    if b == 0 {
-        a
-    } else {
-        greatest_common_divisor(b, a % b)
+    for packet in points.chunks_mut(PACKET_POINTS) {
+        let mut ascending: Vec<f32> = packet.iter().map(|point| point[2]).collect();
+        ascending.sort_by(f32::total_cmp);
+        packet.sort_by_key(|&[x, y, _]| morton(x) | morton(y) << 1);
+        for (point, third) in packet.iter_mut().zip(ascending) {
+            point[2] = third;
+        }
     }
-}
-
-/// Square of the least distance between two points on the torus, in units of 1/count.
-fn nearest_squared(count: u32, generator: u32) -> u64 {
-    let count = u64::from(count);
-    let around = |x: u64| x.min(count - x);
-    (1..count)
-        .map(|k| {
-            let [x, y] = [around(k), around(k * u64::from(generator) % count)];
-            x * x + y * y
-        })
-        .min()
-        .unwrap_or(0)
+    points
 }
 
 /// The upper sixteen bits of a number in 0 to 1, at every other place.

@@ -7,7 +7,7 @@ pub mod ray_probe;
 
 pub use intermediates::{Intermediates, LightIntermediates, RsmTexel, SurfacePoint};
 
-pub use crate::lattice::rank1;
+pub use crate::lattice::sequence;
 
 use crate::{
     Device, RenderOptions, Renderer, Result, Scene,

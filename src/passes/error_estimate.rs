@@ -1,6 +1,6 @@
 //! Error estimate pass: how far the image is from independent gathers of some of its pixels.
 
-use super::{Context, gbuffer::GBuffer, receivers::Receivers};
+use super::{Context, gbuffer::GBuffer, receivers::Receivers, sample_counts::SampleCounts};
 use crate::{
     Result,
     vulkan::{Buffer, Image, Recorder, Resource, shaders::ErrorEstimateParameters},
@@ -13,7 +13,7 @@ pub(crate) fn compare<'r>(
     context: &Context,
     gbuffer: &'r GBuffer,
     indirect_radiance: &'r Image,
-    sample: &'r Receivers,
+    (sample, counts): (&'r Receivers, Option<&'r SampleCounts>),
     (results, second_result): (&'r Buffer, u32),
     (estimates, count): (&'r Buffer, u32),
 ) -> Result<()> {
@@ -24,10 +24,12 @@ pub(crate) fn compare<'r>(
         ("results", Resource::Buffer(results)),
         ("estimates", Resource::Buffer(estimates)),
     ]);
+    resources.extend(counts.map(|counts| ("sample_ranges", Resource::Buffer(&counts.ranges))));
     let parameters = ErrorEstimateParameters {
         receiver_count: count,
         second_result,
     };
-    let kernel = ("error_estimate", &[context.plan.brdf_word()][..]);
+    let noise = if counts.is_some() { "noisy" } else { "exact" };
+    let kernel = ("error_estimate", &[context.plan.brdf_word(), noise][..]);
     context.dispatch(recorder, kernel, &resources, &parameters, [count, 1])
 }

@@ -3,7 +3,7 @@
 use super::{
     Context,
     cost::Work,
-    gatherer::{Gatherer, Results, Samples},
+    gatherer::{Gatherer, LightRaySets, Results, Samples},
     gbuffer::GBuffer,
     hits::HitSurfaces,
     light::DeviceLight,
@@ -11,13 +11,14 @@ use super::{
     random::hash,
     rays::RayTreeImages,
     receivers::{ReceiverRange, Receivers},
+    sample_counts::PACKET_SAMPLES,
     vpl_sampler::{Pilot, RayTable, VplSampler},
 };
 use crate::{
     Error, RayKernel, Result, lattice,
     plan::Plan,
     vulkan::{
-        Allocate, Buffer, BufferUse, Device, MAX_GROUPS, Recorder, Resource, TexelList,
+        Allocate, Buffer, BufferUse, MAX_GROUPS, Recorder, Resource, TexelList,
         shaders::{self, FinalGatherParameters},
     },
 };
@@ -25,11 +26,11 @@ use crate::{
 /// Rays of the first submission, before the device's speed is known.
 const FIRST_SUBMISSION_RAYS: f64 = 5e5;
 
-/// Samples of a gather at most.
-pub(crate) const MAX_SAMPLES: u64 = 1 << 14;
+/// Samples of a receiver at most.
+pub(crate) const MAX_SAMPLES: u32 = 1 << 14;
 /// Rays from the lights for each sample that a receiver takes of their VPLs: what receivers have in common is small beside what each
 /// has of its own.
-const LIGHT_RAYS_PER_SAMPLE: u32 = 64;
+const LIGHT_RAYS_PER_SAMPLE: u32 = 128;
 /// The same in each of several sets.
 const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
 /// At least so many in a set, so that the cells that matter have some.
@@ -48,26 +49,21 @@ pub(crate) struct FinalGather<'b> {
     light_rays: LightRays,
     vpl_sampler: VplSampler,
     /// Of the rays that were sent last.
-    sent: Option<(Samples, RayTable)>,
+    sent: Option<(LightRaySets, RayTable)>,
     /// What each sample of a VPL contributes: of a pilot only; and the seeds of its light rays.
     contributions: Option<Buffer>,
     pilot_seeds: Vec<u32>,
     nothing: Buffer,
     kernel: RayKernel,
-    lattice: Lattice,
-}
-
-struct Lattice {
-    samples: u32,
-    points: TexelList,
+    lattice: TexelList,
 }
 
 /// What the sampling of VPLs and directions takes, in lists that the next ones replace.
 pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32) -> Result<()> {
     let lights = plan.lights.len() as u64;
     let tiles = lights * u64::from(plan.max_faces() * emission_size.pow(2));
+    TexelList::declare(allocate, "lattice", MAX_SAMPLES.into())?;
     for _ in 0..2 {
-        TexelList::declare(allocate, "lattice", MAX_SAMPLES)?;
         RayTable::declare(allocate, tiles)?;
     }
     LightRays::new(allocate, plan)?;
@@ -87,6 +83,8 @@ impl<'b> FinalGather<'b> {
         // As they would lie in a buffer.
         let words = bytemuck::try_cast_slice::<_, [f32; 4]>(&parameters)
             .map_err(|_| Error::internal("lights are not whole texels"))?;
+        let points = lattice::sequence(MAX_SAMPLES).into_iter();
+        let points = points.map(|[x, y, third]| [x, y, third, 0.0]);
         Ok(FinalGather {
             context,
             gbuffer,
@@ -101,27 +99,27 @@ impl<'b> FinalGather<'b> {
             pilot_seeds: Vec::new(),
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             kernel,
-            lattice: Lattice::new(device, 64)?,
+            lattice: TexelList::new(device, "lattice", points.collect())?,
         })
     }
 
     /// Sends rays from the lights, unless those for the same samples were sent last.
-    fn send_light_rays(&mut self, samples: Samples) -> Result<()> {
-        if self.sent.as_ref().is_some_and(|(sent, _)| *sent == samples) {
+    fn send_light_rays(&mut self, wanted: LightRaySets) -> Result<()> {
+        if self.sent.as_ref().is_some_and(|(sent, _)| *sent == wanted) {
             return Ok(());
         }
-        let per_sample = match samples.set_count {
+        let per_sample = match wanted.set_count {
             1 => LIGHT_RAYS_PER_SAMPLE,
             _ => LIGHT_RAYS_PER_SAMPLE_OF_A_SET,
         };
         let at_least = if self.contributions.is_some() {
-            self.pilot_seeds.push(samples.seed);
+            self.pilot_seeds.push(wanted.seed);
             PILOT_SET_SIZE
         } else {
             MIN_SET_SIZE
         };
-        let set_size = samples.count.saturating_mul(per_sample).max(at_least);
-        let set_size = set_size.min(MAX_RAYS / samples.set_count);
+        let set_size = wanted.samples.saturating_mul(per_sample).max(at_least);
+        let set_size = set_size.min(MAX_RAYS / wanted.set_count);
         let table = match self.sent.take() {
             Some((_, table)) if table.is_for(set_size) => table,
             _ => self.vpl_sampler.table(self.context.device, set_size)?,
@@ -131,10 +129,10 @@ impl<'b> FinalGather<'b> {
             (self.tree, self.surfaces),
             (&self.lights, &self.light_list),
             &table,
-            (samples.set_count, samples.seed),
+            (wanted.set_count, wanted.seed),
             self.kernel,
         )?;
-        self.sent = Some((samples, table));
+        self.sent = Some((wanted, table));
         Ok(())
     }
 }
@@ -149,15 +147,15 @@ impl Gatherer for FinalGather<'_> {
     }
 
     /// What VPLs contribute to the pilot is kept.
-    fn begin_pilot(&mut self, results: u32, samples: u32) -> Result<()> {
-        let bytes = u64::from(results) * u64::from(samples) * size_of::<f32>() as u64;
+    fn begin_pilot(&mut self, results: u32) -> Result<()> {
+        let bytes = u64::from(results) * u64::from(PACKET_SAMPLES) * size_of::<f32>() as u64;
         let device = self.context.device;
         self.contributions = Some(Buffer::new(device, "pilot", bytes, BufferUse::Readback)?);
         Ok(())
     }
 
     /// From here on VPLs are sampled by what they have contributed to the pilot's results.
-    fn learn(&mut self, results: u32, samples: u32) -> Result<f64> {
+    fn learn(&mut self, results: u32) -> Result<f64> {
         if let (Some(contributions), Some((_, table))) =
             (self.contributions.take(), self.sent.take())
         {
@@ -168,8 +166,7 @@ impl Gatherer for FinalGather<'_> {
                 .map(|plan| plan.refinement.error_norm);
             let seeds = std::mem::take(&mut self.pilot_seeds);
             let pilot = Pilot {
-                contributions: contributions.mapped((results * samples) as usize)?,
-                samples,
+                contributions: contributions.mapped((results * PACKET_SAMPLES) as usize)?,
                 seeds: &seeds,
             };
             let norm = norm.unwrap_or_default();
@@ -178,19 +175,21 @@ impl Gatherer for FinalGather<'_> {
         Ok(0.0)
     }
 
-    /// With so many samples of each technique.
+    /// With packets of samples of each technique.
     fn gather(
         &mut self,
         (receivers, range): (&Receivers, ReceiverRange),
         results: Results,
-        Samples {
-            count: samples,
-            seed,
-            set_count,
-        }: Samples,
+        samples: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()> {
-        let seed = seed ^ hash(self.context.seed);
+        let no_samples = || Error::internal("final gathering has no samples");
+        let Samples {
+            counts,
+            seed,
+            light_rays,
+        } = samples.ok_or_else(no_samples)?;
+        let own_seed = hash(self.context.seed);
         let ReceiverRange {
             is_glossy,
             first,
@@ -199,17 +198,13 @@ impl Gatherer for FinalGather<'_> {
         if count == 0 {
             return Ok(());
         }
-        self.send_light_rays(Samples {
-            count: samples,
-            seed,
-            set_count,
+        self.send_light_rays(LightRaySets {
+            seed: light_rays.seed ^ own_seed,
+            ..light_rays
         })?;
         let Some((_, table)) = &self.sent else {
             return Err(Error::internal("no rays were sent from the lights"));
         };
-        if self.lattice.samples != samples {
-            self.lattice = Lattice::new(self.context.device, samples)?;
-        }
         let plan = self.context.plan;
         let pipeline = self.context.pipelines.compute(
             "final_gather",
@@ -230,7 +225,6 @@ impl Gatherer for FinalGather<'_> {
             .subgroup_lanes
             .clamp(1, 64);
         let receivers_per_group = 64 / lanes;
-        let samples_per_dispatch = lanes * pipeline.module.constant("RAYS")?;
         // To a light for each direction, and to a VPL.
         let lobes = if is_glossy { 2 } else { 1 };
         let rays_per_sample = u64::from(lobes * (1 + self.lights.len() as u32) + 1);
@@ -245,69 +239,62 @@ impl Gatherer for FinalGather<'_> {
                 Resource::Buffer(self.contributions.as_ref().unwrap_or(&self.nothing)),
             ),
             ("vpls", Resource::Image(&self.light_rays.vpls)),
-            ("lattice", self.lattice.points.resource()),
+            ("lattice", self.lattice.resource()),
             ("receivers", Resource::Buffer(&receivers.pixels)),
+            ("sample_ranges", Resource::Buffer(&counts.ranges)),
             ("results", Resource::Buffer(results.buffer)),
         ]);
 
+        let packets = counts.packets(range)?;
         let cost = self.context.cost;
         let mut done = 0;
         while done < count {
             let budget = cost
                 .borrow()
                 .budget(pipeline.module.name, FIRST_SUBMISSION_RAYS);
-            let rays_per_receiver = u64::from(samples) * rays_per_sample;
-            let fit = (budget / rays_per_receiver as f64) as u32;
-            let receiver_count = fit
-                .clamp(receivers_per_group, MAX_GROUPS * receivers_per_group)
-                .min(count - done);
+            // Whole workgroups until the submission is full.
+            let (mut receiver_count, mut rays) = (0, 0);
+            let groups = packets[done as usize..].chunks(receivers_per_group as usize);
+            for group in groups.take(MAX_GROUPS as usize) {
+                if rays > 0 && rays as f64 >= budget {
+                    break;
+                }
+                receiver_count += group.len() as u32;
+                let packets: u64 = group.iter().copied().map(u64::from).sum();
+                rays += packets * u64::from(PACKET_SAMPLES) * rays_per_sample;
+            }
             let mut recorder = Recorder::new(self.context.device, 1)?;
             self.light_list.record_copy(&mut recorder);
-            self.lattice.points.record_copy(&mut recorder);
+            self.lattice.record_copy(&mut recorder);
             recorder.pass("final_gather", |recorder| {
-                for first_sample in (0..samples).step_by(samples_per_dispatch as usize) {
-                    let parameters = FinalGatherParameters {
-                        camera_position: self.context.camera_position(),
-                        first_receiver: first + done,
-                        receiver_count,
-                        first_result: results.first + done,
-                        first_sample,
-                        sample_count: samples_per_dispatch.min(samples - first_sample),
-                        samples,
-                        light_count: self.lights.len() as u32,
-                        set_size: table.set_size,
-                        set_count,
-                        is_pilot: self.contributions.is_some().into(),
-                        seed,
-                        ..FinalGatherParameters::default()
-                    };
-                    let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
-                    // Dispatches add to the same results.
-                    recorder.barrier();
-                    recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
-                }
-                Ok(())
+                let pilot_samples = match self.contributions {
+                    Some(_) => PACKET_SAMPLES,
+                    None => 0,
+                };
+                let parameters = FinalGatherParameters {
+                    camera_position: self.context.camera_position(),
+                    first_receiver: first + done,
+                    receiver_count,
+                    first_result: results.first + done,
+                    adds: results.adds.into(),
+                    light_count: self.lights.len() as u32,
+                    set_size: table.set_size,
+                    set_count: light_rays.set_count,
+                    pilot_samples,
+                    seed: seed ^ own_seed,
+                };
+                let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
+                recorder.dispatch(&pipeline, &resources, &parameters, groups)
             })?;
             let work = Work {
                 pass: "final_gather",
                 kernel: pipeline.module.name,
-                amount: u64::from(receiver_count) * rays_per_receiver,
+                amount: rays,
             };
             cost.borrow_mut().submit_work(recorder, work)?;
             done += receiver_count;
             proceed(f64::from(done) / f64::from(count))?;
         }
         Ok(())
-    }
-}
-
-impl Lattice {
-    fn new(device: &Device, samples: u32) -> Result<Lattice> {
-        let points = lattice::rank1(samples);
-        let texels = points.iter().map(|&[x, y]| [x, y, 0.0, 0.0]);
-        Ok(Lattice {
-            samples,
-            points: TexelList::new(device, "lattice", texels.collect())?,
-        })
     }
 }

@@ -181,7 +181,7 @@ impl Gatherer for Gather<'_> {
         &mut self,
         (receivers, range): (&Receivers, ReceiverRange),
         results: Results,
-        _: Samples,
+        _: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()> {
         let lists = self.lists();

@@ -1,6 +1,9 @@
 //! What gathers indirect light at a list of receivers: one implementation for each estimator.
 
-use super::receivers::{ReceiverRange, Receivers};
+use super::{
+    receivers::{ReceiverRange, Receivers},
+    sample_counts::SampleCounts,
+};
 use crate::{
     Result,
     vulkan::{Allocate, Buffer, BufferUse},
@@ -19,13 +22,13 @@ pub(crate) trait Gatherer {
         true
     }
 
-    /// Until `learn`, what is gathered is a pilot of so many results.
-    fn begin_pilot(&mut self, _results: u32, _samples: u32) -> Result<()> {
+    /// Until `learn`, what is gathered is a pilot of so many results, a packet of samples each.
+    fn begin_pilot(&mut self, _results: u32) -> Result<()> {
         Ok(())
     }
 
     /// Learns from the pilot how to sample. Returns the share of the samples that this changes.
-    fn learn(&mut self, _results: u32, _samples: u32) -> Result<f64> {
+    fn learn(&mut self, _results: u32) -> Result<f64> {
         Ok(0.0)
     }
 
@@ -35,16 +38,19 @@ pub(crate) trait Gatherer {
         &mut self,
         receivers: (&Receivers, ReceiverRange),
         results: Results,
-        samples: Samples,
+        samples: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
     ) -> Result<()>;
 }
 
-/// Where the results of a gather go: two vectors a receiver, diffuse and specular, from `first` on.
+/// Where the results of a gather go: two vectors a receiver, diffuse and specular, from `first` on. Gathers with noise leave sums over
+/// their samples.
 #[derive(Clone, Copy)]
 pub(crate) struct Results<'r> {
     pub buffer: &'r Buffer,
     pub first: u32,
+    /// To what is there.
+    pub adds: bool,
 }
 
 impl Results<'_> {
@@ -56,11 +62,22 @@ impl Results<'_> {
 }
 
 /// The samples of a gather, where there is a choice.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Samples {
-    pub count: u32,
-    /// Another number: other samples.
+#[derive(Clone, Copy)]
+pub(crate) struct Samples<'s> {
+    /// As the receivers are listed.
+    pub counts: &'s SampleCounts,
+    /// Another number: other samples. The same: a receiver goes on where it stopped.
     pub seed: u32,
+    pub light_rays: LightRaySets,
+}
+
+/// The rays from the lights that receivers share.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct LightRaySets {
+    /// Another number: other rays.
+    pub seed: u32,
+    /// Of a receiver, about.
+    pub samples: u32,
     /// Receivers with other numbers, modulo this, in their list have no samples in common.
     pub set_count: u32,
 }

@@ -29,6 +29,7 @@ pub(crate) mod receivers;
 pub(crate) mod refinement;
 pub(crate) mod resolve;
 pub(crate) mod rsm;
+pub(crate) mod sample_counts;
 pub(crate) mod scatter;
 pub(crate) mod sensor;
 pub(crate) mod shadow;
@@ -152,8 +153,8 @@ mod tests {
                 let words = |texture| ("light_rays", vec!["shade", brdf, shading, texture]);
                 requested.extend(["", "textured"].map(words));
             }
-            requested.extend(["predict", "error_estimate"].map(|pass| (pass, vec![brdf])));
-            for pass in ["scatter", "resolve"] {
+            requested.push(("sample_counts", vec![brdf]));
+            for pass in ["predict", "scatter", "resolve", "error_estimate"] {
                 requested.extend(["exact", "noisy"].map(|noise| (pass, vec![brdf, noise])));
             }
             requested.extend(["fit", "store"].map(|kernel| ("smooth", vec![kernel, brdf])));

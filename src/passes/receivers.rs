@@ -62,6 +62,14 @@ pub(crate) struct ReceiverRange {
 }
 
 impl ReceiverRange {
+    /// All receivers of a list.
+    pub fn all([matte, glossy]: [ReceiverRange; 2]) -> ReceiverRange {
+        ReceiverRange {
+            count: matte.count + glossy.count,
+            ..matte
+        }
+    }
+
     /// The same receivers in ranges of at most `max_count`.
     pub fn split(self, max_count: u32) -> impl Iterator<Item = ReceiverRange> {
         let starts = (0..self.count).step_by(max_count as usize);

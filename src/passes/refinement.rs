@@ -4,7 +4,7 @@ use crate::{
     Result,
     metrics::LOCAL_FLOOR,
     plan::Plan,
-    vulkan::{Allocate, Device, ImageShape, Recorder, Resource},
+    vulkan::{Allocate, Device, Image, ImageShape, Recorder, Resource},
 };
 
 /// What was gathered or interpolated at each pixel, as `shaders/refinement.wgsl` describes it.
@@ -13,29 +13,54 @@ pub(crate) struct RefinementImages<A: Allocate = Device> {
     diffuse: A::Image,
     /// The same of the specular lobe for k_s = 1; only where some material is specular.
     specular: Option<A::Image>,
-    /// Of the samples of gathered pixels, diffuse and specular; only where gathers have noise.
-    squared_differences: Option<A::Image>,
+    /// Only where gathers have noise.
+    sampling: Option<SamplingImages<A>>,
+}
+
+/// How pixels were sampled, as `shaders/sampling.wgsl` describes it.
+struct SamplingImages<A: Allocate> {
+    /// Over all samples of a pixel so far.
+    sums_diffuse: A::Image,
+    sums_specular: Option<A::Image>,
+    /// Packets and variances.
+    sampling: A::Image,
 }
 
 impl<A: Allocate> RefinementImages<A> {
     pub fn new(allocate: &A, plan: &Plan, is_noisy: bool) -> Result<RefinementImages<A>> {
         let image = |name| allocate.image(name, ImageShape::plain(plan.resolution_px));
+        let specular = |name| plan.is_specular.then(|| image(name)).transpose();
+        let sampling = || {
+            Ok(SamplingImages {
+                sums_diffuse: image("sums of diffuse light")?,
+                sums_specular: specular("sums of specular light")?,
+                sampling: image("sampling")?,
+            })
+        };
         Ok(RefinementImages {
             diffuse: image("gathered diffuse light")?,
-            specular: plan
-                .is_specular
-                .then(|| image("gathered specular light"))
-                .transpose()?,
-            squared_differences: is_noisy.then(|| image("squared differences")).transpose()?,
+            specular: specular("gathered specular light")?,
+            sampling: is_noisy.then(sampling).transpose()?,
         })
     }
 }
 
 impl RefinementImages {
-    /// Nothing is known.
+    /// Nothing is known but what was sampled.
     pub fn clear<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        let others = self.specular.iter().chain(&self.squared_differences);
-        for image in others.chain([&self.diffuse]) {
+        RefinementImages::clear_all(recorder, self.specular.iter().chain([&self.diffuse]));
+    }
+
+    /// Nothing was sampled.
+    pub fn clear_samples<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        if let Some(images) = &self.sampling {
+            let sums = [&images.sums_diffuse, &images.sampling];
+            RefinementImages::clear_all(recorder, images.sums_specular.iter().chain(sums));
+        }
+    }
+
+    fn clear_all<'r>(recorder: &mut Recorder<'r>, images: impl Iterator<Item = &'r Image>) {
+        for image in images {
             recorder.prepare_images(&[image]);
             recorder.clear_image(image);
         }
@@ -46,15 +71,18 @@ impl RefinementImages {
         if let Some(specular) = &self.specular {
             resources.push(("gathered_specular", Resource::Image(specular)));
         }
-        if let Some(squared_differences) = &self.squared_differences {
-            resources.push(("squared_differences", Resource::Image(squared_differences)));
+        if let Some(images) = &self.sampling {
+            resources.push(("sums_diffuse", Resource::Image(&images.sums_diffuse)));
+            resources.push(("sampling", Resource::Image(&images.sampling)));
+            let specular = images.sums_specular.iter();
+            resources.extend(specular.map(|image| ("sums_specular", Resource::Image(image))));
         }
         resources
     }
 
     /// The word of the kernel that fills them.
     pub fn noise_word(&self) -> &'static str {
-        match self.squared_differences {
+        match self.sampling {
             Some(_) => "noisy",
             None => "exact",
         }
@@ -70,10 +98,32 @@ pub(crate) struct RefinementCriteria {
     pub is_local: bool,
     /// What an interpolated pixel may be off by; `None`: none is interpolated.
     pub tolerance: Option<f64>,
-    /// Variance of a gather over its sum of squared differences; 0: gathers have no noise.
-    pub variance_scale: f64,
-    /// Noise of a gather over the radiance of its pixel.
-    pub relative_noise: f64,
+    pub noise: GatherNoise,
+    pub allocation: SampleAllocation,
+}
+
+/// The noise of gathers; all 0 where there is none.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct GatherNoise {
+    /// Variance of one packet of samples over that of as many at random.
+    pub evenness: f64,
+    /// The variance falls with this power of the packets.
+    pub rate: f64,
+    /// Standard deviation over the radiance, of the whole image.
+    pub relative: f64,
+}
+
+/// How samples are handed out to pixels, whose variance is that of a sample over the square of the radiance that errors count over.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct SampleAllocation {
+    /// A pixel has this times the power of its variance, in packets.
+    pub packets_scale: f64,
+    pub variance_power: f64,
+    pub max_packets: u32,
+    /// Of a pixel of which nothing is known.
+    pub mean_variance: f64,
+    /// Over the square of the pixel's own radiance.
+    pub least_variance: f64,
 }
 
 impl RefinementCriteria {

@@ -25,8 +25,9 @@ pub(crate) fn resolve<'r>(
     let plan = context.plan;
     let kernel = ("resolve", &[plan.brdf_word(), images.noise_word()][..]);
     let parameters = ResolveParameters {
-        variance_scale: criteria.variance_scale as f32,
-        relative_noise: criteria.relative_noise as f32,
+        evenness: criteria.noise.evenness as f32,
+        variance_rate: criteria.noise.rate as f32,
+        relative_noise: criteria.noise.relative as f32,
         least_radiance: criteria.least_radiance(),
         own_share: criteria.own_share(),
     };

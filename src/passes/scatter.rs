@@ -5,6 +5,7 @@ use super::{
     gbuffer::GBuffer,
     receivers::{ReceiverRange, Receivers},
     refinement::{RefinementCriteria, RefinementImages},
+    sample_counts::SampleCounts,
 };
 use crate::{
     Result,
@@ -19,7 +20,7 @@ pub(crate) fn scatter<'r>(
     gbuffer: &'r GBuffer,
     images: &'r RefinementImages,
     (receivers, range): (&'r Receivers, ReceiverRange),
-    results: &'r Buffer,
+    (results, counts): (&'r Buffer, Option<&'r SampleCounts>),
     criteria: RefinementCriteria,
 ) -> Result<()> {
     let mut resources = gbuffer.resources();
@@ -28,13 +29,15 @@ pub(crate) fn scatter<'r>(
         ("receivers", Resource::Buffer(&receivers.pixels)),
         ("results", Resource::Buffer(results)),
     ]);
+    resources.extend(counts.map(|counts| ("sample_ranges", Resource::Buffer(&counts.ranges))));
     let parameters = ScatterParameters {
         first_receiver: range.first,
         receiver_count: range.count,
         least_radiance: criteria.least_radiance(),
         own_share: criteria.own_share(),
         is_grid: criteria.tolerance.is_none().into(),
-        variance_scale: criteria.variance_scale as f32,
+        evenness: criteria.noise.evenness as f32,
+        variance_rate: criteria.noise.rate as f32,
     };
     let words = [context.plan.brdf_word(), images.noise_word()];
     let size = [range.count, 1];

@@ -47,7 +47,8 @@ impl Smoothing {
             stride: self.stride_px,
             columns: self.columns,
             item_count: self.item_count,
-            variance_scale: criteria.variance_scale as f32,
+            evenness: criteria.noise.evenness as f32,
+            variance_rate: criteria.noise.rate as f32,
         };
         let mut resources = gbuffer.resources();
         resources.extend(images.resources());

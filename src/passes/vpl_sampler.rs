@@ -6,6 +6,7 @@
 use super::{
     light::DeviceLight,
     random::{hash, unit},
+    sample_counts::PACKET_SAMPLES,
 };
 use crate::{
     Result,
@@ -50,10 +51,8 @@ pub(crate) struct VplSampler {
 
 /// What the samples of a pilot contributed.
 pub(crate) struct Pilot<'p> {
-    /// For every receiver those of its samples, which were those that `pilot_sample` says.
+    /// For every receiver those of a packet of samples, which were those that `pilot_sample` says.
     pub contributions: &'p [f32],
-    /// Of a receiver.
-    pub samples: u32,
     /// Of the lights' rays: as many receivers had those of each, in turn.
     pub seeds: &'p [u32],
 }
@@ -290,7 +289,6 @@ impl VplSampler {
         table: &RayTable,
         &Pilot {
             contributions,
-            samples,
             seeds,
         }: &Pilot,
         norm: ErrorNorm,
@@ -298,11 +296,12 @@ impl VplSampler {
         let tile_of_cell: Vec<usize> = (0..self.tiles.len())
             .flat_map(|tile| self.tiles[tile].cells().map(move |_| tile))
             .collect();
-        let receivers = contributions.len() / samples as usize / seeds.len().max(1);
-        let weights = receiver_weights(contributions, samples, norm);
+        let samples = PACKET_SAMPLES as usize;
+        let receivers = contributions.len() / samples / seeds.len().max(1);
+        let weights = receiver_weights(contributions, norm);
         for (index, contribution) in contributions.iter().enumerate() {
-            let (receiver, sample) = (index / samples as usize, index % samples as usize);
-            let x = pilot_sample(receiver, sample, samples);
+            let (receiver, sample) = (index / samples, index % samples);
+            let x = pilot_sample(receiver, sample);
             let ray = ((x * table.set_size as f32) as u32).min(table.set_size.saturating_sub(1));
             let seed = seeds.get(receiver / receivers.max(1));
             let Some((cell, along, probability)) = seed.and_then(|&seed| table.place(ray, seed))
@@ -408,8 +407,8 @@ impl RayTable {
 }
 
 /// What the contributions to each receiver count.
-fn receiver_weights(contributions: &[f32], samples: u32, norm: ErrorNorm) -> Vec<f64> {
-    let receivers = contributions.chunks_exact(samples as usize);
+fn receiver_weights(contributions: &[f32], norm: ErrorNorm) -> Vec<f64> {
+    let receivers = contributions.chunks_exact(PACKET_SAMPLES as usize);
     match norm {
         ErrorNorm::Image => vec![1.0; receivers.len()],
         ErrorNorm::Local => {
@@ -423,9 +422,9 @@ fn receiver_weights(contributions: &[f32], samples: u32, norm: ErrorNorm) -> Vec
 }
 
 /// Where in 0 to 1 the pilot samples, as `shaders/final_gather.wgsl` has it.
-fn pilot_sample(receiver: usize, sample: usize, samples: u32) -> f32 {
+fn pilot_sample(receiver: usize, sample: usize) -> f32 {
     let shift = (receiver as f32 * 0.618_034).fract();
-    (sample as f32 + shift) / samples as f32
+    (sample as f32 + shift) / PACKET_SAMPLES as f32
 }
 
 /// The tiles of a light around one of them, also on other faces; `code` is its place in Morton order.

@@ -11,18 +11,21 @@ use super::{
     ErrorEstimates,
     error_estimate::{ErrorEstimate, PixelSample},
     refine::{Attempt, Refiner},
-    sample_budget::{MAX_ATTEMPTS, PILOT_SAMPLES, SampleBudget, next_aim},
+    sample_budget::{MAX_ATTEMPTS, MAX_ATTEMPTS_OF_RAYS, PILOT_PACKETS, SampleBudget, next_aim},
 };
-use crate::{Result, output::StopReason, plan::RefinementPlan};
+use crate::{
+    Result,
+    output::StopReason,
+    passes::refinement::{RefinementCriteria, RefinementImages},
+    plan::RefinementPlan,
+};
 
 /// Pilots follow each other until the samples of so small a share go elsewhere from one to the next.
 const MAX_MOVED_SHARE: f64 = 0.3;
-/// A pilot of more is for its light alone: what it saw would take much memory.
-const MAX_LEARNED_SAMPLES: u32 = 64;
 /// Samples of pixels that an attempt is judged by at most.
 const MAX_PIXEL_SAMPLES: usize = 4;
-/// What is aimed at first, over the target: the bound is above the error.
-const FIRST_AIM: f64 = 0.9;
+/// What is aimed at first, over the target: what was sampled counts on if it is not met.
+const FIRST_AIM: f64 = 1.3;
 
 /// Fills the indirect radiance and estimates its relRMSE. No estimate where every pixel is gathered, and where the light is too
 /// dark to be estimated: final gathering then leaves the image as it is.
@@ -51,7 +54,12 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
     }
     let mut attempt = 0;
     loop {
-        let is_last = attempt + 1 == MAX_ATTEMPTS && limits.is_none();
+        let most = if is_exact {
+            MAX_ATTEMPTS
+        } else {
+            MAX_ATTEMPTS_OF_RAYS
+        };
+        let is_last = attempt + 1 == most && limits.is_none();
         refiner.progress.begin_attempt(attempt, is_last);
         let budget = if is_exact {
             SampleBudget::for_sums(aim, is_last)
@@ -59,14 +67,13 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
             SampleBudget::for_rays(aim, &pilot)
         };
         let spent_before = Spent::so_far(&refiner);
+        let criteria = budget.criteria(pilot.radiance, plan.error_norm);
         let is_complete = refiner.refine(
             &mut resources,
             Attempt {
-                samples: budget.samples,
-                criteria: budget.criteria(pilot.radiance, plan.error_norm),
+                samples: budget.samples(),
+                criteria,
                 number: attempt,
-                // What was gathered exactly stays.
-                starts_anew: attempt == 0 || !is_exact,
                 limits: limits.as_ref(),
             },
         )?;
@@ -74,7 +81,13 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
             found.stop = Some(StopReason::BudgetSpent);
             return Ok(found);
         }
-        let estimate = judge(&mut refiner, &mut samples, plan, budget.samples)?;
+        let estimate = judge(
+            &mut refiner,
+            &mut samples,
+            plan,
+            &resources.images,
+            (criteria, budget.samples()),
+        )?;
         let (error, upper) = (estimate.relative_error(), estimate.upper_bound());
         if is_exact {
             if error <= target || is_last {
@@ -98,7 +111,8 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
             }
             aim = next_aim(aim, target, upper.min(4.0 * error), is_exact);
             let next = SampleBudget::for_rays(aim, &pilot);
-            let growth = f64::from(next.samples) / f64::from(budget.samples);
+            // What was sampled counts on.
+            let growth = next.mean_packets / budget.mean_packets - 1.0;
             let spent = Spent::so_far(&refiner).since(&spent_before);
             if limits
                 .as_ref()
@@ -116,20 +130,21 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
 fn pilot(refiner: &mut Refiner, sample: &mut PixelSample) -> Result<ErrorEstimate> {
     let results = 2 * sample.count;
     if refiner.gatherer.is_exact() {
-        return sample.estimate(refiner, 0, 0.0, true);
+        return sample.pilot(refiner, 0);
     }
     // What is narrow is found in one pilot, and its shape in those that follow.
     let mut round = 0;
     loop {
-        let samples = PILOT_SAMPLES[round];
-        if samples <= MAX_LEARNED_SAMPLES {
-            refiner.gatherer.begin_pilot(results, samples)?;
+        let packets = PILOT_PACKETS[round];
+        // A pilot of more is for its light alone: what it saw would take much memory.
+        if packets == 1 {
+            refiner.gatherer.begin_pilot(results)?;
         }
-        let pilot = sample.estimate(refiner, samples, 0.0, true)?;
-        let moved = refiner.gatherer.learn(results, samples)?;
+        let pilot = sample.pilot(refiner, packets)?;
+        let moved = refiner.gatherer.learn(results)?;
         round += 1;
         let is_settled = !pilot.is_dark() && moved < MAX_MOVED_SHARE;
-        if round >= 2 && is_settled || round == PILOT_SAMPLES.len() {
+        if round >= 2 && is_settled || round == PILOT_PACKETS.len() {
             return Ok(pilot);
         }
     }
@@ -140,10 +155,11 @@ fn judge(
     refiner: &mut Refiner,
     samples: &mut Vec<PixelSample>,
     plan: RefinementPlan,
-    samples_per_pixel: u32,
+    images: &RefinementImages,
+    (criteria, samples_per_pixel): (RefinementCriteria, u32),
 ) -> Result<ErrorEstimate> {
     let target = plan.target_error.unwrap_or_default();
-    let mut estimate = samples[0].estimate(refiner, samples_per_pixel, 1.0, false)?;
+    let mut estimate = samples[0].estimate(refiner, images, criteria, samples_per_pixel)?;
     let mut used = 1;
     while !refiner.gatherer.is_exact()
         && estimate.relative_error() < target
@@ -153,7 +169,7 @@ fn judge(
         if used == samples.len() {
             samples.push(PixelSample::new(refiner, plan.error_norm, used as u32)?);
         }
-        estimate.add(samples[used].estimate(refiner, samples_per_pixel, 1.0, false)?);
+        estimate.add(samples[used].estimate(refiner, images, criteria, samples_per_pixel)?);
         used += 1;
     }
     Ok(estimate)
@@ -164,10 +180,9 @@ fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
     let mut resources = refiner.resources(1)?;
     let budget = SampleBudget::for_sums(1.0, true);
     let attempt = Attempt {
-        samples: budget.samples,
+        samples: budget.samples(),
         criteria: budget.criteria(1.0, Default::default()),
         number: 0,
-        starts_anew: true,
         limits: None,
     };
     refiner.refine(&mut resources, attempt).map(|_| ())

@@ -2,14 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use super::refine::Refiner;
+use super::{refine::Refiner, sample_budget::VARIANCE_POWER};
 use crate::{
     Result, metrics,
     passes::{
         error_estimate,
-        gatherer::{Results, Samples},
+        gatherer::{LightRaySets, Results, Samples},
         random,
         receivers::{self, ReceiverRange, Receivers},
+        refinement::{RefinementCriteria, RefinementImages},
+        sample_counts::{PACKET_SAMPLES, SampleCounts},
     },
     scene::ErrorNorm,
     vulkan::{Buffer, BufferUse},
@@ -19,11 +21,6 @@ use crate::{
 const GROUPS: u32 = 16;
 /// Pixels of the sample.
 const SAMPLE_PIXELS: u32 = 1024;
-/// The noise of a gather falls with this power of its samples (measured: 0.68 to 0.77).
-const NOISE_RATE: f64 = 0.72;
-/// The variance of a gather over its sum of squared differences, which is that of points at random, falls with this power of
-/// their number (measured: 0.1 to 0.5, once below 0).
-const EVENNESS_RATE: f64 = 0.2;
 /// Fewer pixels of a kind do not tell how right the errors are that are expected of it.
 const MIN_KIND_PIXELS: u32 = 64;
 /// Errors over what was expected, at least: few pixels may show none by chance.
@@ -44,14 +41,16 @@ pub(super) struct ErrorEstimate {
     cubes: f64,
     /// Σσ² of one gather's noise.
     noise: f64,
-    /// Of one gather.
-    squared_differences: f64,
+    /// Σσ² of one sample.
+    variance: f64,
+    /// Of each pixel its part of that, and the variance of a sample over the square of the radiance that errors count over.
+    variances: Vec<[f64; 2]>,
     /// Of gathered and of interpolated pixels.
     expected: [ExpectedError; 2],
     /// Root mean square of the radiance, W/sr/m², whatever the norm.
     pub radiance: f64,
-    /// Of a gather.
-    samples: u32,
+    /// Of a gather: of pilots only.
+    packets: u32,
 }
 
 /// How right the errors are that the resolve pass expects.
@@ -77,6 +76,9 @@ impl std::ops::Add for ExpectedError {
 }
 
 impl ErrorEstimate {
+    /// The variance of a gather falls with this power of its samples (measured: 1.36 to 1.54).
+    pub const VARIANCE_RATE: f64 = 1.44;
+
     /// No light was found.
     pub fn is_dark(&self) -> bool {
         self.signal <= 0.0
@@ -127,20 +129,46 @@ impl ErrorEstimate {
         self.groups.iter().filter(|[_, signal]| *signal != 0.0)
     }
 
-    /// Variance of a gather with so many samples over its sum of squared differences.
-    pub fn variance_scale(&self, samples: u32) -> f64 {
-        let fewer = f64::from(self.samples) / f64::from(samples);
-        self.noise / self.squared_differences.max(f64::MIN_POSITIVE) * fewer.powf(EVENNESS_RATE)
+    /// Variance of one packet of samples over that of as many at random.
+    pub fn evenness(&self) -> f64 {
+        let packets = f64::from(self.packets.max(1));
+        let at_random = self.variance / f64::from(PACKET_SAMPLES);
+        self.noise * packets.powf(Self::VARIANCE_RATE) / at_random.max(f64::MIN_POSITIVE)
     }
 
-    /// Noise of a gather with so many samples over the radiance.
-    pub fn relative_noise(&self, samples: u32) -> f64 {
-        let fewer = f64::from(self.samples) / f64::from(samples);
-        (self.noise / self.signal).sqrt() * fewer.powf(NOISE_RATE)
+    /// Noise over the radiance, with so many packets for a pixel whose variance is 1, and at most so many.
+    pub fn noise_with(&self, packets_scale: f64, max_packets: u32) -> f64 {
+        let variance_of_mean = |&[variance, relative]: &[f64; 2]| {
+            let packets = packets(relative, packets_scale, max_packets);
+            variance * packets.powf(-Self::VARIANCE_RATE)
+        };
+        let sum: f64 = self.variances.iter().map(variance_of_mean).sum();
+        (sum / self.signal * self.evenness() / f64::from(PACKET_SAMPLES)).sqrt()
     }
 
-    /// What errors are over what the resolve pass expects: of gathered pixels, and of interpolated ones.
+    /// Packets of a pixel, as `noise_with` has them.
+    pub fn mean_packets(&self, packets_scale: f64, max_packets: u32) -> f64 {
+        let of_pixel = |&[_, relative]: &[f64; 2]| packets(relative, packets_scale, max_packets);
+        let sum: f64 = self.variances.iter().map(of_pixel).sum();
+        sum / self.variances.len().max(1) as f64
+    }
+
+    /// Of a sample of a pixel, over the square of the radiance that errors count over.
+    pub fn mean_variance(&self) -> f64 {
+        let sum: f64 = self.variances.iter().map(|[_, relative]| relative).sum();
+        sum / self.variances.len().max(1) as f64
+    }
+
+    /// Of a sample, over the square of the radiance.
+    pub fn relative_variance(&self) -> f64 {
+        self.variance / self.signal
+    }
+
+    /// What errors are over what the resolve pass expects: of gathered pixels, and of interpolated ones. They may be so much larger as
+    /// the estimate is uncertain.
     pub fn error_factors(&self) -> [f64; 2] {
+        let relative = self.error / self.signal;
+        let uncertainty = 1.0 + (self.standard_error() / relative.max(f64::MIN_POSITIVE)).min(1.0);
         let whole = self.expected[0] + self.expected[1];
         [0, 1].map(|kind| {
             let of_kind = self.expected[kind];
@@ -149,16 +177,10 @@ impl ErrorEstimate {
             } else {
                 of_kind
             };
-            (counted.error / counted.expected)
+            (uncertainty * counted.error / counted.expected)
                 .max(MIN_FACTOR * MIN_FACTOR)
                 .sqrt()
         })
-    }
-
-    /// Samples of a gather whose noise is this, relative to the signal.
-    pub fn samples_for(&self, relative_noise: f64) -> f64 {
-        let own_noise = (self.noise / self.signal).sqrt();
-        f64::from(self.samples) * (own_noise / relative_noise).powf(1.0 / NOISE_RATE)
     }
 
     /// Adds what other pixels tell.
@@ -167,7 +189,8 @@ impl ErrorEstimate {
         self.error += other.error;
         self.signal += other.signal;
         self.noise += other.noise;
-        self.squared_differences += other.squared_differences;
+        self.variance += other.variance;
+        self.variances.extend(other.variances);
         self.squares += other.squares;
         self.cubes += other.cubes;
         for (own, other) in self.expected.iter_mut().zip(other.expected) {
@@ -175,11 +198,11 @@ impl ErrorEstimate {
         }
     }
 
-    /// From [error, signal, noise, squared differences] of pixels of an image, and their columns and rows. `tile_px` is the edge of
+    /// From [error, signal, noise, variance of a sample] of pixels of an image, and their columns and rows. `tile_px` is the edge of
     /// the tiles that count alike; `None`: all pixels do.
     fn new(
         pixels: &[[[f32; 4]; 2]],
-        samples: u32,
+        packets: u32,
         group_count: u32,
         tile_px: Option<u32>,
     ) -> ErrorEstimate {
@@ -200,26 +223,34 @@ impl ErrorEstimate {
         let mut sum = ErrorEstimate {
             groups: vec![[0.0; 2]; group_count as usize],
             radiance: (mean_square.max(0.0) / 3.0).sqrt(),
-            samples: samples.max(1),
+            packets,
             ..ErrorEstimate::default()
         };
-        let weight = |pixel: &[[f32; 4]; 2]| match (tile_px, tiles.get(&tile(pixel))) {
+        // What squares count over, and pixels that do.
+        let counted = |pixel: &[[f32; 4]; 2]| match (tile_px, tiles.get(&tile(pixel))) {
             (Some(_), Some((signal, count))) => {
                 let floor = metrics::LOCAL_FLOOR.powi(2) * mean_square;
-                1.0 / (signal / count).max(floor) / count
+                ((signal / count).max(floor), *count)
             }
-            _ => 1.0,
+            _ => (mean_square, pixels.len() as f64),
+        };
+        let weight = |pixel: &[[f32; 4]; 2]| {
+            let (square, count) = counted(pixel);
+            1.0 / (square * count).max(f64::MIN_POSITIVE)
         };
         for (index, pixel) in pixels.iter().enumerate() {
             let weight = weight(pixel);
-            let [error, signal, noise, differences] = pixel[0].map(|sum| weight * f64::from(sum));
+            let [error, signal, noise, variance] = pixel[0].map(|sum| weight * f64::from(sum));
             let group = &mut sum.groups[index % group_count as usize];
             group[0] += error;
             group[1] += signal;
             sum.error += error;
             sum.signal += signal;
             sum.noise += 0.5 * noise;
-            sum.squared_differences += 0.5 * differences;
+            sum.variance += variance;
+            let (square, _) = counted(pixel);
+            let relative = f64::from(pixel[0][3]) / square.max(f64::MIN_POSITIVE);
+            sum.variances.push([variance, relative]);
             let expected = f64::from(pixel[1][2]);
             if expected != 0.0 {
                 let of_kind = &mut sum.expected[usize::from(expected < 0.0)];
@@ -236,6 +267,13 @@ impl ErrorEstimate {
         }
         sum
     }
+}
+
+/// Packets of a pixel whose variance is this, as `shaders/sample_counts.wgsl` has it.
+fn packets(variance: f64, packets_scale: f64, max_packets: u32) -> f64 {
+    (packets_scale * variance.powf(VARIANCE_POWER))
+        .ceil()
+        .clamp(1.0, f64::from(max_packets))
 }
 
 /// That of Student's t distribution, within 1 % from four degrees of freedom on (Abramowitz & Stegun 1964, 26.7.5).
@@ -258,9 +296,12 @@ pub(super) struct PixelSample {
     results: Buffer,
     /// Edge of the tiles that count alike, pixels.
     tile_px: Option<u32>,
-    is_exact: bool,
-    /// So far.
+    /// Of this sample of pixels.
+    seed: u32,
+    /// Gathers of it so far.
     gathers: u32,
+    /// Of the gathers that the image was compared with; nothing where gathers are exact.
+    counts: Option<SampleCounts>,
 }
 
 impl PixelSample {
@@ -294,43 +335,108 @@ impl PixelSample {
                         ErrorNorm::Image => None,
                         ErrorNorm::Local => Some(metrics::local_tile_px(resolution_px)),
                     },
-                    is_exact: false,
-                    gathers: 1000 * seed,
+                    seed,
+                    gathers: 0,
+                    counts: None,
                 });
             }
             requested = requested.saturating_mul(4);
         }
     }
 
-    /// Compares the image with gathers of the sample: two with samples of their own, or the one that is exact. `fraction` of the
-    /// attempt is done meanwhile.
+    /// What two gathers tell of the light, with so many packets of samples; or one that is exact.
+    pub fn pilot(&mut self, refiner: &mut Refiner, packets: u32) -> Result<ErrorEstimate> {
+        if refiner.gatherer.is_exact() {
+            self.gather(refiner, None, 0.0)?;
+        } else {
+            let counts = SampleCounts::even(refiner.context, self.count, packets)?;
+            let samples = GatheredWith {
+                counts: &counts,
+                seed: FIRST_SEED + 2 * self.gathers,
+                samples: PACKET_SAMPLES * packets,
+                set_count: 1,
+                adds: false,
+            };
+            self.gather(refiner, Some(samples), 0.0)?;
+            return self.compare(refiner, Some(&counts), packets);
+        }
+        self.compare(refiner, None, 0)
+    }
+
+    /// Compares the image with two gathers that have samples of their own, and go on as the image's do; or with the one that is exact.
+    /// The receivers have about so many samples.
     pub fn estimate(
         &mut self,
         refiner: &mut Refiner,
+        images: &RefinementImages,
+        criteria: RefinementCriteria,
         samples: u32,
-        fraction: f64,
-        is_pilot: bool,
     ) -> Result<ErrorEstimate> {
-        let (context, count) = (refiner.context, self.count);
-        let gathers = match (refiner.gatherer.is_exact(), self.is_exact) {
-            (false, _) => 2,
-            (true, false) => 1,
-            (true, true) => 0,
+        let context = refiner.context;
+        if refiner.gatherer.is_exact() {
+            if self.gathers == 0 {
+                self.gather(refiner, None, 1.0)?;
+            }
+            return self.compare(refiner, None, 0);
+        }
+        let adds = self.counts.is_some();
+        let counts = match self.counts.take() {
+            Some(counts) => counts,
+            None => SampleCounts::even(context, self.count, 0)?,
         };
+        context.submit(|recorder| {
+            let receivers = (&self.receivers, ReceiverRange::all(self.ranges));
+            counts.count(
+                recorder,
+                context,
+                refiner.gbuffer,
+                images,
+                receivers,
+                criteria,
+            )?;
+            counts.read_back(recorder);
+            Ok(())
+        })?;
+        let samples = GatheredWith {
+            counts: &counts,
+            // The same from one estimate to the next.
+            seed: FIRST_SEED - 2 * (self.seed + 1),
+            samples,
+            set_count: GROUPS,
+            adds,
+        };
+        self.gather(refiner, Some(samples), 1.0)?;
+        let estimate = self.compare(refiner, Some(&counts), 0);
+        self.counts = Some(counts);
+        estimate
+    }
+
+    /// Gathers: twice with samples of their own, or once what is exact. `fraction` of the attempt is done meanwhile.
+    fn gather(
+        &mut self,
+        refiner: &mut Refiner,
+        with: Option<GatheredWith>,
+        fraction: f64,
+    ) -> Result<()> {
         let progress = &mut *refiner.progress;
         let mut proceed = |_| progress.report_attempt("error_estimate", fraction);
-        for gather in 0..gathers {
+        for gather in 0..if with.is_some() { 2 } else { 1 } {
             self.gathers += 1;
-            let samples = Samples {
-                count: samples,
-                // Others than those of other estimates.
-                seed: FIRST_SEED + self.gathers,
-                set_count: if is_pilot { 1 } else { GROUPS },
-            };
+            let samples = with.map(|with| Samples {
+                counts: with.counts,
+                seed: with.seed + gather,
+                light_rays: LightRaySets {
+                    // Others than those of any other gather.
+                    seed: FIRST_SEED + 1000 * self.seed + self.gathers,
+                    samples: with.samples,
+                    set_count: with.set_count,
+                },
+            });
             for range in self.ranges {
                 let results = Results {
                     buffer: &self.results,
-                    first: gather * count + range.first,
+                    first: gather * self.count + range.first,
+                    adds: with.is_some_and(|with| with.adds),
                 };
                 let receivers = (&self.receivers, range);
                 refiner
@@ -338,7 +444,16 @@ impl PixelSample {
                     .gather(receivers, results, samples, &mut proceed)?;
             }
         }
-        self.is_exact = refiner.gatherer.is_exact();
+        Ok(())
+    }
+
+    fn compare(
+        &self,
+        refiner: &Refiner,
+        counts: Option<&SampleCounts>,
+        packets: u32,
+    ) -> Result<ErrorEstimate> {
+        let (context, count) = (refiner.context, self.count);
         let bytes = u64::from(count) * size_of::<[[f32; 4]; 2]>() as u64;
         let estimates = Buffer::new(
             context.device,
@@ -346,21 +461,33 @@ impl PixelSample {
             bytes,
             BufferUse::Readback,
         )?;
-        let second_result = if self.is_exact { 0 } else { count };
+        let second_result = if counts.is_some() { count } else { 0 };
         context.submit(|recorder| {
             error_estimate::compare(
                 recorder,
                 context,
                 refiner.gbuffer,
                 refiner.indirect_radiance,
-                &self.receivers,
+                (&self.receivers, counts),
                 (&self.results, second_result),
                 (&estimates, count),
             )
         })?;
         let pixels = estimates.mapped::<[[f32; 4]; 2]>(count as usize)?;
-        Ok(ErrorEstimate::new(pixels, samples, GROUPS, self.tile_px))
+        Ok(ErrorEstimate::new(pixels, packets, GROUPS, self.tile_px))
     }
+}
+
+/// The samples of two gathers.
+#[derive(Clone, Copy)]
+struct GatheredWith<'s> {
+    counts: &'s SampleCounts,
+    /// Of the first one.
+    seed: u32,
+    /// Of a receiver, about.
+    samples: u32,
+    set_count: u32,
+    adds: bool,
 }
 
 /// About `count` pixels, one at a place of its own in each cell of a grid over the image; as column + 65536 · row.
@@ -385,11 +512,15 @@ fn scattered([width, height]: [u32; 2], count: u32, seed: u32) -> Vec<u32> {
 
 #[cfg(test)]
 impl ErrorEstimate {
-    pub fn of_pilot(signal: f64, noise: f64, samples: u32) -> ErrorEstimate {
+    /// Of pixels that are as bright, from the variances of a sample; with noise as of samples at random.
+    pub fn of_pilot(variances: &[f64]) -> ErrorEstimate {
+        let variance: f64 = variances.iter().sum();
         ErrorEstimate {
-            signal,
-            noise,
-            samples,
+            signal: variances.len() as f64,
+            noise: variance / f64::from(PACKET_SAMPLES),
+            variance,
+            variances: variances.iter().map(|&own| [own, own]).collect(),
+            packets: 1,
             ..ErrorEstimate::default()
         }
     }

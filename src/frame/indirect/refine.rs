@@ -9,12 +9,14 @@ use crate::{
     frame::ProgressReport,
     passes::{
         Context,
-        gatherer::{Gatherer, Results, Samples},
+        gatherer::{Gatherer, LightRaySets, Results, Samples},
         gbuffer::GBuffer,
         predict,
-        receivers::{self, Receivers},
+        receivers::{self, ReceiverRange, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
-        resolve, scatter,
+        resolve,
+        sample_counts::SampleCounts,
+        scatter,
         smooth::Smoothing,
         stderr,
     },
@@ -40,11 +42,10 @@ pub(super) struct Refiner<'a, 'p> {
 
 /// One attempt at the image.
 pub(super) struct Attempt<'l> {
-    /// Of a gather.
+    /// Of a gather, about.
     pub samples: u32,
     pub criteria: RefinementCriteria,
     pub number: u32,
-    pub starts_anew: bool,
     /// `None`: it may take what it takes.
     pub limits: Option<&'l Limits>,
 }
@@ -55,7 +56,9 @@ pub(crate) struct RefinementResources<A: Allocate = Device> {
     pub images: RefinementImages<A>,
     receivers: Receivers<A>,
     results: A::Buffer,
-    /// Of the grid of which every pixel is gathered; only where gathers have noise.
+    /// Only where gathers have noise, as are the rest.
+    counts: Option<SampleCounts<A>>,
+    /// Of the grid of which every pixel is gathered.
     smoothing: Option<Smoothing<A>>,
 }
 
@@ -77,6 +80,9 @@ impl<A: Allocate> RefinementResources<A> {
         Ok(RefinementResources {
             images: RefinementImages::new(allocate, plan, !is_exact)?,
             receivers: Receivers::new(allocate, most, most_candidates)?,
+            counts: (!is_exact)
+                .then(|| SampleCounts::new(allocate, most))
+                .transpose()?,
             results: Results::room(allocate, most.min(MAX_RESULTS))?,
             smoothing: (!is_exact)
                 .then(|| Smoothing::new(allocate, plan.resolution_px, smoothing_stride))
@@ -101,7 +107,7 @@ impl Refiner<'_, '_> {
         RefinementResources::new(device, plan, coarsest_stride, self.gatherer.is_exact())
     }
 
-    /// Gathers and interpolates all pixels. Where it does not start anew, the coarsest grid was gathered before.
+    /// Gathers and interpolates all pixels. What was gathered in an earlier attempt counts on; where gathers are exact, it stays.
     ///
     /// Returns whether the image is there: an attempt that reaches its limits leaves the image of the one before, and the first one
     /// interpolates what is left.
@@ -110,15 +116,16 @@ impl Refiner<'_, '_> {
         resources: &mut RefinementResources,
         attempt: Attempt,
     ) -> Result<bool> {
-        let Attempt {
-            criteria,
-            starts_anew,
-            ..
-        } = attempt;
+        let criteria = attempt.criteria;
         let (context, gbuffer) = (self.context, self.gbuffer);
+        let is_first = attempt.number == 0;
+        let starts_anew = is_first || !self.gatherer.is_exact();
         if starts_anew {
             context.submit(|recorder| {
                 resources.images.clear(recorder);
+                if is_first {
+                    resources.images.clear_samples(recorder);
+                }
                 Ok(())
             })?;
         }
@@ -198,17 +205,38 @@ impl Refiner<'_, '_> {
     ) -> Result<()> {
         let (context, gbuffer) = (self.context, self.gbuffer);
         let RefinementResources {
-            images, receivers, ..
+            images,
+            receivers,
+            counts,
+            ..
         } = resources;
         let ranges = receivers.ranges()?;
         let total: u32 = ranges.iter().map(|range| range.count).sum();
         let pass = self.gatherer.pass();
-        let samples = Samples {
-            count: attempt.samples,
-            // Others than those of other steps and attempts.
-            seed: step as u32 + 256 * attempt.number,
-            set_count: 1,
-        };
+        if let Some(counts) = counts {
+            let all = ReceiverRange::all(ranges);
+            context.submit(|recorder| {
+                counts.count(
+                    recorder,
+                    context,
+                    gbuffer,
+                    images,
+                    (receivers, all),
+                    criteria,
+                )?;
+                counts.read_back(recorder);
+                Ok(())
+            })?;
+        }
+        let samples = counts.as_ref().map(|counts| Samples {
+            counts,
+            seed: 0,
+            light_rays: LightRaySets {
+                seed: attempt.number,
+                samples: attempt.samples,
+                set_count: 1,
+            },
+        });
         let parts = ranges
             .into_iter()
             .flat_map(|range| range.split(MAX_RESULTS));
@@ -216,6 +244,7 @@ impl Refiner<'_, '_> {
             let results = Results {
                 buffer: &resources.results,
                 first: 0,
+                adds: false,
             };
             let progress = &mut *self.progress;
             let mut proceed = |share: f64| {
@@ -228,7 +257,7 @@ impl Refiner<'_, '_> {
                 .gather((receivers, range), results, samples, &mut proceed)?;
             context.submit(|recorder| {
                 let receivers = (receivers, range);
-                let results = &resources.results;
+                let results = (&resources.results, counts.as_ref());
                 scatter::scatter(
                     recorder, context, gbuffer, images, receivers, results, criteria,
                 )

@@ -1,21 +1,29 @@
-//! From the error that is aimed at to the samples of a gather and the tolerance of interpolation.
+//! From the error that is aimed at to the samples of each pixel and the tolerance of interpolation.
 
 use super::error_estimate::ErrorEstimate;
 use crate::{
-    passes::{final_gather, refinement::RefinementCriteria},
+    passes::{
+        final_gather::MAX_SAMPLES,
+        refinement::{GatherNoise, RefinementCriteria, SampleAllocation},
+        sample_counts::PACKET_SAMPLES,
+    },
     scene::ErrorNorm,
 };
 
-/// Samples of the pilots, two of which there are at least: more where the light is hard to find.
-pub(super) const PILOT_SAMPLES: [u32; 5] = [64, 64, 64, 64, 1024];
+/// Packets of samples of the pilots, two of which there are at least: more where the light is hard to find.
+pub(super) const PILOT_PACKETS: [u32; 5] = [1, 1, 1, 1, 16];
 /// Attempts to meet the target. The last one of a sum leaves nothing to interpolation.
 pub(super) const MAX_ATTEMPTS: u32 = 4;
-/// Samples of a gather at most.
-const MAX_SAMPLES: u32 = final_gather::MAX_SAMPLES as u32;
-/// Samples come in packets of rays.
-const SAMPLES_STEP: u32 = 64;
+/// Of rays, which go on from one to the next.
+pub(super) const MAX_ATTEMPTS_OF_RAYS: u32 = 8;
+/// Of a pixel.
+const MAX_PACKETS: u32 = MAX_SAMPLES / PACKET_SAMPLES;
 /// Noise of a gathered pixel over the error of the image: smoothing and interpolation take some of it away (measured: 1 to 2.6).
 const NOISE_OVER_TARGET: f64 = 1.25;
+/// Samples have the least noise if they are as this power of the variances.
+pub(super) const VARIANCE_POWER: f64 = 1.0 / (1.0 + ErrorEstimate::VARIANCE_RATE);
+/// Least noise of a pixel, over that of one as bright: its samples may have missed what they did not find.
+const LEAST_NOISE: f64 = 0.1;
 /// What an interpolated pixel may be off by where it is worst, over the error aimed at (measured of sums: the image's is then 0.2 to
 /// 0.7 of the latter; half of this takes a tenth more pixels).
 const TOLERANCE_OVER_AIM: f64 = 4.0;
@@ -24,50 +32,70 @@ const MAX_TOLERANCE: f64 = 0.2;
 
 /// How hard an attempt tries.
 pub(super) struct SampleBudget {
-    /// Samples of a gather.
-    pub samples: u32,
-    variance_scale: f64,
-    relative_noise: f64,
+    /// Of a pixel, on average.
+    pub mean_packets: f64,
+    noise: GatherNoise,
+    allocation: SampleAllocation,
     tolerance: Option<f64>,
 }
 
 impl SampleBudget {
     /// With rays, whose noise the pilot measured.
     pub fn for_rays(aim: f64, pilot: &ErrorEstimate) -> SampleBudget {
-        let noise = NOISE_OVER_TARGET * aim;
-        let steps = (pilot.samples_for(noise) / f64::from(SAMPLES_STEP)).ceil();
-        let steps = steps.clamp(1.0, f64::from(MAX_SAMPLES / SAMPLES_STEP)) as u32;
-        let samples = steps * SAMPLES_STEP;
+        let wanted = NOISE_OVER_TARGET * aim;
+        // Bisection: the scale runs over what one packet and all of them take.
+        let (mut low, mut high) = (-60.0_f64, 60.0_f64);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if pilot.noise_with(middle.exp2(), MAX_PACKETS) > wanted {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let packets_scale = high.exp2();
         SampleBudget {
-            samples,
-            variance_scale: pilot.variance_scale(samples),
-            relative_noise: pilot.relative_noise(samples),
+            mean_packets: pilot.mean_packets(packets_scale, MAX_PACKETS),
+            noise: GatherNoise {
+                evenness: pilot.evenness(),
+                rate: ErrorEstimate::VARIANCE_RATE,
+                relative: pilot.noise_with(packets_scale, MAX_PACKETS),
+            },
+            allocation: SampleAllocation {
+                packets_scale,
+                variance_power: VARIANCE_POWER,
+                max_packets: MAX_PACKETS,
+                mean_variance: pilot.mean_variance(),
+                least_variance: LEAST_NOISE * LEAST_NOISE * pilot.relative_variance(),
+            },
             tolerance: Some((TOLERANCE_OVER_AIM * aim).min(MAX_TOLERANCE)),
         }
     }
 
     /// What an attempt with the fewest samples aims at.
     pub fn coarsest_aim(pilot: &ErrorEstimate) -> f64 {
-        let mut aim = MAX_TOLERANCE / TOLERANCE_OVER_AIM;
-        while SampleBudget::for_rays(aim, pilot).samples > SAMPLES_STEP {
-            aim *= 1.2;
-        }
-        aim
+        let one_packet = pilot.noise_with(0.0, MAX_PACKETS) / NOISE_OVER_TARGET;
+        one_packet.max(MAX_TOLERANCE / TOLERANCE_OVER_AIM)
     }
 
     /// With sums, which have no noise.
     pub fn for_sums(aim: f64, is_last: bool) -> SampleBudget {
         SampleBudget {
-            samples: 0,
-            variance_scale: 0.0,
-            relative_noise: 0.0,
+            mean_packets: 0.0,
+            noise: GatherNoise::default(),
+            allocation: SampleAllocation::default(),
             tolerance: (!is_last).then_some(TOLERANCE_OVER_AIM * aim),
         }
     }
 
     /// Whether more samples are not to be had.
     pub fn is_largest(&self) -> bool {
-        self.samples == MAX_SAMPLES
+        self.mean_packets >= f64::from(MAX_PACKETS)
+    }
+
+    /// Of a gather, about: a power of two.
+    pub fn samples(&self) -> u32 {
+        (PACKET_SAMPLES * self.mean_packets.ceil() as u32).next_power_of_two()
     }
 
     /// For an image of this radiance, W/sr/m².
@@ -76,8 +104,8 @@ impl SampleBudget {
             radiance,
             is_local: norm == ErrorNorm::Local,
             tolerance: self.tolerance,
-            variance_scale: self.variance_scale,
-            relative_noise: self.relative_noise,
+            noise: self.noise,
+            allocation: self.allocation,
         }
     }
 }
@@ -88,8 +116,7 @@ pub(super) fn next_aim(aim: f64, target: f64, error: f64, is_exact: bool) -> f64
         // The error falls more slowly than what is aimed at; and what was gathered is not lost.
         (0.9 * target / error).powi(2)
     } else {
-        // To miss again costs more than to do a little too much.
-        0.8 * target / error
+        0.93 * target / error
     };
     aim * shrink.max(0.25)
 }
@@ -99,11 +126,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn half_the_noise_takes_samples_in_whole_packets() {
-        let pilot = ErrorEstimate::of_pilot(1.0, 0.01, 64);
-        let samples_for = |noise| SampleBudget::for_rays(noise / NOISE_OVER_TARGET, &pilot).samples;
-        assert_eq!(samples_for(1.0), SAMPLES_STEP);
-        assert_eq!(samples_for(0.05), 192);
-        assert_eq!(samples_for(1e-9), MAX_SAMPLES);
+    fn pixels_that_scatter_more_take_more_samples_and_the_noise_is_as_wanted() {
+        // Of two pixels as bright, one has 100 times the variance.
+        let pilot = ErrorEstimate::of_pilot(&[0.01, 1.0]);
+        for aim in [1e-1, 1e-2] {
+            let budget = SampleBudget::for_rays(aim, &pilot);
+            let noise = budget.noise.relative / (NOISE_OVER_TARGET * aim);
+            assert!((0.9..=1.0).contains(&noise), "{noise}");
+        }
+        let one_packet = SampleBudget::for_rays(10.0, &pilot);
+        assert_eq!(one_packet.mean_packets, 1.0);
+        assert!(SampleBudget::for_rays(1e-9, &pilot).is_largest());
     }
 }

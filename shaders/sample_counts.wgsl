@@ -1,0 +1,55 @@
+// How many samples each receiver takes: more where they scatter more. Of all ways to spend as many samples the one with the least
+// noise (after Neyman 1934), for a variance that falls with a power of their number.
+
+#import sampling
+
+struct SampleCountParameters {
+    first_receiver: u32,
+    receiver_count: u32,
+    // 1: the ranges go on from those that are there; 0: from what the image has.
+    goes_on: u32,
+    max_packets: u32,
+    // Packets of a receiver are this times a power of its variance, over the square of the radiance that errors count over.
+    packets_scale: f32,
+    variance_power: f32,
+    // Of a receiver of which nothing is known.
+    mean_variance: f32,
+    // Over the square of a receiver's radiance: samples may have missed what they did not find.
+    least_variance: f32,
+    // Errors count over this, W/sr/m², or over own_share times the pixel's own radiance, if that is more.
+    least_radiance: f32,
+    own_share: f32,
+}
+
+var gathered_diffuse: texture_storage_2d<rgba32float, read>;
+#if PHONG
+var gathered_specular: texture_storage_2d<rgba32float, read>;
+#endif
+var<storage, read> receivers: array<u32>;
+// Of each receiver the packets to take: the first one, and 65536 times the one after the last.
+var<storage, read_write> sample_ranges: array<u32>;
+var<immediate> parameters: SampleCountParameters;
+
+@compute @workgroup_size(64)
+fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x >= parameters.receiver_count) {
+        return;
+    }
+    let index = parameters.first_receiver + id.x;
+    let packed = receivers[index];
+    let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
+    var specular = vec3<f32>(0.0);
+#if PHONG
+    specular = textureLoad(gathered_specular, pixel).rgb;
+#endif
+    // All bands together.
+    let radiance = length(reflect(pixel, textureLoad(gathered_diffuse, pixel).rgb, specular));
+    let counted = max(parameters.own_share * radiance, 1.7320508 * parameters.least_radiance);
+    let around = textureLoad(sampling, pixel);
+    // Not by the pixel's own samples: where they have missed light, they would stay few, and the pixel too dark.
+    let known = reflect_squares(pixel, around.yz);
+    let variance = select(parameters.mean_variance, max(known, parameters.least_variance * radiance * radiance) / (counted * counted), known > 0.0);
+    let packets = u32(ceil(min(parameters.packets_scale * pow(variance, parameters.variance_power), f32(parameters.max_packets))));
+    let first = select(u32(around.x), sample_ranges[index] >> 16u, parameters.goes_on == 1u);
+    sample_ranges[index] = first + (max(max(packets, 1u), first) << 16u);
+}

@@ -1,0 +1,108 @@
+//! Sample counts pass: how many samples each receiver takes.
+
+use super::{
+    Context,
+    gbuffer::GBuffer,
+    receivers::{ReceiverRange, Receivers},
+    refinement::{RefinementCriteria, RefinementImages},
+};
+use crate::{
+    Result,
+    vulkan::{
+        Allocate, Buffer, BufferUse, Device, Recorder, Resource, shaders::SampleCountParameters,
+    },
+};
+
+/// Samples come in packets of rays.
+pub(crate) const PACKET_SAMPLES: u32 = 64;
+
+/// The packets that each receiver of a list takes: the first one, and 65536 times the one after the last.
+pub(crate) struct SampleCounts<A: Allocate = Device> {
+    pub ranges: A::Buffer,
+    readback: A::Buffer,
+    capacity: u32,
+    /// From what the receivers have taken so far; else from what their pixels have.
+    goes_on: bool,
+}
+
+impl<A: Allocate> SampleCounts<A> {
+    /// Room for those of so many receivers.
+    pub fn new(allocate: &A, capacity: u32) -> Result<SampleCounts<A>> {
+        let capacity = capacity.max(1);
+        let buffer = |usage| allocate.buffer("sample counts", 4 * u64::from(capacity), usage);
+        Ok(SampleCounts {
+            ranges: buffer(BufferUse::Device)?,
+            readback: buffer(BufferUse::Readback)?,
+            capacity,
+            goes_on: false,
+        })
+    }
+}
+
+impl SampleCounts {
+    /// So many packets for each receiver, which go on from there.
+    pub fn even(context: &Context, capacity: u32, packets: u32) -> Result<SampleCounts> {
+        let device = context.device;
+        let counts = SampleCounts::new(device, capacity)?;
+        let ranges = vec![packets << 16; counts.capacity as usize];
+        let upload = Buffer::upload(device, "even sample counts", &ranges)?;
+        context.submit(|recorder| {
+            for to in [&counts.ranges, &counts.readback] {
+                recorder.copy_buffer(&upload, to, 4 * u64::from(counts.capacity));
+            }
+            Ok(())
+        })?;
+        Ok(SampleCounts {
+            goes_on: true,
+            ..counts
+        })
+    }
+
+    /// What each receiver takes, from the variances that the image knows.
+    pub fn count<'r>(
+        &'r self,
+        recorder: &mut Recorder<'r>,
+        context: &Context,
+        gbuffer: &'r GBuffer,
+        images: &'r RefinementImages,
+        (receivers, range): (&'r Receivers, ReceiverRange),
+        criteria: RefinementCriteria,
+    ) -> Result<()> {
+        let mut resources = gbuffer.resources();
+        resources.extend(images.resources());
+        resources.extend([
+            ("receivers", Resource::Buffer(&receivers.pixels)),
+            ("sample_ranges", Resource::Buffer(&self.ranges)),
+        ]);
+        let allocation = criteria.allocation;
+        let parameters = SampleCountParameters {
+            first_receiver: range.first,
+            receiver_count: range.count,
+            goes_on: self.goes_on.into(),
+            max_packets: allocation.max_packets,
+            packets_scale: allocation.packets_scale as f32,
+            variance_power: allocation.variance_power as f32,
+            mean_variance: allocation.mean_variance as f32,
+            least_variance: allocation.least_variance as f32,
+            least_radiance: criteria.least_radiance(),
+            own_share: criteria.own_share(),
+        };
+        let kernel = ("sample_counts", &[context.plan.brdf_word()][..]);
+        context.dispatch(recorder, kernel, &resources, &parameters, [range.count, 1])
+    }
+
+    /// So that the host knows them after the submission.
+    pub fn read_back<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        recorder.copy_buffer(&self.ranges, &self.readback, 4 * u64::from(self.capacity));
+    }
+
+    /// The packets that each receiver takes, as the host knows them.
+    pub fn packets(&self, range: ReceiverRange) -> Result<Vec<u32>> {
+        let ranges = self.readback.mapped::<u32>(self.capacity as usize)?;
+        let ranges = &ranges[range.first as usize..][..range.count as usize];
+        Ok(ranges
+            .iter()
+            .map(|range| (range >> 16) - (range & 0xffff))
+            .collect())
+    }
+}
