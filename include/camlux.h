@@ -1297,6 +1297,18 @@ camlux_status camlux_renderer_render(struct camlux_renderer *renderer,
                                      struct camlux_frame **frame);
 
 /**
+ * Foretells the GPU time that a frame of a scene will take, from the last frame of the renderer, if it was of as many triangles
+ * and lights and by the same estimator. It is good to a factor of 2 for up to four times the pixels and half the error.
+ *
+ * \param milliseconds receives it; 0 where the last frame tells nothing of this scene, or there was none.
+ * \errors CAMLUX_ERROR_BUSY where the renderer is rendering; CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_renderer_foretell_ms(struct camlux_renderer *renderer,
+                                          struct camlux_scene *scene,
+                                          double *milliseconds);
+
+/**
  * Makes a token by which another thread ends renders: set it in camlux_render_options.
  *
  * \param token receives the handle, with one reference: give it back by camlux_cancel_token_release.

@@ -504,6 +504,15 @@ public:
         const camlux_status status = camlux_renderer_render(get(), scene.get(), &raw, &rendered);
         return detail::ended(status, frame(rendered));
     }
+
+    /** As camlux_renderer_foretell_ms. */
+    double foretell_ms(const scene &scene) const { return try_foretell_ms(scene).value(); }
+    result<double> try_foretell_ms(const scene &scene) const
+    {
+        double milliseconds = 0.0;
+        const camlux_status status = camlux_renderer_foretell_ms(get(), scene.get(), &milliseconds);
+        return detail::ended(status, milliseconds);
+    }
 };
 
 }  // namespace camlux

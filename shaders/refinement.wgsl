@@ -30,6 +30,9 @@ fn decode_state(encoded: f32) -> PixelState {
     return PixelState(bits & 7u, max(bitcast<f32>(bits & ~7u) - 1.0, 0.0));
 }
 
+// Variance of a gather over the square of the light, from where on samples find it seldom: then a pixel that has found none is not
+// dark without doubt.
+const RARE: f32 = 0.1;
 // Samples come in packets of rays.
 const PACKET_SAMPLES: f32 = 64.0;
 

@@ -68,8 +68,11 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let deviation = length(reflect(pixel, diffuse - predicted.rgb, specular - predicted_specular));
     var error = deviation;
 #if NOISY
-    let of_sample = reflect_squares(pixel, known_sampling(pixel).variances);
-    let variance = variance_of_mean(of_sample, packets, parameters.evenness, parameters.variance_rate);
+    let own_variance = variance_of_mean(reflect_squares(pixel, known_sampling(pixel).variances), packets, parameters.evenness, parameters.variance_rate);
+    let variance_around = variance_of_mean(reflect_squares(pixel, textureLoad(sampling, pixel).yz), packets, parameters.evenness, parameters.variance_rate);
+    let expected = reflect(pixel, predicted.rgb, predicted_specular);
+    let is_doubtful = own_variance == 0.0 && variance_around > RARE * dot(expected, expected);
+    let variance = select(own_variance, variance_around, is_doubtful);
     error = sqrt(max(deviation * deviation - NOISE_SQUARED * variance, 0.0));
     if (parameters.is_grid == 0u && is_predicted) {
         // The smooth pass does it for the grid.

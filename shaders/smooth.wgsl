@@ -28,8 +28,6 @@ var<immediate> parameters: SmoothParameters;
 const REACH: i32 = 1;
 // Noise around a pixel over its own.
 const MAX_OVER_OWN: f32 = 4.0;
-// Variance over the square of the light, from where on samples find it seldom.
-const RARE: f32 = 0.1;
 // Fewer do not make a plane.
 const LEAST_PIXELS: f32 = 6.0;
 

@@ -3,6 +3,7 @@
 mod buffer_pool;
 mod cache;
 mod drawn;
+mod forecast;
 mod images;
 mod indirect;
 mod lights;
@@ -20,6 +21,7 @@ pub(crate) use buffer_pool::BufferPool;
 pub(crate) use cache::{Cached, FrameCache};
 pub(crate) use drawn::DrawnFrame;
 pub use drawn::{DeviceFrame, DeviceImage};
+pub(crate) use forecast::RenderedFrame;
 pub(crate) use images::FrameImages;
 use images::FrameImagesKey;
 pub(crate) use indirect::ErrorEstimates;

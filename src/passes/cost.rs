@@ -53,8 +53,13 @@ impl Cost {
         let seconds = start.elapsed().as_secs_f64().max(1e-6);
         self.speeds
             .insert(work.kernel, work.amount as f64 / seconds);
-        *self.work.entry(work.pass).or_default() += work.amount;
+        self.count_work(work.pass, work.amount);
         Ok(())
+    }
+
+    /// Counts in what a pass is for, besides those that do it.
+    pub fn count_work(&mut self, pass: &'static str, amount: u64) {
+        *self.work.entry(pass).or_default() += amount;
     }
 
     /// Work that a submission of a kernel should hold; `first` before its speed is known.

@@ -54,6 +54,34 @@ fn a_scene_from_arrays_is_that_of_the_file() {
     }
 }
 
+#[test]
+fn a_frame_foretells_those_that_are_like_it() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let scene = load("cornell");
+    resize(scene, SIZE_PX[0], SIZE_PX[1]);
+    let foretold = || {
+        let mut milliseconds = -1.0;
+        // SAFETY: it points to a number.
+        ok(unsafe { camlux_renderer_foretell_ms(renderer, scene, &mut milliseconds) });
+        milliseconds
+    };
+    assert_eq!(foretold(), 0.0);
+    ok(camlux_frame_release(render(renderer, scene)));
+    let alike = foretold();
+    resize(scene, 2 * SIZE_PX[0], 2 * SIZE_PX[1]);
+    assert!(foretold() > alike && alike > 0.0);
+    let indirect = init!(camlux_indirect {
+        estimator: CAMLUX_ESTIMATOR_FINAL_GATHER,
+        target_error: 0.1,
+    });
+    // SAFETY: it points to a struct of that size.
+    ok(unsafe { camlux_scene_set_indirect(scene, &indirect) });
+    assert_eq!(foretold(), 0.0);
+    ok(camlux_scene_release(scene));
+    ok(camlux_renderer_release(renderer));
+}
+
 /// What a frame does not estimate is no number: no sum can be read as if it were 0 % off the true bounce.
 #[test]
 fn each_estimator_estimates_its_own_error() {

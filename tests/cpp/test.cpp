@@ -218,6 +218,7 @@ void views_are_typed_and_keep_their_frame(camlux::renderer &renderer)
     CHECK(handles() == before);
 
     const camlux::frame frame = renderer.render(scene);
+    CHECK(renderer.foretell_ms(scene) > 0.0);
     CHECK(frame.view<std::uint32_t>(camlux::layer::instance_id)(16, 16) == 1);
     CHECK(frame.try_view<float>(camlux::layer::instance_id).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
     CHECK(frame.try_view<std::uint32_t>(camlux::layer::radiance).status() == CAMLUX_ERROR_INVALID_ARGUMENT);

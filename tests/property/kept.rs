@@ -23,6 +23,37 @@ fn refined(mut scene: Scene) -> Scene {
     scene
 }
 
+/// By as much as the rays grow, to a factor of 2, for more pixels and for less error.
+#[test]
+fn the_time_of_a_frame_is_foretold_by_the_last_one() {
+    let mut gpu = Gpu::open();
+    for name in ["glossy", "knot"] {
+        let scene_of = |size: u32, target_error| {
+            let mut scene = demo_scene(name, [size, size]);
+            scene.indirect = Some(IndirectLight::final_gather(target_error));
+            scene
+        };
+        let first = scene_of(128, 0.06);
+        assert_eq!(gpu.renderer.foretell_ms(&first), None);
+        let rays = gpu.render(&first).stats.ray_count as f64;
+        let foretold = gpu.renderer.foretell_ms(&first).expect("it was rendered");
+        let others = [scene_of(64, 0.06), scene_of(256, 0.06), scene_of(128, 0.03)];
+        let foretold: Vec<f64> = others
+            .iter()
+            .map(|other| gpu.renderer.foretell_ms(other).expect("it is alike") / foretold)
+            .collect();
+        for (other, foretold) in others.iter().zip(foretold) {
+            let grown = gpu.render(other).stats.ray_count as f64 / rays;
+            println!("{name}: foretold {foretold:.2}, grown by {grown:.2}");
+            assert!((0.5..=2.0).contains(&(foretold / grown)));
+        }
+        let mut other = demo_scene(name, [128, 128]);
+        other.lights.push(other.lights[0]);
+        assert_eq!(gpu.renderer.foretell_ms(&other), None);
+        gpu = Gpu::open();
+    }
+}
+
 fn two_lights(mut scene: Scene) -> Scene {
     let mut second = scene.lights[0];
     shift(&mut second, DVec3::new(-0.1, -0.2, 0.05));

@@ -1,6 +1,6 @@
 //! `camlux doctor --torture`: whether the engine knows how far off its images are, image by image.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use camlux::doctor::torture::{
@@ -17,6 +17,19 @@ const SIZE_PX: u32 = 96;
 const MAY_BE_OVER_REQUESTED: f64 = 0.05;
 /// Share of the images of many variations whose true error may be over its upper bound.
 const MAY_BE_OVER_BOUND: f64 = 0.08;
+
+/// The columns of the table.
+pub const HEADS: [&str; 9] = [
+    "scene",
+    "asked",
+    "estimated",
+    "bound",
+    "true",
+    "bias",
+    "rays",
+    "time",
+    "missed",
+];
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -35,16 +48,26 @@ pub struct Args {
 impl Args {
     /// `None`: the other cases are asked for.
     pub fn settings(&self) -> Option<Settings> {
-        let mut target_errors = self.target_errors.clone();
-        if target_errors.is_empty() {
-            target_errors = vec![0.1, 0.05, 0.02, 0.01];
-        }
+        let settings = settings(self.torture.as_ref()?);
         Some(Settings {
-            target_errors,
-            size_px: SIZE_PX,
+            target_errors: if self.target_errors.is_empty() {
+                settings.target_errors
+            } else {
+                self.target_errors.clone()
+            },
             variations: self.variations,
-            truths: Some(self.torture.clone()?),
+            ..settings
         })
+    }
+}
+
+/// The whole set, once, with its truths in that folder.
+pub fn settings(truths: &Path) -> Settings {
+    Settings {
+        target_errors: vec![0.1, 0.05, 0.02, 0.01],
+        size_px: SIZE_PX,
+        variations: 1,
+        truths: Some(truths.into()),
     }
 }
 
@@ -56,24 +79,14 @@ pub fn run(
 ) -> Result<ExitCode, Failure> {
     let variations = settings.variations;
     examiner.set_torture(settings);
-    print(&line([
-        "scene",
-        "asked",
-        "estimated",
-        "bound",
-        "true",
-        "bias",
-        "rays",
-        "time",
-        "missed",
-    ]))?;
+    print(&line(HEADS.map(String::from)))?;
     let mut rows = Vec::new();
     let mut others_are_met = true;
     for case in CASES.iter().filter(|case| is_picked(case)) {
         let measured = examiner.examine(case)?;
         let of_case = examiner.take_rows();
         for row in &of_case {
-            print(&row_line(case.name, row))?;
+            print(&line(cells(case.name, row)))?;
         }
         if of_case.is_empty() {
             for part in &measured.parts {
@@ -150,7 +163,8 @@ fn share(rows: &[Row], is_so: impl Fn(&Row) -> bool) -> f64 {
     count as f64 / rows.len().max(1) as f64
 }
 
-fn row_line(name: &str, row: &Row) -> String {
+/// A row of the table.
+pub fn cells(name: &str, row: &Row) -> [String; HEADS.len()] {
     let shown = |error: Option<f64>| error.map_or("-".into(), percent);
     let true_error = match row.uncertainty {
         f64::INFINITY => format!("< {}", percent(row.true_error)),
@@ -166,17 +180,17 @@ fn row_line(name: &str, row: &Row) -> String {
     if row.bias_share() > BIAS_SHARE {
         missed.push("bias");
     }
-    line([
-        name,
-        &percent(row.requested),
-        &shown(row.estimated),
-        &shown(row.upper_bound),
-        &true_error,
-        &with_uncertainty(row.bias, row.bias_uncertainty),
-        &count(row.ray_count as f64),
-        &duration(1e-3 * row.milliseconds),
-        &missed.join(", "),
-    ])
+    [
+        name.into(),
+        percent(row.requested),
+        shown(row.estimated),
+        shown(row.upper_bound),
+        true_error,
+        with_uncertainty(row.bias, row.bias_uncertainty),
+        count(row.ray_count as f64),
+        duration(1e-3 * row.milliseconds),
+        missed.join(", "),
+    ]
 }
 
 fn line(
@@ -190,7 +204,7 @@ fn line(
         rays,
         time,
         missed,
-    ]: [&str; 9],
+    ]: [String; HEADS.len()],
 ) -> String {
     let line = format!(
         "{scene:<34} {asked:>7} {estimated:>9} {bound:>8} {truth:>18} {bias:>18} {rays:>8} {time:>8}  {missed}"

@@ -418,6 +418,8 @@ impl PixelSample {
         with: Option<GatheredWith>,
         fraction: f64,
     ) -> Result<()> {
+        let cost = refiner.context.cost;
+        let rays_before = cost.borrow().work_of("final_gather");
         let progress = &mut *refiner.progress;
         let mut proceed = |_| progress.report_attempt("error_estimate", fraction);
         for gather in 0..if with.is_some() { 2 } else { 1 } {
@@ -444,6 +446,8 @@ impl PixelSample {
                     .gather(receivers, results, samples, &mut proceed)?;
             }
         }
+        let rays = cost.borrow().work_of("final_gather") - rays_before;
+        cost.borrow_mut().count_work("error_estimate", rays);
         Ok(())
     }
 

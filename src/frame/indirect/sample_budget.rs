@@ -132,7 +132,7 @@ mod tests {
         for aim in [1e-1, 1e-2] {
             let budget = SampleBudget::for_rays(aim, &pilot);
             let noise = budget.noise.relative / (NOISE_OVER_TARGET * aim);
-            assert!((0.9..=1.0).contains(&noise), "{noise}");
+            assert!((0.7..=1.0).contains(&noise), "{noise}");
         }
         let one_packet = SampleBudget::for_rays(10.0, &pilot);
         assert_eq!(one_packet.mean_packets, 1.0);

@@ -34,16 +34,28 @@ pub type Column<T> = (&'static str, fn(&T) -> Option<String>);
 
 /// A table with a head. The first column is a heading of its row.
 pub fn table<'a, T: 'a>(columns: &[Column<T>], rows: impl IntoIterator<Item = &'a T>) -> String {
+    let cells = |row| {
+        let cells = columns.iter().map(move |(_, cell)| cell(row));
+        cells.map(|cell| cell.unwrap_or_else(|| "–".into()))
+    };
+    let heads = columns.iter().map(|(head, _)| *head);
+    table_of_cells(heads, rows.into_iter().map(cells))
+}
+
+/// The same of cells in plain text.
+pub fn table_of_cells<'h>(
+    heads: impl IntoIterator<Item = &'h str>,
+    rows: impl IntoIterator<Item = impl IntoIterator<Item = String>>,
+) -> String {
     let mut text = String::from("<div class=\"scroll\"><table><thead><tr>");
-    for (head, _) in columns {
+    for head in heads {
         text += &format!("<th>{}</th>", escape(head));
     }
     text += "</tr></thead><tbody>\n";
     for row in rows {
         text += "<tr>";
-        for (index, (_, cell)) in columns.iter().enumerate() {
+        for (index, cell) in row.into_iter().enumerate() {
             let tag = if index == 0 { "th" } else { "td" };
-            let cell = cell(row).unwrap_or_else(|| "–".into());
             text += &format!("<{tag}>{}</{tag}>", escape(&cell));
         }
         text += "</tr>\n";

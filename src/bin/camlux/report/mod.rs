@@ -15,6 +15,7 @@ mod steps;
 mod style;
 mod summary;
 mod sweep;
+mod torture;
 mod truth;
 
 use std::path::{Path, PathBuf};
@@ -53,6 +54,9 @@ pub struct Args {
     /// Program that renders the scenes with other engines (benches/peers/run); the report says what became of it
     #[arg(long, value_name = "PROGRAM")]
     pub peers: Option<PathBuf>,
+    /// Also the torture set of `camlux doctor`: how far off the engine's images are, and what it says of them
+    #[arg(long)]
+    pub torture: bool,
     /// Standard error of the truth's indirect light, over its root mean square [default: 0.01, quick 0.03]
     #[arg(long, value_name = "SHARE", value_parser = crate::reference::parse_share)]
     pub stderr: Option<f64>,
@@ -81,11 +85,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         machine: Machine::look(device.info()),
         quick: args.quick,
         scenes: Vec::new(),
+        torture: Vec::new(),
     };
     for subject in &subjects {
         let scene = examine(args, subject, &mut renderer)?;
         print(&format!("{}: {}\n", scene.name, summary::summary(&scene)))?;
         report.scenes.push(scene);
+    }
+    if args.torture {
+        let mut settings = crate::torture::settings(&folder.join("truth/torture"));
+        if args.quick {
+            settings.target_errors = vec![0.1];
+        }
+        report.torture = torture::rows(&device, settings)?;
     }
     for scene in &report.scenes {
         write_plots(folder, scene)?;

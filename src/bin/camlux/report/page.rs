@@ -7,6 +7,7 @@ use super::picture::{ERROR_RANGE, Picture, Pictures};
 use super::results::{Entry, Report, SceneReport, Seconds, Unsupported};
 use super::style::STYLE;
 use super::summary::summary;
+use super::torture;
 use crate::Failure;
 use crate::numbers::{count, duration, number, percent, with_uncertainty};
 
@@ -18,6 +19,7 @@ pub fn page(report: &Report) -> Result<String, Failure> {
     let machine = machine(&report.machine, report.quick);
     let scenes = report.scenes.iter().map(scene_section);
     let scenes = scenes.collect::<Result<String, Failure>>()?;
+    let torture = torture::section(&report.torture);
     Ok(format!(
         "<!doctype html>
 <html lang=\"en\">
@@ -27,7 +29,7 @@ pub fn page(report: &Report) -> Result<String, Failure> {
 <style>{STYLE}</style></head>
 <body>
 <h1>Speed against error</h1>
-{machine}{HOW_TO_READ}{scenes}</body>
+{machine}{HOW_TO_READ}{scenes}{torture}</body>
 </html>
 "
     ))

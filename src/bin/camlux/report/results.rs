@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::machine::Machine;
 use super::picture::Pictures;
+use super::torture::TortureRow;
 use crate::numbers::{percent, with_uncertainty};
 
 /// A whole report.
@@ -12,6 +13,8 @@ pub struct Report {
     pub machine: Machine,
     pub quick: bool,
     pub scenes: Vec<SceneReport>,
+    /// Empty where it was not asked for.
+    pub torture: Vec<TortureRow>,
 }
 
 /// What was found for one scene.

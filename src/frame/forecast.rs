@@ -1,0 +1,70 @@
+//! How long a frame will take, from one like it that was rendered.
+
+use crate::{Scene, output::FrameStats, scene::IndirectLight};
+
+/// Rays of final gathering but those of the error estimate grow with this power of the pixels: smooth light takes hardly more for a
+/// larger image, fine detail as many more as there are pixels (measured: 0.3 to 1).
+const PIXELS_POWER: f64 = 0.5;
+/// And fall with this power of the error that is allowed (measured: 0.7 to 1.75).
+const ERROR_POWER: f64 = -1.3;
+
+/// A frame that was rendered.
+pub(crate) struct RenderedFrame {
+    scene: Scene,
+    /// Of passes that gather indirect light, and of the others.
+    gather_ms: f64,
+    other_ms: f64,
+    /// Share of the rays of final gathering that estimated the error: as many whatever the image's size.
+    estimate_share: f64,
+}
+
+impl RenderedFrame {
+    /// The frame of these statistics, for whose error so many of its rays were cast.
+    pub fn new(scene: &Scene, stats: &FrameStats, estimate_rays: u64) -> RenderedFrame {
+        let is_gather = |name: &str| ["gather", "final_gather", "light_rays"].contains(&name);
+        let sum_of = |gathers| {
+            let passes = stats.passes.iter();
+            let passes = passes.filter(move |pass| is_gather(pass.name) == gathers);
+            passes.map(|pass| pass.milliseconds).sum()
+        };
+        RenderedFrame {
+            scene: scene.clone(),
+            gather_ms: sum_of(true),
+            other_ms: sum_of(false),
+            estimate_share: estimate_rays as f64 / stats.ray_count.max(1) as f64,
+        }
+    }
+
+    /// GPU time of a frame, milliseconds, where it is like this one: of as many triangles and lights, by the same estimator.
+    pub fn foretell_ms(&self, scene: &Scene) -> Option<f64> {
+        let size = |scene: &Scene| (scene.triangle_count(), scene.lights.len());
+        let is_alike = size(&self.scene) == size(scene);
+        let pixels = pixels(scene) / pixels(&self.scene);
+        let work = match (&self.scene.indirect, &scene.indirect) {
+            (_, None) => 0.0,
+            (Some(before), Some(now)) if before.name() == now.name() => {
+                self.work(before, now, pixels)?
+            }
+            _ => return None,
+        };
+        let gather_ms = self.gather_ms * work;
+        let budget_ms = scene.indirect.as_ref().and_then(IndirectLight::max_ms);
+        let gather_ms = gather_ms.min(budget_ms.unwrap_or(f64::INFINITY));
+        is_alike.then_some(self.other_ms * pixels + gather_ms)
+    }
+
+    /// Of indirect light, over that of this frame.
+    fn work(&self, before: &IndirectLight, now: &IndirectLight, pixels: f64) -> Option<f64> {
+        if let (Some(before), Some(now)) = (before.target_error(), now.target_error()) {
+            let share = self.estimate_share;
+            let of_image = share + (1.0 - share) * pixels.powf(PIXELS_POWER);
+            return Some(of_image * (now / before).powf(ERROR_POWER));
+        }
+        let [before, now] = [before, now].map(|indirect| indirect.rsm_size().map(f64::from));
+        Some(pixels * (now? / before?).powi(2))
+    }
+}
+
+fn pixels(scene: &Scene) -> f64 {
+    scene.camera.resolution_px.map(f64::from).iter().product()
+}
