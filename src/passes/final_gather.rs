@@ -27,7 +27,7 @@ use crate::{
 const FIRST_SUBMISSION_RAYS: f64 = 5e5;
 
 /// Samples of a receiver at most.
-pub(crate) const MAX_SAMPLES: u32 = 1 << 14;
+pub(crate) const MAX_SAMPLES: u32 = 1 << 16;
 /// Rays from the lights for each sample that a receiver takes of their VPLs: what receivers have in common is small beside what each
 /// has of its own.
 const LIGHT_RAYS_PER_SAMPLE: u32 = 128;

@@ -1,6 +1,7 @@
 //! What gathers indirect light at a list of receivers: one implementation for each estimator.
 
 use super::{
+    light_rays::MAX_RAYS,
     receivers::{ReceiverRange, Receivers},
     sample_counts::SampleCounts,
 };
@@ -8,6 +9,10 @@ use crate::{
     Result,
     vulkan::{Allocate, Buffer, BufferUse},
 };
+
+/// Receivers that share a set of rays from the lights, and their samples, at most.
+const MAX_SHARING_RECEIVERS: u32 = 4096;
+const MAX_SHARED_SAMPLES: u32 = 32 * MAX_RAYS;
 
 /// Gathers indirect light.
 pub(crate) trait Gatherer {
@@ -80,4 +85,11 @@ pub(crate) struct LightRaySets {
     pub samples: u32,
     /// Receivers with other numbers, modulo this, in their list have no samples in common.
     pub set_count: u32,
+}
+
+impl LightRaySets {
+    /// Receivers that may share a set, of so many samples each: more, and the set's own noise would show.
+    pub fn max_receivers(samples: u32) -> u32 {
+        (MAX_SHARED_SAMPLES / samples.max(1)).clamp(1, MAX_SHARING_RECEIVERS)
+    }
 }

@@ -71,7 +71,7 @@ impl ReceiverRange {
     }
 
     /// The same receivers in ranges of at most `max_count`.
-    pub fn split(self, max_count: u32) -> impl Iterator<Item = ReceiverRange> {
+    pub fn split(self, max_count: u32) -> impl Iterator<Item = ReceiverRange> + Clone {
         let starts = (0..self.count).step_by(max_count as usize);
         starts.map(move |start| ReceiverRange {
             first: self.first + start,

@@ -422,19 +422,21 @@ impl PixelSample {
         let rays_before = cost.borrow().work_of("final_gather");
         let progress = &mut *refiner.progress;
         let mut proceed = |_| progress.report_attempt("error_estimate", fraction);
+        let most = with.map_or(u32::MAX, |with| LightRaySets::max_receivers(with.samples));
+        let parts = self.ranges.into_iter().flat_map(|range| range.split(most));
         for gather in 0..if with.is_some() { 2 } else { 1 } {
             self.gathers += 1;
-            let samples = with.map(|with| Samples {
-                counts: with.counts,
-                seed: with.seed + gather,
-                light_rays: LightRaySets {
-                    // Others than those of any other gather.
-                    seed: FIRST_SEED + 1000 * self.seed + self.gathers,
-                    samples: with.samples,
-                    set_count: with.set_count,
-                },
-            });
-            for range in self.ranges {
+            for (part, range) in parts.clone().enumerate() {
+                let samples = with.map(|with| Samples {
+                    counts: with.counts,
+                    seed: with.seed + gather,
+                    light_rays: LightRaySets {
+                        // Others than those of any other gather, and of its other parts.
+                        seed: FIRST_SEED + 1000 * self.seed + self.gathers + ((part as u32) << 16),
+                        samples: with.samples,
+                        set_count: with.set_count,
+                    },
+                });
                 let results = Results {
                     buffer: &self.results,
                     first: gather * self.count + range.first,

@@ -228,19 +228,22 @@ impl Refiner<'_, '_> {
                 Ok(())
             })?;
         }
-        let samples = counts.as_ref().map(|counts| Samples {
-            counts,
-            seed: 0,
-            light_rays: LightRaySets {
-                seed: attempt.number,
-                samples: attempt.samples,
-                set_count: 1,
-            },
-        });
-        let parts = ranges
-            .into_iter()
-            .flat_map(|range| range.split(MAX_RESULTS));
-        for range in parts {
+        let most = match counts {
+            Some(_) => LightRaySets::max_receivers(attempt.samples),
+            None => MAX_RESULTS,
+        };
+        let parts = ranges.into_iter().flat_map(|range| range.split(most));
+        for (part, range) in parts.enumerate() {
+            let samples = counts.as_ref().map(|counts| Samples {
+                counts,
+                seed: 0,
+                light_rays: LightRaySets {
+                    // Others than those of other parts, steps and attempts.
+                    seed: part as u32 + ((step as u32 + (attempt.number << 4)) << 16),
+                    samples: attempt.samples,
+                    set_count: 1,
+                },
+            });
             let results = Results {
                 buffer: &resources.results,
                 first: 0,
