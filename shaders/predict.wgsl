@@ -41,6 +41,8 @@ const MAX_LEVERAGE: f32 = 2.5;
 // Error of an interpolation over what the normal is off by; both over their whole (measured on the knot: 2 % of it for 1 gathers 3 %
 // more pixels and has 6 % less error).
 const TURNING: f32 = 2.0;
+// What a prediction makes of the square of a place, squares of reaches: with less it is no test of interpolation.
+const LEAST_BEND: f32 = 0.1;
 // Known pixels around a new one: four, and the eight next to them.
 const NEIGHBOURS: u32 = 12u;
 
@@ -95,6 +97,7 @@ fn compute_main(
 #endif
     var diffuse_plane: Plane;
     var normal_plane: Plane;
+    var square_plane: Plane;
     var total = 0.0;
     var near = 0u;
     // A plane over the image through the neighbours' values, by least squares: where all four of the nearest are on the surface, it
@@ -128,6 +131,7 @@ fn compute_main(
         squares += weight * vec3<f32>(at.x * at.x, at.x * at.y, at.y * at.y);
         add(&diffuse_plane, known.rgb, weight, at);
         add(&normal_plane, other.normal, weight, at);
+        add(&square_plane, vec3<f32>(at * at, 0.0), weight, at);
 #if PHONG
         add(&specular_plane, textureLoad(gathered_specular, neighbour).rgb, weight, at);
 #endif
@@ -173,7 +177,10 @@ fn compute_main(
     sampled = select(sampled_anyhow, sampled, sampled.w > 0.0);
     textureStore(sampling, pixel, vec4<f32>(own_packets, sampled.xyz / max(sampled.w, 1.0)));
 #endif
-    let to_gather = PixelState(select(UNKNOWN, PREDICTED, has_plane), 0.0);
+    // How light bends along an axis shows only where neighbours lie to both sides: not in a strip two pixels wide.
+    let bends = abs(value_of(square_plane, shares).xy);
+    let is_telling = has_plane && min(bends.x, bends.y) >= LEAST_BEND;
+    let to_gather = PixelState(select(UNKNOWN, select(PREDICTED_ONE_WAY, PREDICTED, is_telling), has_plane), 0.0);
     let state = encode_state(to_gather);
     let interpolated = encode_state(PixelState(INTERPOLATED, expected_error));
     textureStore(gathered_diffuse, pixel, vec4<f32>(diffuse, select(state, interpolated, is_known)));

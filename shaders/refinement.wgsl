@@ -13,6 +13,8 @@ const GATHERED: u32 = 2u;
 const GATHERED_UNPREDICTED: u32 = 3u;
 // `error` is the one expected.
 const INTERPOLATED: u32 = 4u;
+// As PREDICTED, but from neighbours along one axis only: its error tells nothing of the other.
+const PREDICTED_ONE_WAY: u32 = 5u;
 
 struct PixelState {
     kind: u32,

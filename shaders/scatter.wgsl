@@ -43,7 +43,8 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let packed = receivers[parameters.first_receiver + id.x];
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
     let predicted = textureLoad(gathered_diffuse, pixel);
-    let is_predicted = decode_state(predicted.w).kind == PREDICTED;
+    let kind = decode_state(predicted.w).kind;
+    let is_predicted = kind == PREDICTED || kind == PREDICTED_ONE_WAY;
     var diffuse = results[2u * id.x].rgb;
     var specular = vec3<f32>(0.0);
     var predicted_specular = vec3<f32>(0.0);
@@ -85,7 +86,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     textureStore(gathered_specular, pixel, vec4<f32>(specular, 0.0));
 #endif
     var state = PixelState(GATHERED_UNPREDICTED, 0.0);
-    if (is_predicted) {
+    if (kind == PREDICTED) {
         let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
         state = PixelState(GATHERED, error * 0.57735027 / max(parameters.own_share * radiance, parameters.least_radiance));
     }

@@ -646,7 +646,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 3, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("receivers_count_lambert.spv"),
     },
     Module {
@@ -660,7 +660,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ks_shininess", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("receivers_count_phong.spv"),
     },
     Module {
@@ -675,7 +675,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("receivers_write_lambert.spv"),
     },
     Module {
@@ -691,7 +691,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("receivers_write_phong.spv"),
     },
     Module {
@@ -2018,7 +2018,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet.spv"),
     },
     Module {
@@ -2042,7 +2042,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -2066,7 +2066,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single.spv"),
     },
     Module {
@@ -2090,7 +2090,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single_tree.spv"),
     },
     Module {
@@ -2115,7 +2115,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -2140,7 +2140,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2165,7 +2165,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single.spv"),
     },
     Module {
@@ -2190,7 +2190,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2214,7 +2214,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet.spv"),
     },
     Module {
@@ -2238,7 +2238,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -2262,7 +2262,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single.spv"),
     },
     Module {
@@ -2286,7 +2286,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2311,7 +2311,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2336,7 +2336,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2361,7 +2361,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2386,7 +2386,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2410,7 +2410,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet.spv"),
     },
     Module {
@@ -2434,7 +2434,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -2458,7 +2458,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single.spv"),
     },
     Module {
@@ -2482,7 +2482,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single_tree.spv"),
     },
     Module {
@@ -2507,7 +2507,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -2532,7 +2532,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2557,7 +2557,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single.spv"),
     },
     Module {
@@ -2582,7 +2582,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2606,7 +2606,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet.spv"),
     },
     Module {
@@ -2630,7 +2630,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -2654,7 +2654,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single.spv"),
     },
     Module {
@@ -2678,7 +2678,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2703,7 +2703,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2728,7 +2728,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2753,7 +2753,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2778,7 +2778,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2803,7 +2803,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet.spv"),
     },
     Module {
@@ -2828,7 +2828,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet_tree.spv"),
     },
     Module {
@@ -2853,7 +2853,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single.spv"),
     },
     Module {
@@ -2878,7 +2878,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single_tree.spv"),
     },
     Module {
@@ -2904,7 +2904,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet.spv"),
     },
     Module {
@@ -2930,7 +2930,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2956,7 +2956,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single.spv"),
     },
     Module {
@@ -2982,7 +2982,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single_tree.spv"),
     },
     Module {
@@ -3007,7 +3007,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet.spv"),
     },
     Module {
@@ -3032,7 +3032,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet_tree.spv"),
     },
     Module {
@@ -3057,7 +3057,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single.spv"),
     },
     Module {
@@ -3082,7 +3082,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single_tree.spv"),
     },
     Module {
@@ -3108,7 +3108,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet.spv"),
     },
     Module {
@@ -3134,7 +3134,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -3160,7 +3160,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single.spv"),
     },
     Module {
@@ -3186,7 +3186,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -3201,7 +3201,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("sample_counts_lambert.spv"),
     },
     Module {
@@ -3218,7 +3218,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("sample_counts_phong.spv"),
     },
     Module {
@@ -3233,7 +3233,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_lambert_exact.spv"),
     },
     Module {
@@ -3250,7 +3250,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 6, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_lambert_noisy.spv"),
     },
     Module {
@@ -3267,7 +3267,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 6, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_phong_exact.spv"),
     },
     Module {
@@ -3287,7 +3287,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_phong_noisy.spv"),
     },
     Module {
@@ -3301,7 +3301,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_lambert_exact.spv"),
     },
     Module {
@@ -3318,7 +3318,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 7, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_lambert_noisy.spv"),
     },
     Module {
@@ -3334,7 +3334,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_phong_exact.spv"),
     },
     Module {
@@ -3354,7 +3354,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_phong_noisy.spv"),
     },
     Module {
@@ -3370,7 +3370,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 6, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("smooth_fit_lambert.spv"),
     },
     Module {
@@ -3389,7 +3389,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("smooth_fit_phong.spv"),
     },
     Module {
@@ -3401,7 +3401,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 6, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("smooth_store_lambert.spv"),
     },
     Module {
@@ -3414,7 +3414,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("smooth_store_phong.spv"),
     },
     Module {
@@ -3428,7 +3428,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 3, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("resolve_lambert_exact.spv"),
     },
     Module {
@@ -3444,7 +3444,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("resolve_lambert_noisy.spv"),
     },
     Module {
@@ -3460,7 +3460,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("resolve_phong_exact.spv"),
     },
     Module {
@@ -3479,7 +3479,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("LOBE_LAYERS", 1), ],
+        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("resolve_phong_noisy.spv"),
     },
     Module {
@@ -3506,7 +3506,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("error_estimate_lambert_exact.spv"),
     },
     Module {
@@ -3522,7 +3522,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("error_estimate_lambert_noisy.spv"),
     },
     Module {
@@ -3538,7 +3538,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("error_estimate_phong_exact.spv"),
     },
     Module {
@@ -3555,7 +3555,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 7, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ],
+        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("error_estimate_phong_noisy.spv"),
     },
     #[cfg(feature = "test-hooks")]

@@ -232,6 +232,20 @@ fn most_pixels_are_interpolated() {
     }
 }
 
+/// Beside the lit block lies a strip of wall, two points of the grid wide, on which light bends from side to side and hardly from top
+/// to bottom. Predictions along it are right and tell nothing of those across it: interpolated, a pixel of it was off by what no
+/// number of samples mends, and the estimate asked for them.
+#[test]
+fn a_strip_as_narrow_as_the_grid_is_gathered() {
+    let mut gpu = Gpu::open();
+    let scene = final_gather(demo_scene("cornell_spot", [400, 400]), 0.01);
+    let stats = gpu.render(&scene).stats;
+    println!("{} rays", stats.ray_count);
+    assert_eq!(stats.stop, Some(StopReason::TargetMet));
+    // With the strip interpolated 294 million, now 15 million.
+    assert!(stats.ray_count < 30_000_000, "{}", stats.ray_count);
+}
+
 /// Progress never goes back, and where it is answered with a break, nothing but an error comes of it.
 #[test]
 fn progress_and_cancelling() {
