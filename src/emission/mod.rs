@@ -143,8 +143,8 @@ impl EmissionDomain {
     }
 
     /// The face, column and row of the cell at a place of a face, 0 to 1 over its columns and rows; or, beyond its edges, of the cell
-    /// of another face in that direction. `None` where no face shows it.
-    pub fn cell_at(&self, face: usize, place: [f64; 2]) -> Option<[u32; 3]> {
+    /// of another face in that direction. A face has so many cells along an edge. `None` where no face shows the place.
+    pub fn cell_at(&self, face: usize, place: [f64; 2], cells_per_edge: u32) -> Option<[u32; 3]> {
         let of = &self.faces[face];
         let [right, down] = place.map(|place| of.half_extent * (2.0 * place - 1.0));
         let sideways = of.right * right - of.up * down;
@@ -161,8 +161,9 @@ impl EmissionDomain {
                 (index, across.map(|across| across * scale))
             }
         };
-        let cells = across.map(|across| ((0.5 + 0.5 * across) * f64::from(self.size)).floor());
-        let is_inside = |cell: &f64| (0.0..f64::from(self.size)).contains(cell);
+        let count = f64::from(cells_per_edge);
+        let cells = across.map(|across| ((0.5 + 0.5 * across) * count).floor());
+        let is_inside = |cell: &f64| (0.0..count).contains(cell);
         let [column, row] = cells;
         cells
             .iter()

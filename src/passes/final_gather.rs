@@ -170,7 +170,7 @@ impl Gatherer for FinalGather<'_> {
                 seeds: &seeds,
             };
             let norm = norm.unwrap_or_default();
-            return Ok(self.vpl_sampler.learn(&table, &pilot, norm));
+            return Ok(self.vpl_sampler.learn(&self.lights, &table, &pilot, norm));
         }
         Ok(0.0)
     }

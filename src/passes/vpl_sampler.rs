@@ -10,7 +10,6 @@ use super::{
 };
 use crate::{
     Result,
-    emission::EmissionDomain,
     metrics::LOCAL_FLOOR,
     scene::ErrorNorm,
     vulkan::{Allocate, Device, Recorder, Resource, TexelList},
@@ -18,8 +17,12 @@ use crate::{
 
 /// Share of the rays that goes to the cells by their light alone, so that none is forgotten which the pilot has not seen.
 const EVEN_PART: f64 = 0.1;
-/// Share that goes to the tiles around those that contribute: what is narrow may begin in one and go on in the next.
-const NEIGHBOUR_PART: f64 = 0.1;
+/// Share that goes to the tiles around those that contribute, and to the cells around: what is narrow may begin in one and go on in
+/// the next, of which the pilot has seen nothing. (Without those of cells a keyhole took 100 times the samples.)
+const NEIGHBOUR_TILE_PART: f64 = 0.05;
+const NEIGHBOUR_CELL_PART: f64 = 0.1;
+/// A cell with this share of all samples has neighbours as small as itself.
+const LARGE_SHARE: f64 = 1e-3;
 /// A tile has 4 to this power of cells at most: as many as `shaders/light_rays.wgsl` can number.
 const MAX_LEVEL: u32 = 4;
 /// Samples of a pilot that a cell is to have.
@@ -31,8 +34,8 @@ const PRIOR_SAMPLES: f64 = 2.0;
 const MAX_DISTANCE: f32 = 4096.0;
 /// The rays of a light in a set are a multiple of this: packets do not mix lights.
 const PACKET_RAYS: u32 = 64;
-/// Cells beyond those that are whole tiles.
-const MAX_SMALL_CELLS: usize = 1 << 13;
+/// Cells beyond those that are whole tiles: half of them where samples were, half beside those.
+const MAX_SMALL_CELLS: usize = 1 << 14;
 
 /// The distribution of the samples over the maps of all lights.
 pub(crate) struct VplSampler {
@@ -42,8 +45,6 @@ pub(crate) struct VplSampler {
     cells: Vec<f64>,
     /// Where the tiles of each light begin.
     first_tiles: Vec<usize>,
-    /// The tiles around each tile.
-    neighbours: Vec<Vec<usize>>,
     /// What all pilots have seen in each tile.
     seen: Vec<Vec<Seen>>,
     pilots: u8,
@@ -126,7 +127,6 @@ impl VplSampler {
         let shining = sums_w.iter().filter(|&&sum_w| sum_w > 0.0).count();
         let mut tiles = Vec::new();
         let mut first_tiles = Vec::new();
-        let mut neighbours: Vec<Vec<usize>> = Vec::new();
         for ((light, powers_w), sum_w) in lights.iter().zip(&powers_w).zip(&sums_w) {
             let of_light = 0.5 / shining.max(1) as f64 + 0.5 * sum_w / total_w;
             // A light with fewer faces than another leaves room.
@@ -134,11 +134,8 @@ impl VplSampler {
             tiles.resize(first_tile, 0.0);
             first_tiles.push(first_tile);
             let size = light.parameters.emission_size;
-            neighbours.resize(first_tile, Vec::new());
             for index in 0..powers_w.len() as u32 {
                 let (face, code) = (index / size.pow(2), index % size.pow(2));
-                let around = tiles_around(&light.domain, face, code);
-                neighbours.push(around.map(|tile| first_tile + tile).collect());
                 let texel =
                     face * size.pow(2) + every_other_bit(code >> 1) * size + every_other_bit(code);
                 let share = powers_w[texel as usize] / sum_w;
@@ -149,7 +146,6 @@ impl VplSampler {
             cells: tiles.clone(),
             seen: vec![Vec::new(); tiles.len()],
             pilots: 0,
-            neighbours,
             tiles: tiles
                 .into_iter()
                 .enumerate()
@@ -243,35 +239,49 @@ impl VplSampler {
     /// it.
     ///
     /// Returns the share of the samples that go elsewhere from now on.
-    pub fn learn(&mut self, table: &RayTable, pilot: &Pilot, norm: ErrorNorm) -> f64 {
+    pub fn learn(
+        &mut self,
+        lights: &[&DeviceLight],
+        table: &RayTable,
+        pilot: &Pilot,
+        norm: ErrorNorm,
+    ) -> f64 {
         self.look(table, pilot, norm);
-        let mut cells = Vec::new();
-        let mut tiles = self.tiles.clone();
         let all_seen: usize = self.seen.iter().map(Vec::len).sum();
-        let samples_per_cell = (all_seen / MAX_SMALL_CELLS).max(SAMPLES_PER_CELL);
-        for (tile, seen) in tiles.iter_mut().zip(&self.seen) {
-            let cell_count = (seen.len() / samples_per_cell).max(1);
-            tile.level = (cell_count.ilog2() / 2).min(MAX_LEVEL);
-            tile.first_cell = cells.len();
-            cells.extend(tile.weights(seen, self.pilots));
-        }
-        let total: f64 = cells.iter().sum();
-        if total <= 0.0 {
+        let samples_per_cell = (2 * all_seen / MAX_SMALL_CELLS).max(SAMPLES_PER_CELL);
+        let levels: Vec<u32> = self
+            .seen
+            .iter()
+            .map(|seen| ((seen.len() / samples_per_cell).max(1).ilog2() / 2).min(MAX_LEVEL))
+            .collect();
+        let seen = self.weighted(&levels);
+        let Some((tiles, mut cells)) = seen
+            .and_then(|(tiles, cells)| self.weighted(&self.refined_levels(lights, &tiles, &cells)))
+        else {
             return 0.0;
-        }
-        let mut nearby = vec![0.0; tiles.len()];
-        for (tile, neighbours) in tiles.iter().zip(&self.neighbours) {
-            let weight: f64 = cells[tile.cells()].iter().sum();
-            for &neighbour in neighbours {
-                nearby[neighbour] += weight / total / neighbours.len() as f64;
+        };
+        let mut around = vec![0.0; cells.len()];
+        for (index, tile) in tiles.iter().enumerate() {
+            let of_tile = &cells[tile.cells()];
+            let mut hand_out = |weight: f64, code: u32, level: u32| {
+                let neighbours = self.cells_around(lights, index, code, level);
+                for (neighbour, code) in &neighbours {
+                    let cells = tiles[*neighbour].cells_at(*code, level);
+                    let share = weight / neighbours.len() as f64 / cells.len() as f64;
+                    around[cells].iter_mut().for_each(|cell| *cell += share);
+                }
+            };
+            hand_out(NEIGHBOUR_TILE_PART * of_tile.iter().sum::<f64>(), 0, 0);
+            for (code, weight) in of_tile.iter().enumerate() {
+                hand_out(NEIGHBOUR_CELL_PART * weight, code as u32, tile.level);
             }
         }
+        let all_around: f64 = around.iter().sum();
         let mut moved = 0.0;
-        for ((tile, old), nearby) in tiles.iter().zip(&self.tiles).zip(nearby) {
-            let others = EVEN_PART * tile.even_probability + NEIGHBOUR_PART * nearby;
-            let count = tile.cells().len() as f64;
-            for cell in &mut cells[tile.cells()] {
-                *cell = others / count + (1.0 - EVEN_PART - NEIGHBOUR_PART) * *cell / total;
+        for (tile, old) in tiles.iter().zip(&self.tiles) {
+            let even = EVEN_PART * tile.even_probability / tile.cells().len() as f64;
+            for cell in tile.cells() {
+                cells[cell] = even + around[cell] + (1.0 - EVEN_PART - all_around) * cells[cell];
             }
             let [new, old]: [f64; 2] = [
                 cells[tile.cells()].iter().sum(),
@@ -281,6 +291,85 @@ impl VplSampler {
         }
         (self.tiles, self.cells) = (tiles, cells);
         moved
+    }
+
+    /// The tiles with cells of these levels, and the cells' weights by what was seen, whose sum is 1. `None` if nothing was.
+    fn weighted(&self, levels: &[u32]) -> Option<(Vec<Tile>, Vec<f64>)> {
+        let mut cells = Vec::new();
+        let mut tiles = self.tiles.clone();
+        for ((tile, seen), &level) in tiles.iter_mut().zip(&self.seen).zip(levels) {
+            tile.level = level;
+            tile.first_cell = cells.len();
+            cells.extend(tile.weights(seen, self.pilots));
+        }
+        let total: f64 = cells.iter().sum();
+        cells.iter_mut().for_each(|cell| *cell /= total);
+        (total > 0.0).then_some((tiles, cells))
+    }
+
+    /// The levels of the tiles, such that cells with much weight have neighbours as small as they are, also in the next tile.
+    fn refined_levels(&self, lights: &[&DeviceLight], tiles: &[Tile], cells: &[f64]) -> Vec<u32> {
+        let mut levels: Vec<u32> = tiles.iter().map(|tile| tile.level).collect();
+        let mut wanted = Vec::new();
+        for (index, tile) in tiles.iter().enumerate() {
+            for (code, &weight) in cells[tile.cells()].iter().enumerate() {
+                if weight >= LARGE_SHARE {
+                    let around = self.cells_around(lights, index, code as u32, tile.level);
+                    wanted.extend(around.iter().map(|&(near, _)| (weight, near, tile.level)));
+                }
+            }
+        }
+        wanted.sort_by(|(a, ..), (b, ..)| b.total_cmp(a));
+        let mut room = MAX_SMALL_CELLS / 2;
+        for (_, tile, level) in wanted {
+            let more = (1_usize << (2 * level)).saturating_sub(1 << (2 * levels[tile]));
+            if more > 0 && more <= room {
+                room -= more;
+                levels[tile] = level;
+            }
+        }
+        levels
+    }
+
+    /// The cells around one of a tile, if all tiles had cells of its level, on other faces of its light too: their tiles, and places in
+    /// Morton order.
+    fn cells_around(
+        &self,
+        lights: &[&DeviceLight],
+        tile: usize,
+        code: u32,
+        level: u32,
+    ) -> Vec<(usize, u32)> {
+        let light = self.first_tiles.partition_point(|&first| first <= tile) - 1;
+        let first_tile = self.first_tiles[light];
+        let domain = &lights[light].domain;
+        let tile = (tile - first_tile) as u32;
+        let (face, tile) = (tile / domain.size.pow(2), tile % domain.size.pow(2));
+        let code = code + (tile << (2 * level));
+        let [column, row] = [every_other_bit(code), every_other_bit(code >> 1)];
+        let cells_per_edge = domain.size << level;
+        let middle = |at: u32, offset: i32| {
+            (f64::from(at) + 0.5 + f64::from(offset)) / f64::from(cells_per_edge)
+        };
+        let offsets = [-1, 0, 1]
+            .map(|y| [-1, 0, 1].map(|x| [x, y]))
+            .into_iter()
+            .flatten();
+        let mut found: Vec<(usize, u32)> = offsets
+            .filter(|offset| *offset != [0, 0])
+            .filter_map(|[x, y]| {
+                let place = [middle(column, x), middle(row, y)];
+                domain.cell_at(face as usize, place, cells_per_edge)
+            })
+            .map(|[face, column, row]| {
+                let code = spread_bits(column) + 2 * spread_bits(row);
+                let tile = face * domain.size.pow(2) + (code >> (2 * level));
+                (first_tile + tile as usize, code & ((1 << (2 * level)) - 1))
+            })
+            .collect();
+        found.sort_unstable();
+        found.dedup();
+        found
     }
 
     /// Notes what a pilot has seen.
@@ -325,6 +414,14 @@ impl VplSampler {
 impl Tile {
     fn cells(&self) -> std::ops::Range<usize> {
         self.first_cell..self.first_cell + (1 << (2 * self.level))
+    }
+
+    /// The cells at a place in Morton order among cells of a level.
+    fn cells_at(&self, code: u32, level: u32) -> std::ops::Range<usize> {
+        let coarser = level.saturating_sub(self.level);
+        let finer = self.level.saturating_sub(level);
+        let first = self.first_cell + (((code >> (2 * coarser)) << (2 * finer)) as usize);
+        first..first + (1 << (2 * finer))
     }
 
     /// The root of each cell's area times the integral of the square over it: of what pilots say, each as much as it has samples there.
@@ -425,40 +522,6 @@ fn receiver_weights(contributions: &[f32], norm: ErrorNorm) -> Vec<f64> {
 fn pilot_sample(receiver: usize, sample: usize) -> f32 {
     let shift = (receiver as f32 * 0.618_034).fract();
     (sample as f32 + shift) / PACKET_SAMPLES as f32
-}
-
-/// The tiles of a light around one of them, also on other faces; `code` is its place in Morton order.
-fn tiles_around(
-    domain: &EmissionDomain,
-    face: u32,
-    code: u32,
-) -> impl Iterator<Item = usize> + use<> {
-    let size = domain.size;
-    let place = [every_other_bit(code), every_other_bit(code >> 1)];
-    let offsets = [
-        (-1, -1),
-        (0, -1),
-        (1, -1),
-        (-1, 0),
-        (1, 0),
-        (-1, 1),
-        (0, 1),
-        (1, 1),
-    ];
-    let mut found: Vec<usize> = offsets
-        .into_iter()
-        .filter_map(|(x, y)| {
-            let [x, y] = [(place[0], x), (place[1], y)]
-                .map(|(at, offset)| (f64::from(at) + 0.5 + f64::from(offset)) / f64::from(size));
-            domain.cell_at(face as usize, [x, y])
-        })
-        .map(|[face, column, row]| {
-            (face * size.pow(2) + spread_bits(column) + 2 * spread_bits(row)) as usize
-        })
-        .collect();
-    found.sort_unstable();
-    found.dedup();
-    found.into_iter()
 }
 
 /// Zeros between the bits of a number.

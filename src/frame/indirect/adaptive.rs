@@ -11,7 +11,7 @@ use super::{
     ErrorEstimates,
     error_estimate::{ErrorEstimate, PixelSample},
     refine::{Attempt, Refiner},
-    sample_budget::{MAX_ATTEMPTS, MAX_ATTEMPTS_OF_RAYS, PILOT_PACKETS, SampleBudget, next_aim},
+    sample_budget::{MAX_ATTEMPTS, MAX_ATTEMPTS_OF_RAYS, SampleBudget, next_aim},
 };
 use crate::{
     Result,
@@ -20,8 +20,16 @@ use crate::{
     plan::RefinementPlan,
 };
 
+/// Pilots at most, and packets of samples of each: of the last one, where none has found light so far.
+const MAX_PILOTS: u32 = 6;
+const PILOT_PACKETS: u32 = 1;
+const LAST_PACKETS_IN_THE_DARK: u32 = 16;
 /// Pilots follow each other until the samples of so small a share go elsewhere from one to the next.
 const MAX_MOVED_SHARE: f64 = 0.3;
+/// And while samples scatter by more than twice their mean, and by so much more than those of the next pilot, squared. (A keyhole: 53
+/// times the mean squared, then 3, then 1.)
+const SCATTERED: f64 = 4.0;
+const LEAST_GAIN: f64 = 1.5;
 /// Samples of pixels that an attempt is judged by at most.
 const MAX_PIXEL_SAMPLES: usize = 4;
 /// What is aimed at first, over the target: what was sampled counts on if it is not met.
@@ -133,18 +141,27 @@ fn pilot(refiner: &mut Refiner, sample: &mut PixelSample) -> Result<ErrorEstimat
         return sample.pilot(refiner, 0);
     }
     // What is narrow is found in one pilot, and its shape in those that follow.
+    let mut variance = f64::INFINITY;
     let mut round = 0;
     loop {
-        let packets = PILOT_PACKETS[round];
+        round += 1;
+        let is_last = round == MAX_PILOTS;
+        let packets = if is_last && variance.is_infinite() {
+            LAST_PACKETS_IN_THE_DARK
+        } else {
+            PILOT_PACKETS
+        };
         // A pilot of more is for its light alone: what it saw would take much memory.
-        if packets == 1 {
+        if packets == PILOT_PACKETS {
             refiner.gatherer.begin_pilot(results)?;
         }
         let pilot = sample.pilot(refiner, packets)?;
         let moved = refiner.gatherer.learn(results)?;
-        round += 1;
-        let is_settled = !pilot.is_dark() && moved < MAX_MOVED_SHARE;
-        if round >= 2 && is_settled || round == PILOT_PACKETS.len() {
+        let last_variance = variance;
+        variance = pilot.relative_variance();
+        let is_learning = variance > SCATTERED && last_variance > LEAST_GAIN * variance;
+        let is_settled = !pilot.is_dark() && moved < MAX_MOVED_SHARE && !is_learning;
+        if round >= 2 && is_settled || is_last {
             return Ok(pilot);
         }
     }

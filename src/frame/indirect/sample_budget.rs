@@ -10,8 +10,6 @@ use crate::{
     scene::ErrorNorm,
 };
 
-/// Packets of samples of the pilots, two of which there are at least: more where the light is hard to find.
-pub(super) const PILOT_PACKETS: [u32; 5] = [1, 1, 1, 1, 16];
 /// Attempts to meet the target. The last one of a sum leaves nothing to interpolation.
 pub(super) const MAX_ATTEMPTS: u32 = 4;
 /// Of rays, which go on from one to the next.
@@ -20,8 +18,6 @@ pub(super) const MAX_ATTEMPTS_OF_RAYS: u32 = 8;
 const MAX_PACKETS: u32 = MAX_SAMPLES / PACKET_SAMPLES;
 /// Noise of a gathered pixel over the error of the image: smoothing and interpolation take some of it away (measured: 1 to 2.6).
 const NOISE_OVER_TARGET: f64 = 1.25;
-/// Samples have the least noise if they are as this power of the variances.
-pub(super) const VARIANCE_POWER: f64 = 1.0 / (1.0 + ErrorEstimate::VARIANCE_RATE);
 /// Least noise of a pixel, over that of one as bright: its samples may have missed what they did not find.
 const LEAST_NOISE: f64 = 0.1;
 /// What an interpolated pixel may be off by where it is worst, over the error aimed at (measured of sums: the image's is then 0.2 to
@@ -58,12 +54,12 @@ impl SampleBudget {
             mean_packets: pilot.mean_packets(packets_scale, MAX_PACKETS),
             noise: GatherNoise {
                 evenness: pilot.evenness(),
-                rate: ErrorEstimate::VARIANCE_RATE,
+                rate: pilot.variance_rate(),
                 relative: pilot.noise_with(packets_scale, MAX_PACKETS),
             },
             allocation: SampleAllocation {
                 packets_scale,
-                variance_power: VARIANCE_POWER,
+                variance_power: pilot.variance_power(),
                 max_packets: MAX_PACKETS,
                 mean_variance: pilot.mean_variance(),
                 least_variance: LEAST_NOISE * LEAST_NOISE * pilot.relative_variance(),
