@@ -29,7 +29,7 @@ pub fn parts() -> Vec<Part> {
         part(STONE, bases),
         part(STONE, cornice()),
         part(OCHRE, partition()),
-        part(STONE, urn().moved(2.1, 0.0, -0.5)),
+        part(STONE, urn().moved(2.0, 0.0, -1.8)),
     ]);
     parts
 }
