@@ -1,11 +1,11 @@
-//! A fluted tube along a trefoil knot, as OBJ text.
+//! A fluted tube along a trefoil knot, as OBJ text, of any number of triangles.
 
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
 type Vector = [f64; 3];
 
-/// Rings along the knot and vertices around the tube: quads of about 13 mm × 13 mm.
+/// Rings along the knot and vertices around the tube of the knot that is checked in: quads of about 13 mm × 13 mm.
 const RINGS: usize = 500;
 const SIDES: usize = 52;
 
@@ -26,20 +26,32 @@ const UNITS_PER_M: f64 = 1.0e5;
 /// The knot around the origin, its axis along z: quads that face outwards, without normals (it is shaded flat), which
 /// keeps the file at half the size.
 pub fn obj() -> String {
-    let mut text = String::from(
-        "# Fluted trefoil knot, 26 000 quads, unit 1/100 mm. Made by examples/generate_scenes.\no knot\n",
+    obj_of("26 000", RINGS, SIDES)
+}
+
+/// The same knot with about that many triangles, of the same proportions; at least 24.
+pub fn obj_of_about(triangle_count: usize) -> String {
+    let sides_squared = (triangle_count * SIDES) as f64 / (2 * RINGS) as f64;
+    let sides = (sides_squared.sqrt().round() as usize).max(3);
+    let rings = (triangle_count / (2 * sides)).max(4);
+    obj_of(&(rings * sides).to_string(), rings, sides)
+}
+
+fn obj_of(quad_count: &str, rings: usize, sides: usize) -> String {
+    let mut text = format!(
+        "# Fluted trefoil knot, {quad_count} quads, unit 1/100 mm. Made by examples/generate_scenes.\no knot\n",
     );
-    for ring in 0..RINGS {
-        for side in 0..SIDES {
-            let along = TAU * ring as f64 / RINGS as f64;
-            let around = TAU * side as f64 / SIDES as f64;
+    for ring in 0..rings {
+        for side in 0..sides {
+            let along = TAU * ring as f64 / rings as f64;
+            let around = TAU * side as f64 / sides as f64;
             let [x, y, z] = surface_m(along, around).map(|c| (c * UNITS_PER_M).round() as i64);
             writeln!(text, "v {x} {y} {z}").expect("a String takes all that is written to it");
         }
     }
-    let index = |ring: usize, side: usize| 1 + (ring % RINGS) * SIDES + side % SIDES;
-    for ring in 0..RINGS {
-        for side in 0..SIDES {
+    let index = |ring: usize, side: usize| 1 + (ring % rings) * sides + side % sides;
+    for ring in 0..rings {
+        for side in 0..sides {
             let quad = [
                 index(ring, side),
                 index(ring, side + 1),

@@ -1,15 +1,44 @@
-//! Writes the generated files of `scenes/`: the knot's OBJ and the textures. Run in the repository's root:
-//! `cargo run --release --example generate_scenes`. The result is always the same; a test compares it with what is
-//! checked in.
+//! Writes generated files; the result is always the same.
+//!
+//! - `cargo run --release --example generate_scenes`, in the repository's root: the knot's OBJ and the textures of `scenes/`; a
+//!   test compares them with what is checked in.
+//! - `cargo run --release --example generate_scenes -- meshes FOLDER`: the mesh scenes, which are not checked in
+//!   ([docs/mesh-scenes.md](../../docs/mesh-scenes.md)).
+//! - `cargo run --release --example generate_scenes -- knot TRIANGLES FOLDER`: the knot with about so many triangles.
 
 mod knot;
+mod meshes;
 mod textures;
 
+use std::env;
 use std::error::Error;
 use std::fs;
 use std::path::Path;
 
 fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match arguments[..] {
+        [] => checked_in_files(),
+        ["meshes", folder] => {
+            fs::create_dir_all(folder)?;
+            for scene in meshes::SCENES {
+                scene.write(Path::new(folder))?;
+                println!("{folder}/{}.toml", scene.name);
+            }
+            Ok(())
+        }
+        ["knot", triangle_count, folder] => {
+            fs::create_dir_all(folder)?;
+            meshes::write_knot(triangle_count.parse()?, Path::new(folder))?;
+            println!("{folder}/knot_{triangle_count}.toml");
+            Ok(())
+        }
+        _ => Err("usage: generate_scenes [meshes FOLDER | knot TRIANGLES FOLDER]".into()),
+    }
+}
+
+fn checked_in_files() -> Result<(), Box<dyn Error>> {
     let scenes = Path::new("scenes");
     fs::write(scenes.join("knot.obj"), knot::obj())?;
     textures::tiles().save(scenes.join("tiles.png"))?;

@@ -1,13 +1,17 @@
-//! What must hold for the generated files under `scenes/`: they are what the generator makes, and the knot is a sound mesh.
+//! What must hold for generated scenes: files under `scenes/` are what the generator makes, and all meshes are sound.
 
 #[path = "../../examples/generate_scenes/knot.rs"]
 mod knot;
+#[path = "../../examples/generate_scenes/meshes/mod.rs"]
+mod meshes;
 #[path = "../../examples/generate_scenes/textures.rs"]
 mod textures;
 
 use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+
+use camlux::scene::{Scene, Shadow};
 
 fn scenes() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes")
@@ -134,4 +138,63 @@ fn the_knot_faces_outwards() {
     // The tube's cross-section, π·(0.115² + 0.012²/2) m², along 7.21 m of centre line: 0.301 m³; its 52 sides take off
     // 0.2 %. Negative, were the faces turned inwards.
     assert!((0.298..0.302).contains(&volume_m3), "{volume_m3} m³");
+}
+
+#[test]
+fn the_mesh_scenes_load_and_have_sound_surfaces() {
+    let folder = tempfile::tempdir().expect("there is room for temporary files");
+    for mesh_scene in meshes::SCENES {
+        let name = mesh_scene.name;
+        mesh_scene
+            .write(folder.path())
+            .expect("the folder can be written");
+        let scene = load(folder.path(), name);
+        let triangle_count = check_surfaces(&scene, name);
+        assert!(
+            (40_000..130_000).contains(&triangle_count),
+            "{name} has {triangle_count} triangles"
+        );
+        assert_eq!(scene.warnings(), [""; 0], "{name}");
+        assert_eq!(scene.direct.shadow, Some(Shadow::Rays), "{name}");
+        let brightest = scene.materials.iter().flat_map(|material| material.kd);
+        assert!(brightest.fold(0.0, f64::max) <= 0.8, "{name} has k_d > 0.8");
+    }
+}
+
+#[test]
+fn the_knot_has_as_many_triangles_as_asked() {
+    let folder = tempfile::tempdir().expect("there is room for temporary files");
+    for asked in [1_000, 10_000, 100_000] {
+        meshes::write_knot(asked, folder.path()).expect("the folder can be written");
+        let name = format!("knot_{asked}");
+        let made = check_surfaces(&load(folder.path(), &name), &name);
+        let off = (made as f64 / asked as f64 - 1.0).abs();
+        assert!(off < 0.05, "{made} triangles instead of {asked}");
+    }
+}
+
+fn load(folder: &Path, name: &str) -> Scene {
+    Scene::load(&folder.join(format!("{name}.toml"))).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Number of triangles, each of which has an area and normals of length 1.
+fn check_surfaces(scene: &Scene, name: &str) -> usize {
+    let mut triangle_count = 0;
+    for mesh in &scene.meshes {
+        triangle_count += mesh.triangles.len();
+        for triangle in &mesh.triangles {
+            let corners = triangle.map(|index| index as usize);
+            let [a, b, c] = corners.map(|index| mesh.positions_m[index]);
+            let double_area_m2 = (b - a).cross(c - a).length();
+            assert!(double_area_m2 > 0.0, "{name}: no area: {triangle:?}");
+            for index in corners.into_iter().filter(|_| !mesh.normals.is_empty()) {
+                let shading_normal = mesh.normals[index];
+                assert!(
+                    shading_normal.is_normalized(),
+                    "{name}: {triangle:?} has normal {shading_normal}"
+                );
+            }
+        }
+    }
+    triangle_count
 }

@@ -1,0 +1,148 @@
+//! Scenes of generated meshes, unlike each other: for measuring speed against the error of indirect light.
+
+mod blob;
+mod clutter;
+mod far_light;
+mod gear;
+mod glossy_head;
+mod grass;
+mod isosurface;
+mod materials;
+mod mesh;
+mod noise;
+mod room;
+mod scan;
+mod shapes;
+mod terrain;
+mod two_lights;
+
+use std::fmt::Write;
+use std::fs;
+use std::io;
+use std::path::Path;
+
+use super::knot;
+use materials::Material;
+use mesh::Mesh;
+
+/// A scene file, and what it names as NAME.obj.
+pub struct MeshScene {
+    pub name: &'static str,
+    toml: &'static str,
+    parts: fn() -> Vec<Part>,
+}
+
+/// A mesh and what it is made of.
+struct Part {
+    material: Material,
+    mesh: Mesh,
+}
+
+fn part(material: Material, mesh: Mesh) -> Part {
+    Part { material, mesh }
+}
+
+macro_rules! scene {
+    ($name:ident) => {
+        MeshScene {
+            name: stringify!($name),
+            toml: include_str!(concat!(stringify!($name), ".toml")),
+            parts: $name::parts,
+        }
+    };
+}
+
+pub const SCENES: [MeshScene; 9] = [
+    scene!(blob),
+    scene!(clutter),
+    scene!(far_light),
+    scene!(gear),
+    scene!(glossy_head),
+    scene!(grass),
+    scene!(scan),
+    scene!(terrain),
+    scene!(two_lights),
+];
+
+impl MeshScene {
+    /// Writes NAME.toml, NAME.obj and NAME.mtl.
+    pub fn write(&self, folder: &Path) -> io::Result<()> {
+        let parts = (self.parts)();
+        let write = |extension, text: &str| {
+            fs::write(folder.join(format!("{}.{extension}", self.name)), text)
+        };
+        write("toml", self.toml)?;
+        write("obj", &obj(self.name, &parts))?;
+        write("mtl", &mtl(&parts))
+    }
+}
+
+/// The knot of `scenes/knot.toml` with about that many triangles, in the same room: knot_N.toml and its meshes.
+pub fn write_knot(triangle_count: usize, folder: &Path) -> io::Result<()> {
+    let name = format!("knot_{triangle_count}");
+    let toml = include_str!("knot.toml").replace("NAME", &name);
+    fs::write(folder.join(format!("{name}.toml")), toml)?;
+    let obj = knot::obj_of_about(triangle_count);
+    fs::write(folder.join(format!("{name}.obj")), obj)?;
+    let room_obj = include_str!("../../../scenes/knot_room.obj");
+    fs::write(folder.join("knot_room.obj"), room_obj)?;
+    let room_mtl = include_str!("../../../scenes/knot_room.mtl");
+    fs::write(folder.join("knot_room.mtl"), room_mtl)
+}
+
+const NEVER_FAILS: &str = "a String takes all that is written to it";
+
+fn obj(name: &str, parts: &[Part]) -> String {
+    let mut text = format!("# Made by examples/generate_scenes.\nmtllib {name}.mtl\n");
+    let mut first_position = 1;
+    let mut first_normal = 1;
+    for Part { material, mesh } in parts {
+        writeln!(text, "usemtl {}", material.name).expect(NEVER_FAILS);
+        for position in &mesh.positions {
+            // Rounded, so that the last bit of the platform's sine, which differs between machines, does not reach the file.
+            let [x, y, z] = position.to_array();
+            writeln!(text, "v {x:.6} {y:.6} {z:.6}").expect(NEVER_FAILS);
+        }
+        for normal in &mesh.normals {
+            let [x, y, z] = normal.to_array();
+            writeln!(text, "vn {x:.4} {y:.4} {z:.4}").expect(NEVER_FAILS);
+        }
+        let is_smooth = !mesh.normals.is_empty();
+        for triangle in &mesh.triangles {
+            text.push('f');
+            for index in triangle {
+                write!(text, " {}", first_position + index).expect(NEVER_FAILS);
+                if is_smooth {
+                    write!(text, "//{}", first_normal + index).expect(NEVER_FAILS);
+                }
+            }
+            text.push('\n');
+        }
+        first_position += mesh.positions.len() as u32;
+        first_normal += mesh.normals.len() as u32;
+    }
+    text
+}
+
+fn mtl(parts: &[Part]) -> String {
+    let mut written = Vec::new();
+    let mut text = String::new();
+    for Part { material, .. } in parts {
+        if written.contains(material) {
+            continue;
+        }
+        written.push(*material);
+        let Material {
+            name,
+            kd: [red, green, blue],
+            ks,
+            shininess,
+        } = material;
+        writeln!(
+            text,
+            "newmtl {name}\nKd {red} {green} {blue}\nKs {ks} {ks} {ks}\nNs {shininess}\n"
+        )
+        .expect(NEVER_FAILS);
+    }
+    text
+}
