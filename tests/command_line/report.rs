@@ -200,6 +200,117 @@ fn a_report_says_how_fast_and_how_wrong_each_setting_is() {
     assert!(page.contains("it does not like boxes"));
 }
 
+/// Replaces a part of a text file.
+fn edit(path: &Path, from: &str, to: &str) {
+    let text = fs::read_to_string(path).unwrap();
+    assert!(text.contains(from), "{} lacks {from:?}", path.display());
+    fs::write(path, text.replace(from, to)).unwrap();
+}
+
+#[test]
+fn a_report_that_was_cut_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    for file in ["cornell.toml", "cornell.obj", "cornell.mtl"] {
+        fs::copy(scenes.join(file), folder.join(file)).unwrap();
+    }
+    let calls = folder.join("calls");
+    let peers = write_peers(
+        folder,
+        r#"{"peer":"copy","label":"a copy","seconds":[0.5],"image":"OUT/a.exr"}"#,
+    );
+    edit(
+        Path::new(&peers),
+        "#!/bin/sh\n",
+        &format!("#!/bin/sh\necho >>{}\n", calls.display()),
+    );
+    let size = ["--size", "12", "10"];
+    let rendered = program(
+        folder,
+        &[&["render", "cornell.toml", "-o", "a.exr"], &size[..]].concat(),
+    );
+    assert!(rendered.status.success());
+    let report = || {
+        let quick = [
+            "report",
+            "cornell.toml",
+            "--quick",
+            "-o",
+            "out",
+            "--peers",
+            &peers,
+        ];
+        program(folder, &[&quick[..], &size].concat())
+    };
+    let counts = || {
+        let json = fs::read_to_string(folder.join("out/report.json")).unwrap();
+        let json: Value = serde_json::from_str(&json).unwrap();
+        let counts = &json["measurements"];
+        let count = |name: &str| counts[name].as_u64().unwrap();
+        (count("all"), count("of_earlier_run"))
+    };
+    let (first, page) = read(folder, &report());
+    let (all, earlier) = counts();
+    // Direct light, the series of the engine, of the reference and the peers.
+    assert!(all > 1 + 10 + 2 && earlier == 0, "{earlier} of {all}");
+    assert!(!page.contains("earlier run"));
+    assert_eq!(first["entries"].as_array().unwrap().len() as u64, all - 1);
+
+    // As a killed process leaves it: one measurement is missing, one is half a file.
+    let measured = folder.join("out/measured/cornell-12x10");
+    fs::remove_file(folder.join("out/report.json")).unwrap();
+    fs::remove_file(folder.join("out/index.html")).unwrap();
+    fs::remove_file(measured.join("instant-radiosity-16.json")).unwrap();
+    let damaged = measured.join("final-gather-requested-10.json");
+    let text = fs::read_to_string(&damaged).unwrap();
+    fs::write(&damaged, &text[..text.len() / 2]).unwrap();
+    let output = report();
+    let (again, page) = read(folder, &output);
+    assert_eq!(counts(), (all, all - 2));
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let steps = stderr.lines().filter(|line| line.starts_with("cornell: "));
+    assert_eq!(
+        Vec::from_iter(steps),
+        [
+            "cornell: instant-radiosity 16²",
+            "cornell: final-gather requested 10 %"
+        ]
+    );
+    let note = format!("{} of {all} measurements are of an earlier run", all - 2);
+    assert!(stderr.contains(&note) && page.contains(&note), "{stderr}");
+    assert_eq!(fs::read_to_string(&calls).unwrap().lines().count(), 1);
+
+    // All that was kept is the same to the last digit; of what was measured anew, the error is.
+    let entries = |scene: &Value| scene["entries"].as_array().unwrap().clone();
+    for (before, after) in entries(&first).iter().zip(&entries(&again)) {
+        assert_eq!(before["label"], after["label"]);
+        assert_eq!(before["indirect"], after["indirect"]);
+        let is_new = before["seconds"] != after["seconds"];
+        let name = (before["series"].as_str(), before["label"].as_str());
+        let was_missing = name == (Some("instant-radiosity"), Some("16²"))
+            || name == (Some("final-gather"), Some("requested 10 %"));
+        assert_eq!(is_new, was_missing, "{name:?}");
+    }
+    assert_eq!(entries(&first).len(), entries(&again).len());
+    assert_eq!(again["peers"], first["peers"]);
+    assert_eq!(again["direct_only"], first["direct_only"]);
+    // With their pictures: the truth's, and two of all but the reference's.
+    let pictures = page.matches("src=\"data:image/png").count();
+    let references = series(&again, "camlux reference").len();
+    assert_eq!(pictures, 2 + 2 * (entries(&again).len() - references));
+
+    // Another scene under the same name.
+    edit(
+        &folder.join("cornell.toml"),
+        "power_w = 50.",
+        "power_w = 60.",
+    );
+    read(folder, &report());
+    assert_eq!(counts().1, 0);
+    assert_eq!(fs::read_to_string(&calls).unwrap().lines().count(), 2);
+}
+
 /// One line on stderr, exit code 1.
 #[track_caller]
 fn assert_fails(output: &Output, says: &[&str]) {

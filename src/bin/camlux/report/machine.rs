@@ -8,7 +8,7 @@ use camlux::DeviceInfo;
 use serde::Serialize;
 
 /// Versions and hardware. What the system does not tell is `None`.
-#[derive(Serialize)]
+#[derive(Serialize, Clone, Debug)]
 pub struct Machine {
     pub camlux_version: &'static str,
     /// UTC, RFC 3339.
@@ -40,6 +40,16 @@ impl Machine {
             load_before: load_of_last_minute(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         }
+    }
+
+    /// All but the time of the report and what else was at work then.
+    pub fn identity(&self) -> String {
+        let lasting = Machine {
+            date: String::new(),
+            load_before: None,
+            ..self.clone()
+        };
+        format!("{lasting:?}")
     }
 }
 

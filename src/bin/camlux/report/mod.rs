@@ -4,6 +4,7 @@ mod figures;
 mod html;
 mod labels;
 mod machine;
+mod measured;
 mod page;
 mod pareto;
 mod peers;
@@ -24,6 +25,7 @@ use camlux::output::OutputFile;
 use camlux::{Device, Renderer, Scene};
 
 use self::machine::Machine;
+use self::measured::{Counts, Measured};
 use self::peers::PeerRun;
 use self::results::{Peers, Report, SceneReport};
 use self::steps::Steps;
@@ -41,7 +43,7 @@ pub struct Args {
     /// Scene files
     #[arg(value_name = "SCENE.toml", required = true)]
     pub scenes: Vec<PathBuf>,
-    /// Folder for report.json, index.html, the plots and the truths; truths that are there already are used
+    /// Folder for report.json, index.html, the plots and the truths; what a report that was cut has left there is used
     #[arg(short, long, value_name = "FOLDER")]
     pub output: PathBuf,
     /// Under a minute a scene: images of 160 pixels, coarse RSMs, a truth of 3 %
@@ -81,14 +83,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let device = Device::open(&args.device.options())?;
     let mut renderer = Renderer::new(&device)?;
+    let machine = Machine::look(device.info());
+    let measured = Measured::new(folder.join("measured"), &machine);
     let mut report = Report {
-        machine: Machine::look(device.info()),
+        machine,
         quick: args.quick,
+        measurements: Counts::default(),
         scenes: Vec::new(),
         torture: Vec::new(),
     };
     for subject in &subjects {
-        let scene = examine(args, subject, &mut renderer)?;
+        let scene = examine(args, subject, &mut renderer, &measured)?;
         print(&format!("{}: {}\n", scene.name, summary::summary(&scene)))?;
         report.scenes.push(scene);
     }
@@ -97,14 +102,27 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if args.quick {
             settings.target_errors = vec![0.1];
         }
-        report.torture = torture::rows(&device, settings)?;
+        report.torture = torture::rows(&device, settings, &measured)?;
     }
     for scene in &report.scenes {
         write_plots(folder, scene)?;
     }
+    report.measurements = measured.counts();
+    if let Some(note) = report.measurements.note() {
+        tell(&note);
+    }
+    let page = page::page(&report)?;
+    // They would be the bulk of the JSON, and are on the page.
+    for entry in report
+        .scenes
+        .iter_mut()
+        .flat_map(|scene| &mut scene.entries)
+    {
+        entry.pictures = None;
+    }
     let json = serde_json::to_string_pretty(&report)?;
     json_file.commit_with(format!("{json}\n").as_bytes())?;
-    page_file.commit_with(page::page(&report)?.as_bytes())?;
+    page_file.commit_with(page.as_bytes())?;
     tell(&format!("wrote {}", folder.join("index.html").display()));
     Ok(())
 }
@@ -131,6 +149,7 @@ fn examine(
     args: &Args,
     subject: &Subject,
     renderer: &mut Renderer,
+    measured: &Measured,
 ) -> Result<SceneReport, Failure> {
     let Subject { name, file, scene } = subject;
     let options = SweepOptions::new(args.quick);
@@ -140,12 +159,15 @@ fn examine(
     let standard_error = args.stderr.unwrap_or(if args.quick { 0.03 } else { 0.01 });
     let (image, truth) = truth::obtain(scene, &args.output, truth_file, standard_error)?;
 
+    let inputs = (&truth.scene_hash, truth.samples_per_pixel, options);
+    let measured = measured.group(&format!("{name}-{width}x{height}"), inputs);
     let steps = Steps::new();
     let scratch = args.output.join("timing.exr");
     let mut sweep = Sweep {
         renderer,
         subject,
         truth: &image,
+        measured: &measured,
         options,
         scratch: &scratch,
         steps: &steps,
@@ -153,7 +175,9 @@ fn examine(
     let direct_only = sweep.direct_only()?;
     let (mut entries, skipped) = sweep.settings()?;
     let longest_s = options.longest_reference_s;
-    entries.extend(truth::series(subject, &scratch, longest_s, &steps)?);
+    entries.extend(truth::series(
+        subject, &scratch, longest_s, &measured, &steps,
+    )?);
     let peers = match &args.peers {
         None => Peers {
             status: "not run; --peers PROGRAM adds them".into(),
@@ -166,6 +190,7 @@ fn examine(
                 folder: args.output.join("peers").join(name),
                 is_quick: args.quick,
                 truth: &image,
+                measured: &measured,
                 steps: &steps,
             };
             let (of_peers, peers) = run.run()?;

@@ -2,7 +2,6 @@
 
 use super::figures;
 use super::html::{Column, escape, image, table};
-use super::machine::Machine;
 use super::picture::{ERROR_RANGE, Picture, Pictures};
 use super::results::{Entry, Report, SceneReport, Seconds, Unsupported};
 use super::style::STYLE;
@@ -16,7 +15,7 @@ use crate::numbers::{count, duration, number, percent, with_uncertainty};
 /// # Errors
 /// Where a plot or a picture cannot be drawn.
 pub fn page(report: &Report) -> Result<String, Failure> {
-    let machine = machine(&report.machine, report.quick);
+    let machine = machine(report);
     let scenes = report.scenes.iter().map(scene_section);
     let scenes = scenes.collect::<Result<String, Failure>>()?;
     let torture = torture::section(&report.torture);
@@ -47,7 +46,8 @@ the error that was requested; a bar joined to its point is the error as the engi
 <b>kernel error</b>, of plain sums only, is the rounding of the device's f32 against the same formulas on the same VPLs in \
 f64.</p>\n";
 
-fn machine(machine: &Machine, is_quick: bool) -> String {
+fn machine(report: &Report) -> String {
+    let machine = &report.machine;
     let or_unknown = |text: Option<String>| text.unwrap_or_else(|| "unknown".into());
     let device = format!("{} ({})", machine.device, machine.device_kind);
     let threads = machine.lp_num_threads.clone();
@@ -63,13 +63,15 @@ fn machine(machine: &Machine, is_quick: bool) -> String {
         ("LP_NUM_THREADS", threads.unwrap_or("not set".into())),
         ("load before", or_unknown(load)),
         ("system", machine.system.clone()),
-        ("extent", if is_quick { "quick" } else { "full" }.into()),
+        ("extent", if report.quick { "quick" } else { "full" }.into()),
     ];
-    let rows = rows.map(|(name, value)| {
+    let note = report.measurements.note();
+    let note = note.map(|note| ("note", format!("{note}, whose date and load are not these")));
+    let rows = rows.into_iter().chain(note).map(|(name, value)| {
         let value = escape(&value);
         format!("<div><dt>{name}</dt><dd>{value}</dd></div>")
     });
-    format!("<dl>{}</dl>\n", rows.concat())
+    format!("<dl>{}</dl>\n", rows.collect::<String>())
 }
 
 fn scene_section(scene: &SceneReport) -> Result<String, Failure> {

@@ -1,6 +1,9 @@
 //! Small pictures for the page: indirect light in the truth's exposure, and its error on one scale.
 
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD as BASE64;
 use camlux::output::srgb_byte;
+use serde::{Deserialize, Serialize};
 
 use crate::Failure;
 use crate::error_map::{self, ErrorMap};
@@ -14,12 +17,14 @@ const WIDEST_PX: usize = 240;
 pub const ERROR_RANGE: f64 = 1.0;
 
 /// A PNG file.
+#[derive(Serialize, Deserialize)]
 pub struct Picture {
-    pub png: Vec<u8>,
+    pub png_base64: String,
     pub size_px: [usize; 2],
 }
 
 /// What is shown of one entry.
+#[derive(Serialize, Deserialize)]
 pub struct Pictures {
     pub indirect: Picture,
     /// `None` for the truth itself, and where it is black.
@@ -28,8 +33,10 @@ pub struct Pictures {
 
 impl Picture {
     fn new(size_px: [usize; 2], rgb: &[u8]) -> Result<Picture, Failure> {
-        let png = png(size_px, rgb)?;
-        Ok(Picture { png, size_px })
+        Ok(Picture {
+            png_base64: BASE64.encode(png(size_px, rgb)?),
+            size_px,
+        })
     }
 
     /// What the colours of the errors mean, from too dark to too bright.

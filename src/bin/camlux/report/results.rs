@@ -1,8 +1,9 @@
 //! What a report found: `report.json` is these structures, and the page shows them.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::machine::Machine;
+use super::measured::Counts;
 use super::picture::Pictures;
 use super::torture::TortureRow;
 use crate::numbers::{percent, with_uncertainty};
@@ -12,6 +13,7 @@ use crate::numbers::{percent, with_uncertainty};
 pub struct Report {
     pub machine: Machine,
     pub quick: bool,
+    pub measurements: Counts,
     pub scenes: Vec<SceneReport>,
     /// Empty where it was not asked for.
     pub torture: Vec<TortureRow>,
@@ -56,7 +58,7 @@ pub struct Truth {
 }
 
 /// Whose point it is.
-#[derive(Serialize, Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Serialize, Deserialize, Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// A setting of the engine.
@@ -69,7 +71,7 @@ pub enum Kind {
 }
 
 /// One point: a setting of a contender, its time and its error.
-#[derive(Serialize, Default)]
+#[derive(Serialize, Deserialize, Default)]
 pub struct Entry {
     pub kind: Kind,
     /// Points of one series are joined in the plot.
@@ -88,7 +90,8 @@ pub struct Entry {
     pub is_on_engine_front: bool,
     /// On that among all.
     pub is_on_front: bool,
-    #[serde(skip)]
+    /// Not in `report.json`.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub pictures: Option<Pictures>,
 }
 
@@ -100,9 +103,9 @@ impl Entry {
 }
 
 /// What only the engine's settings have.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct EngineFigures {
-    pub estimator: &'static str,
+    pub estimator: String,
     /// `None`: the engine chose.
     pub rsm_size: Option<u32>,
     /// relRMSE of the indirect light that was requested; `None` for plain sums, as is the next.
@@ -112,7 +115,7 @@ pub struct EngineFigures {
     /// What that is below with a confidence of 95 %.
     pub estimated_error_upper: Option<f64>,
     /// Why final gathering went no further.
-    pub stop: Option<&'static str>,
+    pub stop: Option<String>,
     /// Standard deviation of the indirect light's errors over what the engine says of them pixel by pixel (layer `stderr`).
     pub stderr_deviation: Option<f64>,
     pub vpl_count: u64,
@@ -128,14 +131,14 @@ pub struct EngineFigures {
     pub kernel_error_pixels: usize,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct PassMedian {
-    pub name: &'static str,
+    pub name: String,
     pub milliseconds: f64,
 }
 
 /// Time of a frame from call to file: scene, device and pipelines are there.
-#[derive(Serialize, Default)]
+#[derive(Serialize, Deserialize, Default)]
 pub struct Seconds {
     pub median: f64,
     pub min: f64,
@@ -145,7 +148,7 @@ pub struct Seconds {
     pub parts: Vec<TimePart>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct TimePart {
     pub name: String,
     pub seconds: f64,
@@ -185,7 +188,7 @@ pub fn median(values: &[f64]) -> Option<f64> {
 }
 
 /// Distance from the truth, over the pixels where it shows a surface, but for those on edges, all bands together.
-#[derive(Serialize, Clone, Copy, Default)]
+#[derive(Serialize, Deserialize, Clone, Copy, Default)]
 pub struct ModelError {
     /// sqrt(Σ(x−t)²/Σt²), the truth's noise subtracted. Where the noise hides it, a bound: it is at most that.
     pub relative_rmse: f64,
@@ -220,7 +223,7 @@ impl ModelError {
 }
 
 /// What the peers' program said.
-#[derive(Serialize, Default)]
+#[derive(Serialize, Deserialize, Default)]
 pub struct Peers {
     /// In one sentence: whether it ran.
     pub status: String,
@@ -230,7 +233,7 @@ pub struct Peers {
 }
 
 /// A peer that cannot render the scene.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct Unsupported {
     pub peer: String,
     pub reason: String,

@@ -5,11 +5,12 @@ use std::time::Instant;
 
 use camlux::internals::{Intermediates, f64_kernels};
 use camlux::metrics::{Comparison, Pixels};
-use camlux::output::{ExrOptions, Frame, Layer, OutputFile, StopReason, write_exr};
+use camlux::output::{ExrOptions, Frame, Layer, OutputFile, write_exr};
 use camlux::scene::{IndirectLight, VplSum};
 use camlux::{Error, Renderer, Scene};
 
 use super::Subject;
+use super::measured::Group;
 use super::results::{EngineFigures, Entry, PassMedian, Seconds, median};
 use super::settings::{self, Setting};
 use super::steps::Steps;
@@ -20,7 +21,7 @@ use crate::Failure;
 const MAX_RUNS: usize = 15;
 
 /// How far the sweep goes.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct SweepOptions {
     pub is_quick: bool,
     /// A frame that is expected to take longer is left out.
@@ -52,6 +53,7 @@ pub struct Sweep<'a> {
     pub renderer: &'a mut Renderer,
     pub subject: &'a Subject,
     pub truth: &'a TruthImage,
+    pub measured: &'a Group<'a>,
     pub options: SweepOptions,
     /// A file that may be written and removed.
     pub scratch: &'a Path,
@@ -64,16 +66,18 @@ impl Sweep<'_> {
     /// # Errors
     /// Those of rendering and writing.
     pub fn direct_only(&mut self) -> Result<Seconds, Failure> {
-        self.steps
-            .begin(format!("{}: direct light", self.subject.name))?;
-        let scene = Scene {
-            indirect: None,
-            ..self.subject.scene.clone()
-        };
-        // The warm-up.
-        self.render(&scene)?;
-        let (_, seconds, _) = self.time(&scene)?;
-        Ok(seconds)
+        self.measured.obtain("direct light", (), || {
+            self.steps
+                .begin(format!("{}: direct light", self.subject.name))?;
+            let scene = Scene {
+                indirect: None,
+                ..self.subject.scene.clone()
+            };
+            // The warm-up.
+            self.render(&scene)?;
+            let (_, seconds, _) = self.time(&scene)?;
+            Ok(seconds)
+        })
     }
 
     /// Every setting of every series, but those that would take too long or that the device cannot hold: for these a
@@ -94,8 +98,11 @@ impl Sweep<'_> {
                     ));
                     break;
                 }
-                self.steps.begin(format!("{}: {what}", self.subject.name))?;
-                match self.setting(setting) {
+                let measured = self.measured.obtain(&what, setting.indirect, || {
+                    self.steps.begin(format!("{}: {what}", self.subject.name))?;
+                    self.setting(setting)
+                });
+                match measured {
                     Ok(entry) => {
                         expected_s = next_seconds(&entry);
                         entries.push(entry);
@@ -135,13 +142,13 @@ impl Sweep<'_> {
             label: setting.label.clone(),
             seconds,
             engine: Some(EngineFigures {
-                estimator: indirect.name(),
+                estimator: indirect.name().into(),
                 rsm_size: indirect.rsm_size(),
                 target_error: indirect.target_error(),
                 estimated_error: frame.stats.estimated_error,
                 estimated_error_upper: frame.stats.estimated_error_upper,
                 stderr_deviation,
-                stop: frame.stats.stop.map(StopReason::name),
+                stop: frame.stats.stop.map(|stop| stop.name().into()),
                 vpl_count: frame.stats.vpl_count,
                 pixel_vpl_pairs: frame.stats.pixel_vpl_pairs,
                 ray_count: frame.stats.ray_count,
@@ -229,7 +236,10 @@ impl Sweep<'_> {
                 let parts = parts.map(|(name, times)| (name, median(&times).unwrap_or_default()));
                 let gpu_passes = passes.iter().filter_map(|(name, times)| {
                     let milliseconds = median(times)?;
-                    Some(PassMedian { name, milliseconds })
+                    Some(PassMedian {
+                        name: (*name).into(),
+                        milliseconds,
+                    })
                 });
                 let seconds = Seconds::from_runs(runs, parts).unwrap_or_default();
                 return Ok((frame, seconds, gpu_passes.collect()));

@@ -3,22 +3,23 @@
 use camlux::Device;
 use camlux::doctor::Examiner;
 use camlux::doctor::torture::{CASES, Row, Settings};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::html::table_of_cells;
+use super::measured::Measured;
 use crate::torture::{HEADS, cells};
 use crate::{Failure, print};
 
 /// An image of the set. Errors are shares; JSON has null for what is unknown or infinite.
-#[derive(Serialize)]
+#[derive(Serialize, Deserialize)]
 pub struct TortureRow {
-    scene: &'static str,
+    scene: String,
     requested: f64,
     estimated_error: Option<f64>,
     estimated_error_upper: Option<f64>,
-    true_error: f64,
-    true_error_standard_error: f64,
-    bias: f64,
+    true_error: Option<f64>,
+    true_error_standard_error: Option<f64>,
+    bias: Option<f64>,
     ray_count: u64,
     milliseconds: f64,
     #[serde(skip)]
@@ -26,15 +27,16 @@ pub struct TortureRow {
 }
 
 impl TortureRow {
-    fn new(scene: &'static str, row: &Row) -> TortureRow {
+    fn new(scene: &str, row: &Row) -> TortureRow {
+        let finite = |value: f64| value.is_finite().then_some(value);
         TortureRow {
-            scene,
+            scene: scene.into(),
             requested: row.requested,
             estimated_error: row.estimated,
             estimated_error_upper: row.upper_bound,
-            true_error: row.true_error,
-            true_error_standard_error: row.uncertainty,
-            bias: row.bias,
+            true_error: finite(row.true_error),
+            true_error_standard_error: finite(row.uncertainty),
+            bias: finite(row.bias),
             ray_count: row.ray_count,
             milliseconds: row.milliseconds,
             cells: cells(scene, row),
@@ -43,16 +45,38 @@ impl TortureRow {
 }
 
 /// Renders the set.
-pub fn rows(device: &Device, settings: Settings) -> Result<Vec<TortureRow>, Failure> {
+///
+/// # Errors
+/// Those of rendering and writing.
+pub fn rows(
+    device: &Device,
+    settings: Settings,
+    measured: &Measured,
+) -> Result<Vec<TortureRow>, Failure> {
+    let inputs = (
+        &settings.target_errors,
+        settings.size_px,
+        settings.variations,
+    );
+    let measured = measured.group("torture", inputs);
     let mut examiner = Examiner::new(device)?;
     examiner.set_torture(settings);
     let mut rows = Vec::new();
     for case in CASES {
-        examiner.examine(case)?;
-        for row in examiner.take_rows() {
-            let row = TortureRow::new(case.name, &row);
-            print(&format!("torture set, {}\n", row.cells.join(", ")))?;
-            rows.push(row);
+        let of_case: Vec<(TortureRow, [String; HEADS.len()])> =
+            measured.obtain(case.name, (), || {
+                examiner.examine(case)?;
+                let rows = examiner.take_rows();
+                let rows = rows.iter().map(|row| {
+                    let row = TortureRow::new(case.name, row);
+                    let cells = row.cells.clone();
+                    (row, cells)
+                });
+                Ok(rows.collect())
+            })?;
+        for (row, cells) in of_case {
+            print(&format!("torture set, {}\n", cells.join(", ")))?;
+            rows.push(TortureRow { cells, ..row });
         }
     }
     Ok(rows)

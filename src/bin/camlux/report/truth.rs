@@ -9,6 +9,7 @@ use camlux::reference::{Goal, Reference};
 use camlux::{Error, Scene};
 
 use super::Subject;
+use super::measured::Group;
 use super::picture::Pictures;
 use super::results::{Entry, Kind, ModelError, Seconds, Truth};
 use super::steps::Steps;
@@ -184,43 +185,53 @@ pub fn series(
     Subject { name, scene, .. }: &Subject,
     scratch: &Path,
     longest_s: f64,
+    measured: &Group,
     steps: &Steps,
 ) -> Result<Vec<Entry>, Failure> {
     let mut entries = Vec::new();
     let mut samples = FIRST_SAMPLES;
     while samples <= LAST_SAMPLES {
-        steps.begin(format!("{name}: reference, {samples} samples"))?;
-        let file = OutputFile::create(scratch)?;
-        let start = Instant::now();
-        let mut reference = Reference::new(scene, samples / ROUNDS)?;
-        for _ in 0..ROUNDS {
-            reference.add_round(&mut |_| steps.tick())?;
-        }
-        let sampled_s = start.elapsed().as_secs_f64();
-        write_exr(file, &reference.frame(), &ExrOptions::default())?;
-        let seconds = start.elapsed().as_secs_f64();
-        let _ = std::fs::remove_file(scratch);
-
-        let parts = [("sample", sampled_s), ("write", seconds - sampled_s)];
-        let own_error = reference.relative_standard_error();
-        entries.push(Entry {
-            kind: Kind::Reference,
-            series: "camlux reference".into(),
-            label: format!("{samples} spp"),
-            seconds: Seconds::from_runs(vec![seconds], parts).unwrap_or_default(),
-            // An image that is nothing but noise of this size.
-            indirect: own_error.map(|relative_rmse| ModelError {
-                relative_rmse,
-                ..ModelError::default()
-            }),
-            ..Entry::default()
-        });
+        let what = format!("reference, {samples} samples");
+        let entry = measured.obtain(&what, (), || {
+            steps.begin(format!("{name}: {what}"))?;
+            contender(scene, samples, scratch, steps)
+        })?;
+        let seconds = entry.seconds.median;
+        entries.push(entry);
         if seconds > longest_s {
             break;
         }
         samples *= 2;
     }
     Ok(entries)
+}
+
+fn contender(scene: &Scene, samples: u32, scratch: &Path, steps: &Steps) -> Result<Entry, Failure> {
+    let file = OutputFile::create(scratch)?;
+    let start = Instant::now();
+    let mut reference = Reference::new(scene, samples / ROUNDS)?;
+    for _ in 0..ROUNDS {
+        reference.add_round(&mut |_| steps.tick())?;
+    }
+    let sampled_s = start.elapsed().as_secs_f64();
+    write_exr(file, &reference.frame(), &ExrOptions::default())?;
+    let seconds = start.elapsed().as_secs_f64();
+    let _ = std::fs::remove_file(scratch);
+
+    let parts = [("sample", sampled_s), ("write", seconds - sampled_s)];
+    let own_error = reference.relative_standard_error();
+    Ok(Entry {
+        kind: Kind::Reference,
+        series: "camlux reference".into(),
+        label: format!("{samples} spp"),
+        seconds: Seconds::from_runs(vec![seconds], parts).unwrap_or_default(),
+        // An image that is nothing but noise of this size.
+        indirect: own_error.map(|relative_rmse| ModelError {
+            relative_rmse,
+            ..ModelError::default()
+        }),
+        ..Entry::default()
+    })
 }
 
 /// A layer that every frame of the report has.
