@@ -35,7 +35,7 @@ const MAX_DISTANCE: f32 = 4096.0;
 /// The rays of a light in a set are a multiple of this: packets do not mix lights.
 const PACKET_RAYS: u32 = 64;
 /// Cells beyond those that are whole tiles: half of them where samples were, half beside those.
-const MAX_SMALL_CELLS: usize = 1 << 14;
+const MAX_SMALL_CELLS: usize = 1 << 15;
 
 /// The distribution of the samples over the maps of all lights.
 pub(crate) struct VplSampler {
@@ -264,6 +264,9 @@ impl VplSampler {
         for (index, tile) in tiles.iter().enumerate() {
             let of_tile = &cells[tile.cells()];
             let mut hand_out = |weight: f64, code: u32, level: u32| {
+                if weight == 0.0 {
+                    return;
+                }
                 let neighbours = self.cells_around(lights, index, code, level);
                 for (neighbour, code) in &neighbours {
                     let cells = tiles[*neighbour].cells_at(*code, level);
