@@ -18,7 +18,7 @@ use crate::{
 /// Share of the rays that goes to the cells by their light alone, so that none is forgotten which the pilot has not seen.
 const EVEN_PART: f64 = 0.1;
 /// Share that goes to the tiles around those that contribute, and to the cells around: what is narrow may begin in one and go on in
-/// the next, of which the pilot has seen nothing. (Without those of cells a keyhole took 100 times the samples.)
+/// the next, of which the pilot has seen nothing. (Without those of cells a keyhole took 35 times the rays.)
 const NEIGHBOUR_TILE_PART: f64 = 0.05;
 const NEIGHBOUR_CELL_PART: f64 = 0.1;
 /// A cell with this share of all samples has neighbours as small as itself.
