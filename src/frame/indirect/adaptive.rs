@@ -26,8 +26,8 @@ const PILOT_PACKETS: u32 = 1;
 const LAST_PACKETS_IN_THE_DARK: u32 = 16;
 /// Pilots follow each other until the samples of so small a share go elsewhere from one to the next.
 const MAX_MOVED_SHARE: f64 = 0.3;
-/// And while samples scatter by more than twice their mean, and by so much more than those of the next pilot, squared. (A keyhole: 53
-/// times the mean squared, then 3, then 1.)
+/// And while the variance of a sample is more than this times the square of its mean, and has fallen by this factor since the pilot
+/// before. (A keyhole: 53, then 3, then 1.)
 const SCATTERED: f64 = 4.0;
 const LEAST_GAIN: f64 = 1.5;
 /// Samples of pixels that an attempt is judged by at most.
