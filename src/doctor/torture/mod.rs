@@ -131,8 +131,6 @@ pub const OVER_REQUESTED: f64 = 1.3;
 pub const FAR_OVER_REQUESTED: f64 = 2.0;
 /// True error over its stated upper bound.
 pub const OVER_UPPER_BOUND: f64 = 1.1;
-/// The same of one small image: it is a bound of 95 %, and of 800 images turned a little 0.9 % are over it by more than a tenth.
-const OVER_UPPER_BOUND_OF_A_CASE: f64 = 1.25;
 /// |bias| over the true error.
 pub const BIAS_SHARE: f64 = 0.5;
 /// The spread of the image's mean, while a lamp moves, over the mean estimate.
@@ -271,7 +269,7 @@ fn estimates(exam: &mut Examiner, subject: Subject) -> Result<()> {
                 (
                     "true over upper bound",
                     row.over_upper_bound(),
-                    OVER_UPPER_BOUND_OF_A_CASE,
+                    OVER_UPPER_BOUND,
                 ),
                 ("bias over true error", row.bias_share(), BIAS_SHARE),
             ] {
