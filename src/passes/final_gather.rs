@@ -47,12 +47,14 @@ pub(crate) struct FinalGather<'b> {
     lights: Vec<&'b DeviceLight>,
     light_list: TexelList,
     light_rays: LightRays,
-    vpl_sampler: VplSampler,
-    /// Of the rays that were sent last.
-    sent: Option<(LightRaySets, RayTable)>,
-    /// What each sample of a VPL contributes: of a pilot only; and the seeds of its light rays.
+    /// For the image, and for estimates; and what they said last.
+    vpl_samplers: [VplSampler; 2],
+    tables: [Option<RayTable>; 2],
+    /// The rays that were sent last.
+    sent: Option<LightRaySets>,
+    /// What each sample of a VPL contributes: of a pilot only; and its light rays: from which result on, and their seed.
     contributions: Option<Buffer>,
-    pilot_seeds: Vec<u32>,
+    pilot_rays: [Vec<(u32, u32)>; 2],
     nothing: Buffer,
     kernel: RayKernel,
     lattice: TexelList,
@@ -63,7 +65,7 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32)
     let lights = plan.lights.len() as u64;
     let tiles = lights * u64::from(plan.max_faces() * emission_size.pow(2));
     TexelList::declare(allocate, "lattice", MAX_SAMPLES.into())?;
-    for _ in 0..2 {
+    for _ in 0..3 {
         RayTable::declare(allocate, tiles)?;
     }
     LightRays::new(allocate, plan)?;
@@ -92,47 +94,49 @@ impl<'b> FinalGather<'b> {
             surfaces,
             light_list: TexelList::new(device, "lights", words.to_vec())?,
             light_rays: LightRays::new(device, context.plan)?,
-            vpl_sampler: VplSampler::even(&lights),
+            vpl_samplers: [VplSampler::even(&lights), VplSampler::even(&lights)],
+            tables: [None, None],
             sent: None,
             lights,
             contributions: None,
-            pilot_seeds: Vec::new(),
+            pilot_rays: [Vec::new(), Vec::new()],
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             kernel,
             lattice: TexelList::new(device, "lattice", points.collect())?,
         })
     }
 
-    /// Sends rays from the lights, unless those for the same samples were sent last.
-    fn send_light_rays(&mut self, wanted: LightRaySets) -> Result<()> {
-        if self.sent.as_ref().is_some_and(|(sent, _)| *sent == wanted) {
+    /// Sends rays from the lights for results from this one on, unless those for the same samples were sent last.
+    fn send_light_rays(&mut self, wanted: LightRaySets, first_result: u32) -> Result<()> {
+        if self.sent == Some(wanted) {
             return Ok(());
         }
+        let own = wanted.gathered_for as usize;
         let per_sample = match wanted.set_count {
             1 => LIGHT_RAYS_PER_SAMPLE,
             _ => LIGHT_RAYS_PER_SAMPLE_OF_A_SET,
         };
         let at_least = if self.contributions.is_some() {
-            self.pilot_seeds.push(wanted.seed);
+            self.pilot_rays[own].push((first_result, wanted.seed));
             PILOT_SET_SIZE
         } else {
             MIN_SET_SIZE
         };
         let set_size = wanted.samples.saturating_mul(per_sample).max(at_least);
         let set_size = set_size.min(MAX_RAYS / wanted.set_count);
-        let table = match self.sent.take() {
-            Some((_, table)) if table.is_for(set_size) => table,
-            _ => self.vpl_sampler.table(self.context.device, set_size)?,
+        let table = match self.tables[own].take() {
+            Some(table) if table.is_for(set_size) => table,
+            _ => self.vpl_samplers[own].table(self.context.device, set_size)?,
         };
         self.light_rays.trace(
             self.context,
             (self.tree, self.surfaces),
             (&self.lights, &self.light_list),
-            &table,
+            self.tables[own].insert(table),
             (wanted.set_count, wanted.seed),
             self.kernel,
         )?;
-        self.sent = Some((wanted, table));
+        self.sent = Some(wanted);
         Ok(())
     }
 }
@@ -156,23 +160,32 @@ impl Gatherer for FinalGather<'_> {
 
     /// From here on VPLs are sampled by what they have contributed to the pilot's results.
     fn learn(&mut self, results: u32) -> Result<f64> {
-        if let (Some(contributions), Some((_, table))) =
-            (self.contributions.take(), self.sent.take())
-        {
-            let norm = self
-                .context
-                .plan
-                .indirect
-                .map(|plan| plan.refinement.error_norm);
-            let seeds = std::mem::take(&mut self.pilot_seeds);
-            let pilot = Pilot {
-                contributions: contributions.mapped((results * PACKET_SAMPLES) as usize)?,
-                seeds: &seeds,
+        self.sent = None;
+        let tables = std::mem::take(&mut self.tables);
+        let rays = std::mem::take(&mut self.pilot_rays);
+        let Some(contributions) = self.contributions.take() else {
+            return Ok(0.0);
+        };
+        let norm = self
+            .context
+            .plan
+            .indirect
+            .map(|plan| plan.refinement.error_norm);
+        let contributions: &[f32] = contributions.mapped((results * PACKET_SAMPLES) as usize)?;
+        let half = contributions.len() / 2;
+        let mut moved = 0.0_f64;
+        for (index, sampler) in self.vpl_samplers.iter_mut().enumerate() {
+            let Some(table) = &tables[index] else {
+                continue;
             };
-            let norm = norm.unwrap_or_default();
-            return Ok(self.vpl_sampler.learn(&self.lights, &table, &pilot, norm));
+            let pilot = Pilot {
+                contributions: &contributions[index * half..][..half],
+                first_result: (index * half) as u32 / PACKET_SAMPLES,
+                rays: &rays[index],
+            };
+            moved = moved.max(sampler.learn(&self.lights, table, &pilot, norm.unwrap_or_default()));
         }
-        Ok(0.0)
+        Ok(moved)
     }
 
     /// With packets of samples of each technique.
@@ -198,11 +211,12 @@ impl Gatherer for FinalGather<'_> {
         if count == 0 {
             return Ok(());
         }
-        self.send_light_rays(LightRaySets {
+        let wanted = LightRaySets {
             seed: light_rays.seed ^ own_seed,
             ..light_rays
-        })?;
-        let Some((_, table)) = &self.sent else {
+        };
+        self.send_light_rays(wanted, results.first)?;
+        let Some(table) = &self.tables[light_rays.gathered_for as usize] else {
             return Err(Error::internal("no rays were sent from the lights"));
         };
         let plan = self.context.plan;

@@ -27,7 +27,7 @@ pub(crate) trait Gatherer {
         true
     }
 
-    /// Until `learn`, what is gathered is a pilot of so many results, a packet of samples each.
+    /// Until `learn`, what is gathered is a pilot of so many results, a packet of samples each: half for the image, half for estimates.
     fn begin_pilot(&mut self, _results: u32) -> Result<()> {
         Ok(())
     }
@@ -81,10 +81,19 @@ pub(crate) struct Samples<'s> {
 pub(crate) struct LightRaySets {
     /// Another number: other rays.
     pub seed: u32,
+    pub gathered_for: GatheredFor,
     /// Of a receiver, about.
     pub samples: u32,
     /// Receivers with other numbers, modulo this, in their list have no samples in common.
     pub set_count: u32,
+}
+
+/// What a gather is for. Each samples the lights by densities of its own, learned from gathers of its own: what one has not found the
+/// other may.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum GatheredFor {
+    Image,
+    Estimate,
 }
 
 impl LightRaySets {

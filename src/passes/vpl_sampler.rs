@@ -52,10 +52,11 @@ pub(crate) struct VplSampler {
 
 /// What the samples of a pilot contributed.
 pub(crate) struct Pilot<'p> {
-    /// For every receiver those of a packet of samples, which were those that `pilot_sample` says.
+    /// For every result those of a packet of samples, which were those that `pilot_sample` says.
     pub contributions: &'p [f32],
-    /// Of the lights' rays: as many receivers had those of each, in turn.
-    pub seeds: &'p [u32],
+    pub first_result: u32,
+    /// From which result on the lights' rays had which seed.
+    pub rays: &'p [(u32, u32)],
 }
 
 /// A sample that a pilot took.
@@ -381,7 +382,8 @@ impl VplSampler {
         table: &RayTable,
         &Pilot {
             contributions,
-            seeds,
+            first_result,
+            rays,
         }: &Pilot,
         norm: ErrorNorm,
     ) {
@@ -389,14 +391,15 @@ impl VplSampler {
             .flat_map(|tile| self.tiles[tile].cells().map(move |_| tile))
             .collect();
         let samples = PACKET_SAMPLES as usize;
-        let receivers = contributions.len() / samples / seeds.len().max(1);
         let weights = receiver_weights(contributions, norm);
         for (index, contribution) in contributions.iter().enumerate() {
             let (receiver, sample) = (index / samples, index % samples);
-            let x = pilot_sample(receiver, sample);
+            let result = first_result + receiver as u32;
+            let x = pilot_sample(result, sample);
             let ray = ((x * table.set_size as f32) as u32).min(table.set_size.saturating_sub(1));
-            let seed = seeds.get(receiver / receivers.max(1));
-            let Some((cell, along, probability)) = seed.and_then(|&seed| table.place(ray, seed))
+            let sent = rays.iter().rfind(|&&(first, _)| first <= result);
+            let Some((cell, along, probability)) =
+                sent.and_then(|&(_, seed)| table.place(ray, seed))
             else {
                 continue;
             };
@@ -522,8 +525,8 @@ fn receiver_weights(contributions: &[f32], norm: ErrorNorm) -> Vec<f64> {
 }
 
 /// Where in 0 to 1 the pilot samples, as `shaders/final_gather.wgsl` has it.
-fn pilot_sample(receiver: usize, sample: usize) -> f32 {
-    let shift = (receiver as f32 * 0.618_034).fract();
+fn pilot_sample(result: u32, sample: usize) -> f32 {
+    let shift = (result as f32 * 0.618_034).fract();
     (sample as f32 + shift) / PACKET_SAMPLES as f32
 }
 

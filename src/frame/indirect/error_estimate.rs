@@ -7,7 +7,7 @@ use crate::{
     Result, metrics,
     passes::{
         error_estimate,
-        gatherer::{LightRaySets, Results, Samples},
+        gatherer::{GatheredFor, LightRaySets, Results, Samples},
         random,
         receivers::{self, ReceiverRange, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
@@ -370,6 +370,7 @@ impl PixelSample {
                 counts: &counts,
                 seed: FIRST_SEED + 2 * self.gathers,
                 samples: PACKET_SAMPLES * packets,
+                gathered_for: [GatheredFor::Image, GatheredFor::Estimate],
                 set_count: 1,
                 adds: false,
             };
@@ -418,6 +419,7 @@ impl PixelSample {
             // The same from one estimate to the next.
             seed: FIRST_SEED - 2 * (self.seed + 1),
             samples,
+            gathered_for: [GatheredFor::Estimate; 2],
             set_count: GROUPS,
             adds,
         };
@@ -449,6 +451,7 @@ impl PixelSample {
                     light_rays: LightRaySets {
                         // Others than those of any other gather, and of its other parts.
                         seed: FIRST_SEED + 1000 * self.seed + self.gathers + ((part as u32) << 16),
+                        gathered_for: with.gathered_for[gather as usize],
                         samples: with.samples,
                         set_count: with.set_count,
                     },
@@ -508,6 +511,7 @@ struct GatheredWith<'s> {
     seed: u32,
     /// Of a receiver, about.
     samples: u32,
+    gathered_for: [GatheredFor; 2],
     set_count: u32,
     adds: bool,
 }

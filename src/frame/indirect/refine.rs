@@ -9,7 +9,7 @@ use crate::{
     frame::ProgressReport,
     passes::{
         Context,
-        gatherer::{Gatherer, LightRaySets, Results, Samples},
+        gatherer::{GatheredFor, Gatherer, LightRaySets, Results, Samples},
         gbuffer::GBuffer,
         predict,
         receivers::{self, ReceiverRange, Receivers},
@@ -240,6 +240,7 @@ impl Refiner<'_, '_> {
                 light_rays: LightRaySets {
                     // Others than those of other parts, steps and attempts.
                     seed: part as u32 + ((step as u32 + (attempt.number << 4)) << 16),
+                    gathered_for: GatheredFor::Image,
                     samples: attempt.samples,
                     set_count: 1,
                 },
