@@ -90,14 +90,16 @@ impl ErrorEstimate {
         (self.error / self.signal).max(least).sqrt()
     }
 
-    /// What the relRMSE is below with a confidence of 95 %; infinite where too few pixels tell.
+    /// What the relRMSE is below with a confidence of 95 %; infinite where too few pixels tell. It is the upper end of an interval of 95 %,
+    /// which a single look would miss once in forty times: a frame ends with the first attempt whose bound meets the target, after some
+    /// looks.
     pub fn upper_bound(&self) -> f64 {
         let freedom = self.lit_groups().count() as f64 - 1.0;
         if freedom < 1.0 {
             return f64::INFINITY;
         }
         // Few pixels may hold most of the error: how skewed it is moves the quantile (Johnson 1978).
-        let quantile = student_quantile_95(freedom);
+        let quantile = student_quantile_975(freedom);
         let skewness = self.cubes / self.squares.powf(1.5).max(f64::MIN_POSITIVE);
         let quantile = quantile + skewness.max(0.0) / 6.0 * (1.0 + 2.0 * quantile.powi(2));
         (self.error / self.signal + quantile * self.standard_error())
@@ -293,8 +295,8 @@ fn packets(variance: f64, packets_scale: f64, variance_power: f64, max_packets: 
 }
 
 /// That of Student's t distribution, within 1 % from four degrees of freedom on (Abramowitz & Stegun 1964, 26.7.5).
-fn student_quantile_95(freedom: f64) -> f64 {
-    const NORMAL: f64 = 1.644_853_626_951_472;
+fn student_quantile_975(freedom: f64) -> f64 {
+    const NORMAL: f64 = 1.959_963_984_540_054;
     let squared = NORMAL * NORMAL;
     let first = (squared + 1.0) / 4.0;
     let second = (5.0 * squared * squared + 16.0 * squared + 3.0) / 96.0;
@@ -558,8 +560,8 @@ mod tests {
 
     #[test]
     fn quantiles_are_those_of_tables() {
-        for (freedom, expected) in [(4.0, 2.132), (15.0, 1.753), (31.0, 1.696), (1e6, 1.645)] {
-            let found: f64 = student_quantile_95(freedom);
+        for (freedom, expected) in [(4.0, 2.776), (15.0, 2.131), (31.0, 2.040), (1e6, 1.960)] {
+            let found: f64 = student_quantile_975(freedom);
             assert!((found / expected - 1.0).abs() < 0.01, "{freedom}: {found}");
         }
     }
