@@ -3,9 +3,12 @@
 // at P, and n_i and p_i the number of samples of each technique and their density (the balance heuristic, Veach & Guibas 1995). So
 // neither the 1/d² of a near VPL nor a small bright spot that few directions find makes noise, and nothing is clamped.
 //
-// A subgroup takes a receiver. The samples fall evenly, however many there are: directions are a lattice sequence, and VPLs are taken
-// at the places of van der Corput's sequence in their cumulative probability, along their list, which is in Morton order. Each
-// receiver shifts both by numbers of its own, so that it goes on later where it stopped.
+// A subgroup takes a receiver. The directions are a lattice sequence, which falls evenly, however many there are. Each receiver shifts it
+// by numbers of its own, so that it goes on later where it stopped.
+//
+// A VPL is weighed before a ray is sent to it (resampling, Talbot et al. 2005): of several candidates a ray, at even places along their
+// list, which is in Morton order, those are drawn that lie at even places in the sum of what all candidates contribute if nothing
+// hides them. A ray so stands for an equal part of that light, and what remains of its noise is visibility.
 
 #import brdf
 #import light
@@ -31,11 +34,25 @@ struct FinalGatherParameters {
     // VPLs of a set, and sets, which receivers take in turn.
     set_size: u32,
     set_count: u32,
-    // Of so many samples of a receiver what VPLs contribute is kept; 0: this is no pilot.
-    pilot_samples: u32,
+    // 1: it is kept what each ray to a VPL finds.
+    is_pilot: u32,
     // Another number: other samples.
     seed: u32,
 }
+
+// What a pilot's ray to a VPL found.
+struct PilotSample {
+    // The VPL, in its set.
+    vpl: u32,
+    // What the candidate contributes if nothing hides it, all bands together; and what the ray found, for all that it stands for.
+    candidate: f32,
+    found: f32,
+}
+
+// Candidates for each ray to a VPL; the pilot, which knows nothing yet, needs more.
+const CANDIDATES: u32 = 4u;
+const PILOT_CANDIDATES: u32 = 8u;
+const NOTHING_DRAWN: u32 = 0xffffffffu;
 
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
@@ -50,9 +67,9 @@ var<storage, read> sample_ranges: array<u32>;
 // The density of VPLs in the lights' maps. A tile of every light: where its cells begin, and how many there are along its edge. In the
 // third component of a cell: samples per area of the map's tiles, if there is one sample.
 var vpl_densities: texture_storage_2d<rgba32float, read>;
-// What each sample of a VPL contributed; only where the parameters say so.
-var<storage, read_write> vpl_contributions: array<f32>;
-// Lattice sequence on the unit square, and van der Corput's from 0 to 1. Each packet is in Morton order, and ascends.
+// What each ray to a VPL found; only where the parameters say so.
+var<storage, read_write> pilot_samples: array<PilotSample>;
+// Lattice sequence on the unit square. Each packet is in Morton order.
 var lattice: texture_storage_2d<rgba32float, read>;
 // Two a receiver, sums over its samples: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1; and for
 // each the squared differences.
@@ -71,6 +88,20 @@ var<private> specular: vec3<f32>;
 // Σ over pairs of neighbouring samples of their difference squared, all bands together, of each of these.
 var<private> diffuse_squared_differences: f32;
 var<private> specular_squared_differences: f32;
+
+// The candidates among the VPLs, all lanes' together: how many for each ray, how many, by what they are shifted, and the first VPL.
+var<private> candidates_per_ray: u32;
+var<private> candidate_count: u32;
+var<private> candidate_shift: f32;
+var<private> first_vpl: u32;
+// The candidate at which the lane goes on, and Σ weights before it.
+var<private> candidate: u32;
+var<private> weight_before: f32;
+var<private> last_drawn: u32;
+// The next ray of the lane. It lies at (next_ray + ray_shift)·ray_weight along Σ weights.
+var<private> next_ray: u32;
+var<private> ray_shift: f32;
+var<private> ray_weight: f32;
 
 // What a Q contributes.
 struct Contribution {
@@ -91,7 +122,7 @@ fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<
     lobe = eval_lobe(receiver_lobe, direction);
     density += lobe_density(1.0, receiver_lobe, direction, lobe);
 #endif
-    density += vpl_density * distance_squared / max(cosine_q, 1e-6);
+    density += f32(candidates_per_ray) * vpl_density * distance_squared / max(cosine_q, 1e-6);
     return Contribution(select(vec3<f32>(0.0), radiance * (cosine / density), is_above), lobe);
 }
 
@@ -188,39 +219,133 @@ fn follow_directions() {
     }
 }
 
-fn follow_to_vpls(first: u32, end: u32, shift: f32, first_vpl: u32, first_record: u32, is_receiver: bool) {
-    for (var i = 0u; i < RAYS; i++) {
-        let sample = sample_of(first, i);
-        let x = fract(sample_point(sample).z + shift);
-        let vpl_index = first_vpl + min(u32(x * f32(parameters.set_size)), parameters.set_size - 1u);
-        let vpl = load_vpl(vpl_index);
-        let offset = vpl.position - receiver_position;
-        let distance_squared = dot(offset, offset);
-        let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
-        var radiance = vpl.diffuse;
+// A VPL as P sees it.
+struct Candidate {
+    // If nothing is in its way.
+    contribution: Contribution,
+    position: vec3<f32>,
+    // What the lobes of P reflect of that, as if k_d and k_s were 1, all bands together.
+    weight: f32,
+}
+
+fn vpl_of_candidate(index: u32) -> u32 {
+    let along = (f32(index) + candidate_shift) / f32(max(candidate_count, 1u));
+    return first_vpl + min(u32(along * f32(parameters.set_size)), parameters.set_size - 1u);
+}
+
+fn load_candidate(vpl_index: u32) -> Candidate {
+    let vpl = load_vpl(vpl_index);
+    let offset = vpl.position - receiver_position;
+    let distance_squared = dot(offset, offset);
+    let direction = offset * inverseSqrt(max(distance_squared, 1e-18));
+    var radiance = vpl.diffuse;
 #if PHONG
-        let vpl_lobe = load_vpl_lobe(vpl_index);
-        radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
+    let vpl_lobe = load_vpl_lobe(vpl_index);
+    radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
 #endif
-        let found = mis_contribution(direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.density);
-        set_contribution(i, found);
-        let is_wanted = sample < end && parameters.set_size > 0u && any(found.irradiance > vec3<f32>(0.0));
-        set_ray(i, vpl.position - receiver_start, select(NOT_WANTED, 1.0, is_wanted));
+    let contribution = mis_contribution(direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.density);
+    var weight = diffuse_factor(vec3<f32>(1.0)).x;
+#if GLOSSY
+    weight += specular_factor(vec3<f32>(1.0), receiver_lobe.shininess).x * contribution.lobe;
+#endif
+    return Candidate(contribution, vpl.position, weight * band_sum(contribution.irradiance));
+}
+
+// Weighs the candidates for all rays of a receiver.
+fn weigh_candidates(ray_count: u32, lanes: u32, seed: u32) {
+    // The lane takes so many of the rays, from that one on.
+    let last_step = ray_count % (lanes * RAYS);
+    let steps = ray_count / (lanes * RAYS);
+    let before_lane = min(last_step, own_lane * RAYS);
+    let own_rays = steps * RAYS + min(last_step - before_lane, RAYS);
+    let first_ray = own_lane * steps * RAYS + before_lane;
+    candidate_count = select(0u, candidates_per_ray * ray_count, parameters.set_size > 0u);
+    candidate_shift = unit(seed);
+    let first = select(0u, candidates_per_ray * first_ray, candidate_count > 0u);
+    let end = select(0u, first + candidates_per_ray * own_rays, candidate_count > 0u);
+    var own_weight = 0.0;
+    // Their number is even. How they scatter is noise as that of rays, also where they are hidden: where few of them matter it is most.
+    for (var i = first; i < end; i += 2u) {
+        let a = load_candidate(vpl_of_candidate(i));
+        let b = load_candidate(vpl_of_candidate(i + 1u));
+        own_weight += a.weight;
+        own_weight += b.weight;
+        diffuse_squared_differences += square(a.contribution.irradiance - b.contribution.irradiance);
+#if GLOSSY
+        specular_squared_differences += square(a.contribution.irradiance * a.contribution.lobe - b.contribution.irradiance * b.contribution.lobe);
+#endif
     }
-    trace(receiver_start, true);
-    add_unblocked();
-    if (parameters.pilot_samples > 0u) {
-#repeat SLOT 8
-        if (is_receiver && sample_of(first, SLOTu) < end) {
-            let sum_SLOT = band_sum(contributions[SLOT].irradiance);
-            vpl_contributions[first_record + sample_of(first, SLOTu)] = select(sum_SLOT, 0.0, ray_inverse_t[SLOT] > 1.0);
-        }
-#endrepeat
+    ray_weight = subgroupAdd(own_weight) / f32(max(ray_count, 1u));
+    next_ray = first_ray;
+    ray_shift = unit(hash(seed));
+    // The rays of a lane may begin among the candidates that another lane has weighed.
+    var before = 0.0;
+    var first_of_lane = 0u;
+    for (var other = 0u; other < lanes; other++) {
+        let is_before = before <= (f32(next_ray) + ray_shift) * ray_weight;
+        candidate = select(candidate, first_of_lane, is_before);
+        weight_before = select(weight_before, before, is_before);
+        before += subgroupAdd(select(0.0, own_weight, other == own_lane));
+        first_of_lane += subgroupAdd(select(0u, end - first, other == own_lane));
     }
 }
 
-fn sample_point(sample: u32) -> vec3<f32> {
-    return textureLoad(lattice, list_place(sample)).xyz;
+// Draws candidates for the lane's next rays, follows these and adds what they find.
+fn follow_to_vpls(rays: u32, is_receiver: bool, first_record: u32) {
+    // The last candidate with weight that begins before the ray's place.
+    var drawn: array<u32, RAYS>;
+#repeat SLOT 8
+    drawn[SLOT] = last_drawn;
+    let place_SLOT = (f32(next_ray + SLOTu) + ray_shift) * ray_weight;
+#endrepeat
+    var is_going_on = rays > 0u && ray_weight > 0.0;
+    let is_drawn = is_going_on;
+    while (is_going_on && candidate < candidate_count) {
+        let weight = load_candidate(vpl_of_candidate(candidate)).weight;
+#repeat SLOT 8
+        drawn[SLOT] = select(drawn[SLOT], candidate, weight > 0.0 && place_SLOT >= weight_before);
+#endrepeat
+        is_going_on = place_7 >= weight_before + weight;
+        weight_before += select(0.0, weight, is_going_on);
+        candidate += select(0u, 1u, is_going_on);
+    }
+    last_drawn = drawn[7];
+    for (var i = 0u; i < RAYS; i++) {
+        let to = load_candidate(vpl_of_candidate(drawn_by(drawn, i)));
+        var contribution = to.contribution;
+        contribution.irradiance *= ray_weight / max(to.weight, 1e-37);
+        set_contribution(i, contribution);
+        let is_wanted = is_drawn && i < rays && to.weight > 0.0;
+        set_ray(i, to.position - receiver_start, select(NOT_WANTED, 1.0, is_wanted));
+    }
+    trace(receiver_start, true);
+    add_unblocked();
+    if (parameters.is_pilot == 1u && is_receiver) {
+        for (var i = 0u; i < rays; i++) {
+            let vpl_index = vpl_of_candidate(drawn_by(drawn, i));
+            let to = load_candidate(vpl_index);
+            let candidate_sum = band_sum(to.contribution.irradiance);
+            var inverse_t = 0.0;
+#repeat SLOT 8
+            inverse_t = select(inverse_t, ray_inverse_t[SLOT], i == SLOTu);
+#endrepeat
+            let found = select(candidate_sum * (ray_weight / max(to.weight, 1e-37)), 0.0, inverse_t > 1.0);
+            pilot_samples[first_record + next_ray + i] = PilotSample(select(NOTHING_DRAWN, vpl_index - first_vpl, is_drawn), candidate_sum, found);
+        }
+    }
+    next_ray += rays;
+}
+
+fn drawn_by(drawn: array<u32, RAYS>, ray: u32) -> u32 {
+    var found = drawn[0];
+#repeat SLOT 8
+    found = select(found, drawn[SLOT], ray == SLOTu);
+#endrepeat
+    return found;
+}
+
+fn sample_point(sample: u32) -> vec2<f32> {
+    return textureLoad(lattice, list_place(sample)).xy;
 }
 
 // The sample of a lane's ray: neighbours go together.
@@ -265,22 +390,22 @@ fn compute_main(
     let set_index = (parameters.first_receiver + slot) % parameters.set_count;
     let seed0 = hash(packed ^ hash(parameters.seed + set_index));
     let seed1 = hash(seed0);
-    // The host must know which VPLs the pilot sampled.
-    let pilot_shift = fract(f32(parameters.first_result + slot) * 0.618034) / PACKET_SAMPLES;
-    let shift_of_vpls = select(unit(hash(seed1)), pilot_shift, parameters.pilot_samples > 0u);
-    let first_record = (parameters.first_result + min(slot, parameters.receiver_count - 1u)) * parameters.pilot_samples;
     let shift = vec2<f32>(unit(seed0), unit(seed1));
-    let first_vpl = set_index * parameters.set_size;
+    let first_record = u32(PACKET_SAMPLES) * (parameters.first_result + min(slot, parameters.receiver_count - 1u));
     let range = sample_ranges[parameters.first_receiver + min(slot, parameters.receiver_count - 1u)];
+    let begin = u32(PACKET_SAMPLES) * (range & 0xffffu);
     let end = u32(PACKET_SAMPLES) * (range >> 16u);
+    candidates_per_ray = select(CANDIDATES, PILOT_CANDIDATES, parameters.is_pilot == 1u);
+    first_vpl = set_index * parameters.set_size;
+    weigh_candidates(end - begin, lanes, hash(seed1 ^ hash(begin)));
     let around_normal = frame_around(receiver_normal);
 #if GLOSSY
     let around_lobe = lobe_frame(receiver_lobe);
 #endif
-    for (var first = u32(PACKET_SAMPLES) * (range & 0xffffu); first < end; first += lanes * RAYS) {
+    for (var first = begin; first < end; first += lanes * RAYS) {
         for (var i = 0u; i < RAYS; i++) {
             let sample = sample_of(first, i);
-            let direction = sample_diffuse(fract(sample_point(sample).xy + shift), around_normal);
+            let direction = sample_diffuse(fract(sample_point(sample) + shift), around_normal);
             let is_wanted = sample < end && dot(receiver_geometric, direction) > 0.0;
             set_ray(i, direction, select(NOT_WANTED, 0.0, is_wanted));
         }
@@ -288,13 +413,14 @@ fn compute_main(
 #if GLOSSY
         for (var i = 0u; i < RAYS; i++) {
             let sample = sample_of(first, i);
-            let direction = sample_lobe(fract(sample_point(sample).xy + shift.yx), receiver_lobe, around_lobe);
+            let direction = sample_lobe(fract(sample_point(sample) + shift.yx), receiver_lobe, around_lobe);
             let is_wanted = sample < end && dot(receiver_geometric, direction) > 0.0 && dot(receiver_normal, direction) > 0.0;
             set_ray(i, direction, select(NOT_WANTED, 0.0, is_wanted));
         }
         follow_directions();
 #endif
-        follow_to_vpls(first, end, shift_of_vpls, first_vpl, first_record, is_receiver);
+        let own_first = sample_of(first, 0u);
+        follow_to_vpls(min(max(end, own_first) - own_first, RAYS), is_receiver, first_record);
     }
 
     let diffuse_sum = subgroupAdd(vec4<f32>(diffuse, diffuse_squared_differences));

@@ -30,21 +30,21 @@ struct VplLobe {
 }
 
 // The layers are those of VPL_LAYERS or GLOSSY_VPL_LAYERS.
-var vpls: texture_2d_array<f32>;
+var vpls: texture_storage_2d_array<rgba32float, read>;
 
 fn load_vpl(index: u32) -> Vpl {
     let place = vpl_place(index);
-    let position_density = textureLoad(vpls, place, 0, 0);
-    return Vpl(position_density.xyz, position_density.w, textureLoad(vpls, place, 1, 0).xyz, textureLoad(vpls, place, 2, 0).xyz);
+    let position_density = textureLoad(vpls, place, 0);
+    return Vpl(position_density.xyz, position_density.w, textureLoad(vpls, place, 1).xyz, textureLoad(vpls, place, 2).xyz);
 }
 
 fn load_vpl_lobe(index: u32) -> VplLobe {
     let place = vpl_place(index);
     var texels: array<vec4<f32>, LOBE_LAYERS>;
     for (var i = 0u; i < LOBE_LAYERS; i++) {
-        texels[i] = textureLoad(vpls, place, VPL_LAYERS + 1u + i, 0);
+        texels[i] = textureLoad(vpls, place, VPL_LAYERS + 1u + i);
     }
-    return VplLobe(textureLoad(vpls, place, VPL_LAYERS, 0).xyz, lobe_of_texels(texels));
+    return VplLobe(textureLoad(vpls, place, VPL_LAYERS).xyz, lobe_of_texels(texels));
 }
 
 fn vpl_place(index: u32) -> vec2<u32> {

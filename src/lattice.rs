@@ -5,24 +5,19 @@ pub const PACKET_POINTS: usize = 64;
 /// Of the lattice whose points these are. Of all, those of 64 to 16 384 points then are farthest apart where they are nearest.
 const GENERATOR: f64 = 99.0;
 
-/// The first points (x, y, x) of a lattice sequence on the torus (Hickernell et al. 2000): x is van der Corput's sequence in base 2,
+/// The first points of a lattice sequence on the torus (Hickernell et al. 2000): x is van der Corput's sequence in base 2,
 /// y a multiple of it. The first 2ⁿ, and any later 2ⁿ that begin at a multiple of that, are a shifted rank-1 lattice. Each packet is in
-/// Morton order, so that neighbours in the list are neighbours on the square; and its third coordinates ascend.
-pub fn sequence(count: u32) -> Vec<[f32; 3]> {
-    let mut points: Vec<[f32; 3]> = (0..count)
+/// Morton order, so that neighbours in the list are neighbours on the square.
+pub fn sequence(count: u32) -> Vec<[f32; 2]> {
+    let mut points: Vec<[f32; 2]> = (0..count)
         .map(|index| {
             let x = f64::from(index.reverse_bits()) / 4_294_967_296.0;
             let y = (GENERATOR * x).fract();
-            [x as f32, y as f32, x as f32]
+            [x as f32, y as f32]
         })
         .collect();
     for packet in points.chunks_mut(PACKET_POINTS) {
-        let mut ascending: Vec<f32> = packet.iter().map(|point| point[2]).collect();
-        ascending.sort_by(f32::total_cmp);
-        packet.sort_by_key(|&[x, y, _]| morton(x) | morton(y) << 1);
-        for (point, third) in packet.iter_mut().zip(ascending) {
-            point[2] = third;
-        }
+        packet.sort_by_key(|&[x, y]| morton(x) | morton(y) << 1);
     }
     points
 }

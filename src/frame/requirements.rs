@@ -22,9 +22,9 @@ use crate::{
 const MAX_TRIANGLES: u64 = 1 << 24;
 /// The maps of all lights are kept where they take no more than the device's memory over this.
 const MAPS_SHARE_OF_MEMORY: u64 = 8;
-/// About what the samples of pixels for the error estimate take, and a pilot's contributions, whatever the scene.
+/// About what the samples of pixels for the error estimate take, and those of a pilot, whatever the scene.
 const SAMPLE_BYTES: u64 = 640 << 10;
-const PILOT_BYTES: u64 = 640 << 10;
+const PILOT_BYTES: u64 = 1792 << 10;
 const WORD_BYTES: u64 = 4;
 const PIXEL_BYTES: u64 = 16;
 

@@ -19,7 +19,7 @@ use crate::{
     plan::Plan,
     vulkan::{
         Allocate, Buffer, BufferUse, MAX_GROUPS, Recorder, Resource, TexelList,
-        shaders::{self, FinalGatherParameters},
+        shaders::{self, FinalGatherParameters, PilotSample},
     },
 };
 
@@ -52,8 +52,8 @@ pub(crate) struct FinalGather<'b> {
     tables: [Option<RayTable>; 2],
     /// The rays that were sent last.
     sent: Option<LightRaySets>,
-    /// What each sample of a VPL contributes: of a pilot only; and its light rays: from which result on, and their seed.
-    contributions: Option<Buffer>,
+    /// What each ray to a VPL finds: of a pilot only; and its light rays: from which result on, and their seed.
+    pilot_samples: Option<Buffer>,
     pilot_rays: [Vec<(u32, u32)>; 2],
     nothing: Buffer,
     kernel: RayKernel,
@@ -65,7 +65,7 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32)
     let lights = plan.lights.len() as u64;
     let tiles = lights * u64::from(plan.max_faces() * emission_size.pow(2));
     TexelList::declare(allocate, "lattice", MAX_SAMPLES.into())?;
-    for _ in 0..3 {
+    for _ in 0..2 {
         RayTable::declare(allocate, tiles)?;
     }
     LightRays::new(allocate, plan)?;
@@ -86,7 +86,7 @@ impl<'b> FinalGather<'b> {
         let words = bytemuck::try_cast_slice::<_, [f32; 4]>(&parameters)
             .map_err(|_| Error::internal("lights are not whole texels"))?;
         let points = lattice::sequence(MAX_SAMPLES).into_iter();
-        let points = points.map(|[x, y, third]| [x, y, third, 0.0]);
+        let points = points.map(|[x, y]| [x, y, 0.0, 0.0]);
         Ok(FinalGather {
             context,
             gbuffer,
@@ -98,7 +98,7 @@ impl<'b> FinalGather<'b> {
             tables: [None, None],
             sent: None,
             lights,
-            contributions: None,
+            pilot_samples: None,
             pilot_rays: [Vec::new(), Vec::new()],
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             kernel,
@@ -116,7 +116,7 @@ impl<'b> FinalGather<'b> {
             1 => LIGHT_RAYS_PER_SAMPLE,
             _ => LIGHT_RAYS_PER_SAMPLE_OF_A_SET,
         };
-        let at_least = if self.contributions.is_some() {
+        let at_least = if self.pilot_samples.is_some() {
             self.pilot_rays[own].push((first_result, wanted.seed));
             PILOT_SET_SIZE
         } else {
@@ -150,11 +150,11 @@ impl Gatherer for FinalGather<'_> {
         false
     }
 
-    /// What VPLs contribute to the pilot is kept.
+    /// What rays to VPLs find is kept.
     fn begin_pilot(&mut self, results: u32) -> Result<()> {
-        let bytes = u64::from(results) * u64::from(PACKET_SAMPLES) * size_of::<f32>() as u64;
+        let bytes = u64::from(results * PACKET_SAMPLES) * size_of::<PilotSample>() as u64;
         let device = self.context.device;
-        self.contributions = Some(Buffer::new(device, "pilot", bytes, BufferUse::Readback)?);
+        self.pilot_samples = Some(Buffer::new(device, "pilot", bytes, BufferUse::Readback)?);
         Ok(())
     }
 
@@ -163,7 +163,7 @@ impl Gatherer for FinalGather<'_> {
         self.sent = None;
         let tables = std::mem::take(&mut self.tables);
         let rays = std::mem::take(&mut self.pilot_rays);
-        let Some(contributions) = self.contributions.take() else {
+        let Some(samples) = self.pilot_samples.take() else {
             return Ok(0.0);
         };
         let norm = self
@@ -171,15 +171,15 @@ impl Gatherer for FinalGather<'_> {
             .plan
             .indirect
             .map(|plan| plan.refinement.error_norm);
-        let contributions: &[f32] = contributions.mapped((results * PACKET_SAMPLES) as usize)?;
-        let half = contributions.len() / 2;
+        let samples: &[PilotSample] = samples.mapped((results * PACKET_SAMPLES) as usize)?;
+        let half = samples.len() / 2;
         let mut moved = 0.0_f64;
         for (index, sampler) in self.vpl_samplers.iter_mut().enumerate() {
             let Some(table) = &tables[index] else {
                 continue;
             };
             let pilot = Pilot {
-                contributions: &contributions[index * half..][..half],
+                samples: &samples[index * half..][..half],
                 first_result: (index * half) as u32 / PACKET_SAMPLES,
                 rays: &rays[index],
             };
@@ -249,8 +249,8 @@ impl Gatherer for FinalGather<'_> {
         resources.extend([
             ("lights", self.light_list.resource()),
             (
-                "vpl_contributions",
-                Resource::Buffer(self.contributions.as_ref().unwrap_or(&self.nothing)),
+                "pilot_samples",
+                Resource::Buffer(self.pilot_samples.as_ref().unwrap_or(&self.nothing)),
             ),
             ("vpls", Resource::Image(&self.light_rays.vpls)),
             ("lattice", self.lattice.resource()),
@@ -281,10 +281,6 @@ impl Gatherer for FinalGather<'_> {
             self.light_list.record_copy(&mut recorder);
             self.lattice.record_copy(&mut recorder);
             recorder.pass("final_gather", |recorder| {
-                let pilot_samples = match self.contributions {
-                    Some(_) => PACKET_SAMPLES,
-                    None => 0,
-                };
                 let parameters = FinalGatherParameters {
                     camera_position: self.context.camera_position(),
                     first_receiver: first + done,
@@ -294,7 +290,7 @@ impl Gatherer for FinalGather<'_> {
                     light_count: self.lights.len() as u32,
                     set_size: table.set_size,
                     set_count: light_rays.set_count,
-                    pilot_samples,
+                    is_pilot: self.pilot_samples.is_some().into(),
                     seed: seed ^ own_seed,
                 };
                 let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];

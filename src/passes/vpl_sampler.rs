@@ -12,7 +12,7 @@ use crate::{
     Result,
     metrics::LOCAL_FLOOR,
     scene::ErrorNorm,
-    vulkan::{Allocate, Device, Recorder, Resource, TexelList},
+    vulkan::{Allocate, Device, Recorder, Resource, TexelList, shaders::PilotSample},
 };
 
 /// Share of the rays that goes to the cells by their light alone, so that none is forgotten which the pilot has not seen.
@@ -50,10 +50,10 @@ pub(crate) struct VplSampler {
     pilots: u8,
 }
 
-/// What the samples of a pilot contributed.
+/// What the samples of a pilot found.
 pub(crate) struct Pilot<'p> {
-    /// For every result those of a packet of samples, which were those that `pilot_sample` says.
-    pub contributions: &'p [f32],
+    /// For every result those of a packet.
+    pub samples: &'p [PilotSample],
     pub first_result: u32,
     /// From which result on the lights' rays had which seed.
     pub rays: &'p [(u32, u32)],
@@ -381,7 +381,7 @@ impl VplSampler {
         &mut self,
         table: &RayTable,
         &Pilot {
-            contributions,
+            samples,
             first_result,
             rays,
         }: &Pilot,
@@ -390,27 +390,26 @@ impl VplSampler {
         let tile_of_cell: Vec<usize> = (0..self.tiles.len())
             .flat_map(|tile| self.tiles[tile].cells().map(move |_| tile))
             .collect();
-        let samples = PACKET_SAMPLES as usize;
-        let weights = receiver_weights(contributions, norm);
-        for (index, contribution) in contributions.iter().enumerate() {
-            let (receiver, sample) = (index / samples, index % samples);
+        let weights = receiver_weights(samples, norm);
+        for (index, sample) in samples.iter().enumerate() {
+            let receiver = index / PACKET_SAMPLES as usize;
             let result = first_result + receiver as u32;
-            let x = pilot_sample(result, sample);
-            let ray = ((x * table.set_size as f32) as u32).min(table.set_size.saturating_sub(1));
             let sent = rays.iter().rfind(|&&(first, _)| first <= result);
             let Some((cell, along, probability)) =
-                sent.and_then(|&(_, seed)| table.place(ray, seed))
+                sent.and_then(|&(_, seed)| table.place(sample.vpl, seed))
             else {
                 continue;
             };
             let tile = &self.tiles[tile_of_cell[cell]];
             let finest = 1 << (2 * (MAX_LEVEL - tile.level));
             let place = (cell - tile.first_cell) * finest + (along * finest as f64) as usize;
-            let square = (weights[receiver] * f64::from(*contribution)).powi(2);
+            // A ray stands for all candidates from the one before it to its own, so that this is a sum of squares.
+            let square = f64::from(sample.candidate) * f64::from(sample.found);
+            let square = weights[receiver].powi(2) * square;
             self.seen[tile_of_cell[cell]].push(Seen {
                 pilot: self.pilots,
                 place: place as u16,
-                square: tile.density(probability) * square / contributions.len() as f64,
+                square: tile.density(probability) * square / samples.len() as f64,
             });
         }
         self.pilots += 1;
@@ -469,8 +468,11 @@ impl Tile {
 }
 
 impl RayTable {
-    /// Where a ray goes: the cell, the part of its Morton curve, and the cell's probability.
+    /// Where a ray goes: the cell, the part of its Morton curve, and the cell's probability. `None`: there is no such ray.
     fn place(&self, ray: u32, seed: u32) -> Option<(usize, f64, f64)> {
+        if ray >= self.set_size {
+            return None;
+        }
         let light = self.lights.iter().rfind(|light| light.first_ray <= ray)?;
         let jitter = unit(hash(seed ^ hash(ray))) * light.stride as f32;
         let at = (ray - light.first_ray) * light.stride + jitter as u32;
@@ -509,25 +511,20 @@ impl RayTable {
     }
 }
 
-/// What the contributions to each receiver count.
-fn receiver_weights(contributions: &[f32], norm: ErrorNorm) -> Vec<f64> {
-    let receivers = contributions.chunks_exact(PACKET_SAMPLES as usize);
+/// What the light at each receiver counts.
+fn receiver_weights(samples: &[PilotSample], norm: ErrorNorm) -> Vec<f64> {
+    let receivers = samples.chunks_exact(PACKET_SAMPLES as usize);
     match norm {
         ErrorNorm::Image => vec![1.0; receivers.len()],
         ErrorNorm::Local => {
-            let sum = |receiver: &[f32]| receiver.iter().copied().map(f64::from).sum::<f64>();
+            let found = |sample: &PilotSample| f64::from(sample.found);
+            let sum = |receiver: &[PilotSample]| receiver.iter().map(found).sum::<f64>();
             let sums: Vec<f64> = receivers.map(sum).collect();
             let mean = sums.iter().sum::<f64>() / sums.len().max(1) as f64;
             let least = (LOCAL_FLOOR * mean).max(f64::MIN_POSITIVE);
             sums.iter().map(|sum| 1.0 / sum.max(least)).collect()
         }
     }
-}
-
-/// Where in 0 to 1 the pilot samples, as `shaders/final_gather.wgsl` has it.
-fn pilot_sample(result: u32, sample: usize) -> f32 {
-    let shift = (result as f32 * 0.618_034).fract();
-    (sample as f32 + shift) / PACKET_SAMPLES as f32
 }
 
 /// Zeros between the bits of a number.

@@ -102,9 +102,7 @@ impl ErrorEstimate {
         let quantile = student_quantile_975(freedom);
         let skewness = self.cubes / self.squares.powf(1.5).max(f64::MIN_POSITIVE);
         let quantile = quantile + skewness.max(0.0) / 6.0 * (1.0 + 2.0 * quantile.powi(2));
-        (self.error / self.signal + quantile * self.standard_error())
-            .max(0.0)
-            .sqrt()
+        ((self.error / self.signal).max(0.0) + quantile * self.standard_error()).sqrt()
     }
 
     /// Of the square of the relRMSE: the jackknife over the groups.
