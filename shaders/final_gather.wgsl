@@ -30,6 +30,11 @@ struct FinalGatherParameters {
     first_result: u32,
     // 1: they are added to what is there.
     adds: u32,
+    // Of each receiver's packets so many are taken now, after so many others.
+    skipped_packets: u32,
+    packet_count: u32,
+    // The lights that directions lead to now. Rays go to VPLs with the first one.
+    first_light: u32,
     light_count: u32,
     // VPLs of a set, and sets, which receivers take in turn.
     set_size: u32,
@@ -98,8 +103,9 @@ var<private> first_vpl: u32;
 var<private> candidate: u32;
 var<private> weight_before: f32;
 var<private> last_drawn: u32;
-// The next ray of the lane. It lies at (next_ray + ray_shift)·ray_weight along Σ weights.
+// The next ray of the lane, and the one after its last. It lies at (next_ray + ray_shift)·ray_weight along Σ weights.
 var<private> next_ray: u32;
+var<private> end_ray: u32;
 var<private> ray_shift: f32;
 var<private> ray_weight: f32;
 
@@ -189,7 +195,7 @@ fn follow_directions() {
     met_direction[SLOT] = ray_vector[SLOT];
     met_hit[SLOT] = select(ray_hit[SLOT], NOTHING_HIT, ray_inverse_t[SLOT] >= NOT_WANTED);
 #endrepeat
-    for (var index = 0u; index < parameters.light_count; index++) {
+    for (var index = parameters.first_light; index < parameters.first_light + parameters.light_count; index++) {
         // Once for all rays of a packet: it takes as long as to trace some.
         let light = load_light(index);
         for (var i = 0u; i < RAYS; i++) {
@@ -277,6 +283,7 @@ fn weigh_candidates(ray_count: u32, lanes: u32, seed: u32) {
     }
     ray_weight = subgroupAdd(own_weight) / f32(max(ray_count, 1u));
     next_ray = first_ray;
+    end_ray = first_ray + own_rays;
     ray_shift = unit(hash(seed));
     // The rays of a lane may begin among the candidates that another lane has weighed.
     var before = 0.0;
@@ -291,7 +298,8 @@ fn weigh_candidates(ray_count: u32, lanes: u32, seed: u32) {
 }
 
 // Draws candidates for the lane's next rays, follows these and adds what they find.
-fn follow_to_vpls(rays: u32, is_receiver: bool, first_record: u32) {
+fn follow_to_vpls(is_receiver: bool, first_record: u32) {
+    let rays = min(end_ray - next_ray, RAYS);
     // The last candidate with weight that begins before the ray's place.
     var drawn: array<u32, RAYS>;
 #repeat SLOT 8
@@ -393,11 +401,12 @@ fn compute_main(
     let shift = vec2<f32>(unit(seed0), unit(seed1));
     let first_record = u32(PACKET_SAMPLES) * (parameters.first_result + min(slot, parameters.receiver_count - 1u));
     let range = sample_ranges[parameters.first_receiver + min(slot, parameters.receiver_count - 1u)];
-    let begin = u32(PACKET_SAMPLES) * (range & 0xffffu);
-    let end = u32(PACKET_SAMPLES) * (range >> 16u);
+    let begin = u32(PACKET_SAMPLES) * min((range & 0xffffu) + parameters.skipped_packets, range >> 16u);
+    let end = min(begin + u32(PACKET_SAMPLES) * parameters.packet_count, u32(PACKET_SAMPLES) * (range >> 16u));
+    let vpl_rays = select(0u, end - begin, parameters.first_light == 0u);
     candidates_per_ray = select(CANDIDATES, PILOT_CANDIDATES, parameters.is_pilot == 1u);
     first_vpl = set_index * parameters.set_size;
-    weigh_candidates(end - begin, lanes, hash(seed1 ^ hash(begin)));
+    weigh_candidates(vpl_rays, lanes, hash(seed1 ^ hash(begin)));
     let around_normal = frame_around(receiver_normal);
 #if GLOSSY
     let around_lobe = lobe_frame(receiver_lobe);
@@ -419,8 +428,9 @@ fn compute_main(
         }
         follow_directions();
 #endif
-        let own_first = sample_of(first, 0u);
-        follow_to_vpls(min(max(end, own_first) - own_first, RAYS), is_receiver, first_record);
+    }
+    for (var done = 0u; done < vpl_rays; done += lanes * RAYS) {
+        follow_to_vpls(is_receiver, first_record);
     }
 
     let diffuse_sum = subgroupAdd(vec4<f32>(diffuse, diffuse_squared_differences));

@@ -64,24 +64,31 @@ pub struct FinalGatherParameters {
     pub receiver_count: u32,
     pub first_result: u32,
     pub adds: u32,
+    pub skipped_packets: u32,
+    pub packet_count: u32,
+    pub first_light: u32,
     pub light_count: u32,
     pub set_size: u32,
     pub set_count: u32,
     pub is_pilot: u32,
     pub seed: u32,
+    pub _pad0: [u32; 1],
 }
 const _: () = {
-    assert!(size_of::<FinalGatherParameters>() == 48);
+    assert!(size_of::<FinalGatherParameters>() == 64);
     assert!(std::mem::offset_of!(FinalGatherParameters, camera_position) == 0);
     assert!(std::mem::offset_of!(FinalGatherParameters, first_receiver) == 12);
     assert!(std::mem::offset_of!(FinalGatherParameters, receiver_count) == 16);
     assert!(std::mem::offset_of!(FinalGatherParameters, first_result) == 20);
     assert!(std::mem::offset_of!(FinalGatherParameters, adds) == 24);
-    assert!(std::mem::offset_of!(FinalGatherParameters, light_count) == 28);
-    assert!(std::mem::offset_of!(FinalGatherParameters, set_size) == 32);
-    assert!(std::mem::offset_of!(FinalGatherParameters, set_count) == 36);
-    assert!(std::mem::offset_of!(FinalGatherParameters, is_pilot) == 40);
-    assert!(std::mem::offset_of!(FinalGatherParameters, seed) == 44);
+    assert!(std::mem::offset_of!(FinalGatherParameters, skipped_packets) == 28);
+    assert!(std::mem::offset_of!(FinalGatherParameters, packet_count) == 32);
+    assert!(std::mem::offset_of!(FinalGatherParameters, first_light) == 36);
+    assert!(std::mem::offset_of!(FinalGatherParameters, light_count) == 40);
+    assert!(std::mem::offset_of!(FinalGatherParameters, set_size) == 44);
+    assert!(std::mem::offset_of!(FinalGatherParameters, set_count) == 48);
+    assert!(std::mem::offset_of!(FinalGatherParameters, is_pilot) == 52);
+    assert!(std::mem::offset_of!(FinalGatherParameters, seed) == 56);
 };
 
 #[repr(C)]
@@ -2015,7 +2022,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_flat_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2039,7 +2046,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_flat_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2063,7 +2070,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_flat_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2087,7 +2094,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_flat_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2111,7 +2118,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_flat_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2136,7 +2143,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_flat_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2161,7 +2168,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_flat_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2186,7 +2193,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_flat_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2211,7 +2218,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_smooth_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2235,7 +2242,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_smooth_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2259,7 +2266,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_smooth_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2283,7 +2290,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_smooth_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2307,7 +2314,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_smooth_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2332,7 +2339,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_smooth_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2357,7 +2364,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_smooth_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2382,7 +2389,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_lambert_matte_smooth_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2407,7 +2414,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_flat_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2431,7 +2438,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_flat_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2455,7 +2462,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_flat_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2479,7 +2486,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_flat_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2503,7 +2510,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_flat_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2528,7 +2535,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_flat_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2553,7 +2560,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_flat_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2578,7 +2585,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_flat_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2603,7 +2610,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_smooth_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2627,7 +2634,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_smooth_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2651,7 +2658,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_smooth_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2675,7 +2682,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_smooth_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2699,7 +2706,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_smooth_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2724,7 +2731,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_smooth_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2749,7 +2756,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_smooth_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2774,7 +2781,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_matte_smooth_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2799,7 +2806,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_flat_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2824,7 +2831,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_flat_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2849,7 +2856,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_flat_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2874,7 +2881,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_flat_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2899,7 +2906,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_flat_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2925,7 +2932,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_flat_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2951,7 +2958,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_flat_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2977,7 +2984,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_flat_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -3003,7 +3010,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_smooth_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -3028,7 +3035,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_smooth_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -3053,7 +3060,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_smooth_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -3078,7 +3085,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_smooth_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -3103,7 +3110,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_smooth_textured_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -3129,7 +3136,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_smooth_textured_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -3155,7 +3162,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_smooth_textured_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -3181,7 +3188,7 @@ pub static MODULES: &[Module] = &[
         name: "final_gather_phong_glossy_smooth_textured_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 48,
+        immediate_bytes: 64,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },

@@ -82,6 +82,11 @@ impl RayTree {
         tree
     }
 
+    /// Groups of eight triangles that stand alone.
+    pub fn group_count(&self) -> u32 {
+        self.boxes[0][0] as u32
+    }
+
     /// 0 where all triangles stand alone.
     pub fn node_count(&self) -> u32 {
         self.boxes[0][1] as u32

@@ -35,6 +35,10 @@ const LIGHT_RAYS_PER_SAMPLE: u32 = 128;
 const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
 /// At least so many in a set, so that the cells that matter have some.
 const MIN_SET_SIZE: u32 = 1 << 11;
+/// Turns of all loops of a shader together: lavapipe leaves them after 65 535 and says nothing, so that rays would miss what they hit.
+const MAX_LOOP_TURNS: f64 = 6e4;
+/// Those of a packet of samples but for tracing, at most.
+const PACKET_TURNS: f64 = 800.0;
 /// For the pilot, so that it tells parts of cells apart.
 const PILOT_SET_SIZE: u32 = 1 << 15;
 
@@ -139,6 +143,18 @@ impl<'b> FinalGather<'b> {
         self.sent = Some(wanted);
         Ok(())
     }
+
+    /// Packets of a receiver, and lights, that a dispatch takes: what the turns of its loops allow.
+    fn at_once(&self, lobes: u32) -> (usize, usize) {
+        let of_trace = self.tree.loop_turns(self.kernel);
+        let lobes = f64::from(lobes);
+        let of_rest = PACKET_TURNS + of_trace * (1.0 + lobes);
+        let of_light = lobes * of_trace;
+        let all_lights = self.lights.len().max(1) as f64;
+        let lights = ((MAX_LOOP_TURNS - of_rest) / of_light.max(1.0)).clamp(1.0, all_lights);
+        let packets = MAX_LOOP_TURNS / (of_rest + lights.floor() * of_light);
+        (packets.max(1.0) as usize, lights as usize)
+    }
 }
 
 impl Gatherer for FinalGather<'_> {
@@ -241,7 +257,11 @@ impl Gatherer for FinalGather<'_> {
         let receivers_per_group = 64 / lanes;
         // To a light for each direction, and to a VPL.
         let lobes = if is_glossy { 2 } else { 1 };
-        let rays_per_sample = u64::from(lobes * (1 + self.lights.len() as u32) + 1);
+        let light_count = self.lights.len() as u32;
+        let (packets_at_once, lights_at_once) = self.at_once(lobes);
+        // Directions are followed anew for other lights.
+        let direction_rays = light_count.div_ceil(lights_at_once as u32);
+        let rays_per_sample = u64::from(lobes * (direction_rays + light_count) + 1);
         let mut resources = self.gbuffer.resources();
         resources.extend(self.tree.resources());
         resources.extend(self.surfaces.resources());
@@ -267,13 +287,14 @@ impl Gatherer for FinalGather<'_> {
                 .borrow()
                 .budget(pipeline.module.name, FIRST_SUBMISSION_RAYS);
             // Whole workgroups until the submission is full.
-            let (mut receiver_count, mut rays) = (0, 0);
+            let (mut receiver_count, mut rays, mut most_packets) = (0, 0, 0);
             let groups = packets[done as usize..].chunks(receivers_per_group as usize);
             for group in groups.take(MAX_GROUPS as usize) {
                 if rays > 0 && rays as f64 >= budget {
                     break;
                 }
                 receiver_count += group.len() as u32;
+                most_packets = group.iter().copied().fold(most_packets, u32::max);
                 let packets: u64 = group.iter().copied().map(u64::from).sum();
                 rays += packets * u64::from(PACKET_SAMPLES) * rays_per_sample;
             }
@@ -281,20 +302,34 @@ impl Gatherer for FinalGather<'_> {
             self.light_list.record_copy(&mut recorder);
             self.lattice.record_copy(&mut recorder);
             recorder.pass("final_gather", |recorder| {
-                let parameters = FinalGatherParameters {
-                    camera_position: self.context.camera_position(),
-                    first_receiver: first + done,
-                    receiver_count,
-                    first_result: results.first + done,
-                    adds: results.adds.into(),
-                    light_count: self.lights.len() as u32,
-                    set_size: table.set_size,
-                    set_count: light_rays.set_count,
-                    is_pilot: self.pilot_samples.is_some().into(),
-                    seed: seed ^ own_seed,
-                };
                 let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
-                recorder.dispatch(&pipeline, &resources, &parameters, groups)
+                let first_packets = (0..most_packets.max(1)).step_by(packets_at_once);
+                for skipped_packets in first_packets {
+                    for first_light in (0..light_count.max(1)).step_by(lights_at_once) {
+                        let is_first = skipped_packets == 0 && first_light == 0;
+                        let parameters = FinalGatherParameters {
+                            camera_position: self.context.camera_position(),
+                            first_receiver: first + done,
+                            receiver_count,
+                            first_result: results.first + done,
+                            adds: (results.adds || !is_first).into(),
+                            skipped_packets,
+                            packet_count: packets_at_once as u32,
+                            first_light,
+                            light_count: (light_count - first_light).min(lights_at_once as u32),
+                            set_size: table.set_size,
+                            set_count: light_rays.set_count,
+                            is_pilot: self.pilot_samples.is_some().into(),
+                            seed: seed ^ own_seed,
+                            ..FinalGatherParameters::default()
+                        };
+                        if !is_first {
+                            recorder.barrier();
+                        }
+                        recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
+                    }
+                }
+                Ok(())
             })?;
             let work = Work {
                 pass: "final_gather",

@@ -99,6 +99,38 @@ fn the_size_of_the_map_makes_no_error() {
     }
 }
 
+/// A pixel takes as many samples as its light asks for, and they are as right as the first ones. (lavapipe leaves the loops of a shader
+/// after 65 535 turns in all: rays then hit nothing.)
+#[test]
+fn many_samples_of_a_pixel_are_as_right_as_few() {
+    let mut scene = demo_scene("slit", [12, 12]);
+    let truth = reference_of(&scene, 4096);
+    let mut indirect = IndirectLight::final_gather(0.02);
+    indirect.set_rsm_size(8);
+    scene.indirect = Some(indirect);
+    let frame = Gpu::open().render(&scene);
+    let (error, bias) = error_and_bias(&frame, &truth);
+    let rays_of_a_pixel = frame.stats.ray_count / 144;
+    println!("{rays_of_a_pixel} rays a pixel: true {error:.4}, bias {bias:+.4}");
+    assert!(rays_of_a_pixel > 1 << 17);
+    assert!(error <= 0.026, "{error}");
+    assert!(bias.abs() <= 0.01, "{bias}");
+}
+
+/// Twenty lights in one place are one as bright as they are together, also where a dispatch does not take all of them.
+#[test]
+fn many_lights_on_a_mesh_are_their_sum() {
+    let one = demo_scene("knot", [24, 24]);
+    let mut many = one.clone();
+    let twentieth = one.lights[0].emission().map(|watts| watts / 20.0);
+    many.lights = vec![one.lights[0].with_emission(twentieth); 20];
+    let truth = reference_of(&one, 512);
+    let mut gpu = Gpu::open();
+    for (name, scene) in [("one", one), ("many", many)] {
+        check(&mut gpu, name, &scene, &truth, 0.05);
+    }
+}
+
 /// A lit strip is in view beside a room that its bounce alone lights: with the local norm the room is as right as the strip.
 #[test]
 fn the_local_norm_counts_dark_parts() {
