@@ -51,17 +51,34 @@ pub(crate) struct FinalGather<'b> {
     lights: Vec<&'b DeviceLight>,
     light_list: TexelList,
     light_rays: LightRays,
-    /// For the image, and for estimates; and what they said last.
-    vpl_samplers: [VplSampler; 2],
-    tables: [Option<RayTable>; 2],
+    /// For the image, and for estimates.
+    sampling: [LightSampling; 2],
     /// The rays that were sent last.
     sent: Option<LightRaySets>,
-    /// What each ray to a VPL finds: of a pilot only; and its light rays: from which result on, and their seed.
+    /// What each ray to a VPL finds: of a pilot only.
     pilot_samples: Option<Buffer>,
-    pilot_rays: [Vec<(u32, u32)>; 2],
     nothing: Buffer,
     kernel: RayKernel,
     lattice: TexelList,
+}
+
+/// How the lights are sampled.
+struct LightSampling {
+    sampler: VplSampler,
+    /// What it said last.
+    table: Option<RayTable>,
+    /// The light rays of the pilot: from which result on, and their seed.
+    pilot_rays: Vec<(u32, u32)>,
+}
+
+impl LightSampling {
+    fn even(lights: &[&DeviceLight]) -> LightSampling {
+        LightSampling {
+            sampler: VplSampler::even(lights),
+            table: None,
+            pilot_rays: Vec::new(),
+        }
+    }
 }
 
 /// What the sampling of VPLs and directions takes, in lists that the next ones replace.
@@ -98,12 +115,10 @@ impl<'b> FinalGather<'b> {
             surfaces,
             light_list: TexelList::new(device, "lights", words.to_vec())?,
             light_rays: LightRays::new(device, context.plan)?,
-            vpl_samplers: [VplSampler::even(&lights), VplSampler::even(&lights)],
-            tables: [None, None],
+            sampling: [(); 2].map(|()| LightSampling::even(&lights)),
             sent: None,
             lights,
             pilot_samples: None,
-            pilot_rays: [Vec::new(), Vec::new()],
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             kernel,
             lattice: TexelList::new(device, "lattice", points.collect())?,
@@ -115,28 +130,28 @@ impl<'b> FinalGather<'b> {
         if self.sent == Some(wanted) {
             return Ok(());
         }
-        let own = wanted.gathered_for as usize;
+        let sampling = &mut self.sampling[wanted.gathered_for as usize];
         let per_sample = match wanted.set_count {
             1 => LIGHT_RAYS_PER_SAMPLE,
             _ => LIGHT_RAYS_PER_SAMPLE_OF_A_SET,
         };
         let at_least = if self.pilot_samples.is_some() {
-            self.pilot_rays[own].push((first_result, wanted.seed));
+            sampling.pilot_rays.push((first_result, wanted.seed));
             PILOT_SET_SIZE
         } else {
             MIN_SET_SIZE
         };
         let set_size = wanted.samples.saturating_mul(per_sample).max(at_least);
         let set_size = set_size.min(MAX_RAYS / wanted.set_count);
-        let table = match self.tables[own].take() {
+        let table = match sampling.table.take() {
             Some(table) if table.is_for(set_size) => table,
-            _ => self.vpl_samplers[own].table(self.context.device, set_size)?,
+            _ => sampling.sampler.table(self.context.device, set_size)?,
         };
         self.light_rays.trace(
             self.context,
             (self.tree, self.surfaces),
             (&self.lights, &self.light_list),
-            self.tables[own].insert(table),
+            sampling.table.insert(table),
             (wanted.set_count, wanted.seed),
             self.kernel,
         )?;
@@ -177,29 +192,30 @@ impl Gatherer for FinalGather<'_> {
     /// From here on VPLs are sampled by what they have contributed to the pilot's results.
     fn learn(&mut self, results: u32) -> Result<f64> {
         self.sent = None;
-        let tables = std::mem::take(&mut self.tables);
-        let rays = std::mem::take(&mut self.pilot_rays);
-        let Some(samples) = self.pilot_samples.take() else {
-            return Ok(0.0);
+        let plan = self.context.plan.indirect;
+        let norm = plan.map(|plan| plan.refinement.error_norm);
+        let samples = self.pilot_samples.take();
+        let samples: &[PilotSample] = match &samples {
+            Some(samples) => samples.mapped((results * PACKET_SAMPLES) as usize)?,
+            None => &[],
         };
-        let norm = self
-            .context
-            .plan
-            .indirect
-            .map(|plan| plan.refinement.error_norm);
-        let samples: &[PilotSample] = samples.mapped((results * PACKET_SAMPLES) as usize)?;
         let half = samples.len() / 2;
         let mut moved = 0.0_f64;
-        for (index, sampler) in self.vpl_samplers.iter_mut().enumerate() {
-            let Some(table) = &tables[index] else {
+        for (index, sampling) in self.sampling.iter_mut().enumerate() {
+            let rays = std::mem::take(&mut sampling.pilot_rays);
+            let Some(table) = sampling.table.take().filter(|_| half > 0) else {
                 continue;
             };
             let pilot = Pilot {
                 samples: &samples[index * half..][..half],
                 first_result: (index * half) as u32 / PACKET_SAMPLES,
-                rays: &rays[index],
+                rays: &rays,
             };
-            moved = moved.max(sampler.learn(&self.lights, table, &pilot, norm.unwrap_or_default()));
+            let learned =
+                sampling
+                    .sampler
+                    .learn(&self.lights, &table, &pilot, norm.unwrap_or_default());
+            moved = moved.max(learned);
         }
         Ok(moved)
     }
@@ -232,7 +248,7 @@ impl Gatherer for FinalGather<'_> {
             ..light_rays
         };
         self.send_light_rays(wanted, results.first)?;
-        let Some(table) = &self.tables[light_rays.gathered_for as usize] else {
+        let Some(table) = &self.sampling[light_rays.gathered_for as usize].table else {
             return Err(Error::internal("no rays were sent from the lights"));
         };
         let plan = self.context.plan;

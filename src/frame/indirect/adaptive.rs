@@ -9,7 +9,8 @@ use std::time::Instant;
 
 use super::{
     ErrorEstimates,
-    error_estimate::{ErrorEstimate, PixelSample},
+    error_estimate::ErrorEstimate,
+    pixel_sample::PixelSample,
     refine::{Attempt, Refiner},
     sample_budget::{MAX_ATTEMPTS, MAX_ATTEMPTS_OF_RAYS, SampleBudget, next_aim},
 };

@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod error_estimate;
+mod pixel_sample;
 mod refine;
 mod sample_budget;
 

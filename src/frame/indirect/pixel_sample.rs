@@ -1,0 +1,279 @@
+//! A sample of the image's pixels, gathered apart from the image: what pilots look at, and what its error is estimated from.
+
+use super::{error_estimate::ErrorEstimate, refine::Refiner};
+use crate::{
+    Result, metrics,
+    passes::{
+        error_estimate,
+        gatherer::{GatheredFor, LightRaySets, Results, Samples},
+        random,
+        receivers::{self, ReceiverRange, Receivers},
+        refinement::{RefinementCriteria, RefinementImages},
+        sample_counts::{PACKET_SAMPLES, SampleCounts},
+    },
+    scene::ErrorNorm,
+    vulkan::{Buffer, BufferUse},
+};
+
+/// Groups of pixels that have no samples in common.
+const GROUPS: u32 = 16;
+/// Pixels of the sample.
+const SAMPLE_PIXELS: u32 = 1024;
+/// Seeds of the estimates, which are not those of images.
+const FIRST_SEED: u32 = 0x5eed_0000;
+
+/// Pixels that are gathered to estimate the image's error, with room for their results.
+pub(super) struct PixelSample {
+    receivers: Receivers,
+    ranges: [ReceiverRange; 2],
+    pub count: u32,
+    /// Two gathers, or one that is exact.
+    results: Buffer,
+    /// Edge of the tiles that count alike, pixels.
+    tile_px: Option<u32>,
+    /// Of this sample of pixels.
+    seed: u32,
+    /// Gathers of it so far.
+    gathers: u32,
+    /// Of the gathers that the image was compared with; nothing where gathers are exact.
+    counts: Option<SampleCounts>,
+}
+
+impl PixelSample {
+    /// Another `seed`: other pixels.
+    pub fn new(refiner: &Refiner, norm: ErrorNorm, seed: u32) -> Result<PixelSample> {
+        let (context, gbuffer) = (refiner.context, refiner.gbuffer);
+        let resolution_px = context.plan.resolution_px;
+        let pixel_count: u64 = resolution_px.map(u64::from).iter().product();
+        let mut requested = SAMPLE_PIXELS;
+        let mut copies = 1;
+        loop {
+            let pixels = scattered(resolution_px, requested, seed ^ random::hash(context.seed));
+            let receivers = Receivers::with_candidates(context.device, &pixels.repeat(copies))?;
+            context.submit(|r| receivers::list(r, context, gbuffer, &receivers, None))?;
+            let ranges = receivers.ranges()?;
+            let count: u32 = ranges.iter().map(|range| range.count).sum();
+            let is_all = u64::from(requested) >= pixel_count;
+            if is_all && (1..GROUPS).contains(&count) {
+                // So many that each group has some.
+                copies = GROUPS.div_ceil(count) as usize;
+                continue;
+            }
+            // Where little of the image shows a surface, more places are looked at.
+            if count >= SAMPLE_PIXELS / 4 || is_all {
+                return Ok(PixelSample {
+                    receivers,
+                    ranges,
+                    count,
+                    results: Results::room(context.device, 2 * count)?,
+                    tile_px: match norm {
+                        ErrorNorm::Image => None,
+                        ErrorNorm::Local => Some(metrics::local_tile_px(resolution_px)),
+                    },
+                    seed,
+                    gathers: 0,
+                    counts: None,
+                });
+            }
+            requested = requested.saturating_mul(4);
+        }
+    }
+
+    /// What two gathers tell of the light, with so many packets of samples; or one that is exact.
+    pub fn pilot(&mut self, refiner: &mut Refiner, packets: u32) -> Result<ErrorEstimate> {
+        if refiner.gatherer.is_exact() {
+            self.gather(refiner, None, 0.0)?;
+        } else {
+            let counts = SampleCounts::even(refiner.context, self.count, packets)?;
+            let samples = GatheredWith {
+                counts: &counts,
+                seed: FIRST_SEED + 2 * self.gathers,
+                samples: PACKET_SAMPLES * packets,
+                gathered_for: [GatheredFor::Image, GatheredFor::Estimate],
+                set_count: 1,
+                adds: false,
+            };
+            self.gather(refiner, Some(samples), 0.0)?;
+            return self.compare(refiner, Some(&counts), packets);
+        }
+        self.compare(refiner, None, 0)
+    }
+
+    /// Compares the image with two gathers that have samples of their own, and go on as the image's do; or with the one that is exact.
+    /// The receivers have about so many samples.
+    pub fn estimate(
+        &mut self,
+        refiner: &mut Refiner,
+        images: &RefinementImages,
+        criteria: RefinementCriteria,
+        samples: u32,
+    ) -> Result<ErrorEstimate> {
+        let context = refiner.context;
+        if refiner.gatherer.is_exact() {
+            if self.gathers == 0 {
+                self.gather(refiner, None, 1.0)?;
+            }
+            return self.compare(refiner, None, 0);
+        }
+        let adds = self.counts.is_some();
+        let counts = match self.counts.take() {
+            Some(counts) => counts,
+            None => SampleCounts::even(context, self.count, 0)?,
+        };
+        context.submit(|recorder| {
+            let receivers = (&self.receivers, ReceiverRange::all(self.ranges));
+            counts.count(
+                recorder,
+                context,
+                refiner.gbuffer,
+                images,
+                receivers,
+                criteria,
+            )?;
+            counts.read_back(recorder);
+            Ok(())
+        })?;
+        let samples = GatheredWith {
+            counts: &counts,
+            // The same from one estimate to the next.
+            seed: FIRST_SEED - 2 * (self.seed + 1),
+            samples,
+            gathered_for: [GatheredFor::Estimate; 2],
+            set_count: GROUPS,
+            adds,
+        };
+        self.gather(refiner, Some(samples), 1.0)?;
+        let estimate = self.compare(refiner, Some(&counts), 0);
+        self.counts = Some(counts);
+        estimate
+    }
+
+    /// Gathers: twice with samples of their own, or once what is exact. `fraction` of the attempt is done meanwhile.
+    fn gather(
+        &mut self,
+        refiner: &mut Refiner,
+        with: Option<GatheredWith>,
+        fraction: f64,
+    ) -> Result<()> {
+        let cost = refiner.context.cost;
+        let rays_before = cost.borrow().work_of("final_gather");
+        let progress = &mut *refiner.progress;
+        let mut proceed = |_| progress.report_attempt("error_estimate", fraction);
+        let most = with.map_or(u32::MAX, |with| LightRaySets::max_receivers(with.samples));
+        let parts = self.ranges.into_iter().flat_map(|range| range.split(most));
+        for gather in 0..if with.is_some() { 2 } else { 1 } {
+            self.gathers += 1;
+            for (part, range) in parts.clone().enumerate() {
+                let samples = with.map(|with| Samples {
+                    counts: with.counts,
+                    seed: with.seed + gather,
+                    light_rays: LightRaySets {
+                        // Others than those of any other gather, and of its other parts.
+                        seed: FIRST_SEED + 1000 * self.seed + self.gathers + ((part as u32) << 16),
+                        gathered_for: with.gathered_for[gather as usize],
+                        samples: with.samples,
+                        set_count: with.set_count,
+                    },
+                });
+                let results = Results {
+                    buffer: &self.results,
+                    first: gather * self.count + range.first,
+                    adds: with.is_some_and(|with| with.adds),
+                };
+                let receivers = (&self.receivers, range);
+                refiner
+                    .gatherer
+                    .gather(receivers, results, samples, &mut proceed)?;
+            }
+        }
+        let rays = cost.borrow().work_of("final_gather") - rays_before;
+        cost.borrow_mut().count_work("error_estimate", rays);
+        Ok(())
+    }
+
+    fn compare(
+        &self,
+        refiner: &Refiner,
+        counts: Option<&SampleCounts>,
+        packets: u32,
+    ) -> Result<ErrorEstimate> {
+        let (context, count) = (refiner.context, self.count);
+        let bytes = u64::from(count) * size_of::<[[f32; 4]; 2]>() as u64;
+        let estimates = Buffer::new(
+            context.device,
+            "error estimates",
+            bytes,
+            BufferUse::Readback,
+        )?;
+        let second_result = if counts.is_some() { count } else { 0 };
+        context.submit(|recorder| {
+            error_estimate::compare(
+                recorder,
+                context,
+                refiner.gbuffer,
+                refiner.indirect_radiance,
+                (&self.receivers, counts),
+                (&self.results, second_result),
+                (&estimates, count),
+            )
+        })?;
+        let pixels = estimates.mapped::<[[f32; 4]; 2]>(count as usize)?;
+        Ok(ErrorEstimate::new(pixels, packets, GROUPS, self.tile_px))
+    }
+}
+
+/// The samples of two gathers.
+#[derive(Clone, Copy)]
+struct GatheredWith<'s> {
+    counts: &'s SampleCounts,
+    /// Of the first one.
+    seed: u32,
+    /// Of a receiver, about.
+    samples: u32,
+    gathered_for: [GatheredFor; 2],
+    set_count: u32,
+    adds: bool,
+}
+
+/// About `count` pixels, one at a place of its own in each cell of a grid over the image; as column + 65536 · row.
+fn scattered([width, height]: [u32; 2], count: u32, seed: u32) -> Vec<u32> {
+    let pixels = f64::from(width) * f64::from(height);
+    let edge = (pixels / f64::from(count)).sqrt().max(1.0);
+    let [columns, rows] = [width, height].map(|size| (f64::from(size) / edge).ceil() as u32);
+    let mut chosen = Vec::new();
+    for cell in 0..columns * rows {
+        let random = |salt: u32| {
+            let word = random::hash((2 * cell + salt) ^ random::hash(seed));
+            f64::from(word) / 4_294_967_296.0
+        };
+        let x = ((f64::from(cell % columns) + random(0)) * edge) as u32;
+        let y = ((f64::from(cell / columns) + random(1)) * edge) as u32;
+        if x < width && y < height {
+            chosen.push(x + (y << 16));
+        }
+    }
+    chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scattered_pixels_lie_in_the_image_each_in_a_cell_of_its_own() {
+        for size in [[1, 1], [2, 3], [70, 1], [96, 96], [800, 600]] {
+            let chosen = scattered(size, SAMPLE_PIXELS, 0);
+            let [width, height] = size;
+            let inside = |&pixel: &u32| pixel & 0xffff < width && pixel >> 16 < height;
+            assert!(chosen.iter().all(inside));
+            let different: std::collections::BTreeSet<u32> = chosen.iter().copied().collect();
+            assert_eq!(different.len(), chosen.len());
+            let due = (width * height).min(SAMPLE_PIXELS) as usize;
+            assert!(
+                chosen.len() >= due * 9 / 10 && chosen.len() <= due * 5 / 4,
+                "{size:?}: {}",
+                chosen.len()
+            );
+        }
+    }
+}
