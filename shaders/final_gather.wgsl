@@ -39,7 +39,7 @@ struct FinalGatherParameters {
     // VPLs of a set, and sets, which receivers take in turn.
     set_size: u32,
     set_count: u32,
-    // 1: it is kept what each ray to a VPL finds.
+    // 1: what each ray to a VPL finds is kept.
     is_pilot: u32,
     // Another number: other samples.
     seed: u32,
@@ -99,11 +99,11 @@ var<private> candidates_per_ray: u32;
 var<private> candidate_count: u32;
 var<private> candidate_shift: f32;
 var<private> first_vpl: u32;
-// The candidate at which the lane goes on, and Σ weights before it.
+// The candidate at which the lane goes on, Σ weights before it, and the candidate that was drawn last.
 var<private> candidate: u32;
 var<private> weight_before: f32;
 var<private> last_drawn: u32;
-// The next ray of the lane, and the one after its last. It lies at (next_ray + ray_shift)·ray_weight along Σ weights.
+// The next ray of the lane, and the one after its last. Ray i lies at (i + ray_shift)·ray_weight along Σ weights.
 var<private> next_ray: u32;
 var<private> end_ray: u32;
 var<private> ray_shift: f32;

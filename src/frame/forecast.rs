@@ -42,6 +42,7 @@ impl RenderedFrame {
 
     /// GPU time of a frame, milliseconds, where it is like this one: of as many triangles and lights, by the same estimator.
     pub fn foretell_ms(&self, scene: &Scene) -> Option<f64> {
+        // The same scene takes the same samples.
         if self.scene.hash() == scene.hash() {
             return Some(self.gather_ms + self.other_ms);
         }

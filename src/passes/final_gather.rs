@@ -35,12 +35,13 @@ const LIGHT_RAYS_PER_SAMPLE: u32 = 128;
 const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
 /// At least so many in a set, so that the cells that matter have some.
 const MIN_SET_SIZE: u32 = 1 << 11;
-/// Turns of all loops of a shader together: lavapipe leaves them after 65 535 and says nothing, so that rays would miss what they hit.
-const MAX_LOOP_TURNS: f64 = 6e4;
-/// Those of a packet of samples but for tracing, at most.
-const PACKET_TURNS: f64 = 800.0;
 /// For the pilot, so that it tells parts of cells apart.
 const PILOT_SET_SIZE: u32 = 1 << 15;
+/// Iterations of all loops of a shader together: lavapipe leaves them after 65 535 and says nothing, so that rays would miss what they
+/// hit.
+const MAX_LOOP_ITERATIONS: f64 = 6e4;
+/// Those of a packet of samples but for tracing, about at most.
+const PACKET_ITERATIONS: f64 = 800.0;
 
 /// What the pass works with.
 pub(crate) struct FinalGather<'b> {
@@ -159,15 +160,15 @@ impl<'b> FinalGather<'b> {
         Ok(())
     }
 
-    /// Packets of a receiver, and lights, that a dispatch takes: what the turns of its loops allow.
+    /// Packets of a receiver, and lights, that a dispatch takes: what the iterations of its loops allow.
     fn at_once(&self, lobes: u32) -> (usize, usize) {
-        let of_trace = self.tree.loop_turns(self.kernel);
+        let of_trace = self.tree.loop_iterations(self.kernel);
         let lobes = f64::from(lobes);
-        let of_rest = PACKET_TURNS + of_trace * (1.0 + lobes);
+        let of_rest = PACKET_ITERATIONS + of_trace * (1.0 + lobes);
         let of_light = lobes * of_trace;
         let all_lights = self.lights.len().max(1) as f64;
-        let lights = ((MAX_LOOP_TURNS - of_rest) / of_light.max(1.0)).clamp(1.0, all_lights);
-        let packets = MAX_LOOP_TURNS / (of_rest + lights.floor() * of_light);
+        let lights = ((MAX_LOOP_ITERATIONS - of_rest) / of_light.max(1.0)).clamp(1.0, all_lights);
+        let packets = MAX_LOOP_ITERATIONS / (of_rest + lights.floor() * of_light);
         (packets.max(1.0) as usize, lights as usize)
     }
 }

@@ -7,10 +7,11 @@ use crate::{
     vulkan::{Allocate, Device, Recorder, Resource, TexelList},
 };
 
-/// Turns of its loops in which a packet goes through a tree, for each halving of its nodes: seven times what knot takes.
-const TREE_TURNS: f64 = 240.0;
+/// Iterations of its loops in which a packet goes through a tree, for each halving of its nodes: about seven times what knot takes, by an
+/// estimate from the boxes that its rays test.
+const TREE_ITERATIONS: f64 = 240.0;
 /// The same of the smallest trees, for each node: a lane takes its eight rays two at a time.
-const NODE_TURNS: f64 = 5.0;
+const NODE_ITERATIONS: f64 = 5.0;
 
 /// What `shaders/trace.wgsl` finds a scene's triangles in.
 pub(crate) struct RayTreeImages {
@@ -47,11 +48,11 @@ impl RayTreeImages {
         if self.node_count > 0 { "tree" } else { "" }
     }
 
-    /// Turns of the loops in which eight rays a lane are traced: what it hardly ever is more than.
-    pub fn loop_turns(&self, kernel: RayKernel) -> f64 {
+    /// Iterations of the loops in which eight rays a lane are traced. No bound, but what they are expected to stay far below.
+    pub fn loop_iterations(&self, kernel: RayKernel) -> f64 {
         let groups = f64::from(self.group_count);
         let nodes = f64::from(self.node_count);
-        let in_tree = (TREE_TURNS * (nodes + 1.0).log2()).min(NODE_TURNS * nodes);
+        let in_tree = (TREE_ITERATIONS * (nodes + 1.0).log2()).min(NODE_ITERATIONS * nodes);
         in_tree
             + match kernel {
                 RayKernel::Packet => groups,

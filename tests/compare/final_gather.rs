@@ -100,7 +100,7 @@ fn the_size_of_the_map_makes_no_error() {
 }
 
 /// A pixel takes as many samples as its light asks for, and they are as right as the first ones. (lavapipe leaves the loops of a shader
-/// after 65 535 turns in all: rays then hit nothing.)
+/// after 65 535 iterations in all: rays then hit nothing.)
 #[test]
 fn many_samples_of_a_pixel_are_as_right_as_few() {
     let mut scene = demo_scene("slit", [12, 12]);
