@@ -10,6 +10,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 #ifndef CAMLUX_TEST_OLD_HEADER
 #include "layout.h"
@@ -327,8 +330,12 @@ static void check_everything(void)
 /* Resident memory, kB; 0 where the system does not tell. */
 static long resident_kb(void)
 {
-    FILE *file = fopen("/proc/self/statm", "r");
+    FILE *file;
     long pages = 0, resident = 0;
+#ifdef __GLIBC__
+    malloc_trim(0); /* What is free and not yet given back is no leak. */
+#endif
+    file = fopen("/proc/self/statm", "r");
     if (file == NULL)
         return 0;
     if (fscanf(file, "%ld %ld", &pages, &resident) != 2)
@@ -360,7 +367,7 @@ static void check_cycles(int count)
     at_end_kb = resident_kb();
     printf("resident after %d cycles %ld kB, after %d cycles %ld kB\n", count / 10, at_tenth_kb, count, at_end_kb);
     if (count >= 1000)
-        EXPECT(at_end_kb <= at_tenth_kb + at_tenth_kb / 50);
+        EXPECT(at_end_kb <= at_tenth_kb + at_tenth_kb / 100);
     OK(camlux_device_release(device));
     OK(camlux_handle_count(&left));
     EXPECT(left == 0);
