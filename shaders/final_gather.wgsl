@@ -6,9 +6,8 @@
 // A subgroup takes a receiver. The directions are a lattice sequence, which falls evenly, however many there are. Each receiver shifts it
 // by numbers of its own, so that it goes on later where it stopped.
 //
-// A VPL is weighed before a ray is sent to it (resampling, Talbot et al. 2005): of several candidates a ray, at even places along their
-// list, which is in Morton order, those are drawn that lie at even places in the sum of what all candidates contribute if nothing
-// hides them. A ray so stands for an equal part of that light, and what remains of its noise is visibility.
+// VPLs are weighed before a ray is sent to one (resampling, Talbot et al. 2005): each ray has some candidates, neighbours in the list,
+// which is in Morton order. One is drawn by what each contributes if nothing hides it, and stands for all of them.
 
 #import brdf
 #import light
@@ -54,10 +53,8 @@ struct PilotSample {
     found: f32,
 }
 
-// Candidates for each ray to a VPL; the pilot, which knows nothing yet, needs more.
-const CANDIDATES: u32 = 4u;
-const PILOT_CANDIDATES: u32 = 8u;
-const NOTHING_DRAWN: u32 = 0xffffffffu;
+// For each ray to a VPL.
+const CANDIDATES: u32 = 8u;
 
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
@@ -94,21 +91,6 @@ var<private> specular: vec3<f32>;
 var<private> diffuse_squared_differences: f32;
 var<private> specular_squared_differences: f32;
 
-// The candidates among the VPLs, all lanes' together: how many for each ray, how many, by what they are shifted, and the first VPL.
-var<private> candidates_per_ray: u32;
-var<private> candidate_count: u32;
-var<private> candidate_shift: f32;
-var<private> first_vpl: u32;
-// The candidate at which the lane goes on, Σ weights before it, and the candidate that was drawn last.
-var<private> candidate: u32;
-var<private> weight_before: f32;
-var<private> last_drawn: u32;
-// The next ray of the lane, and the one after its last. Ray i lies at (i + ray_shift)·ray_weight along Σ weights.
-var<private> next_ray: u32;
-var<private> end_ray: u32;
-var<private> ray_shift: f32;
-var<private> ray_weight: f32;
-
 // What a Q contributes.
 struct Contribution {
     irradiance: vec3<f32>,
@@ -128,7 +110,7 @@ fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<
     lobe = eval_lobe(receiver_lobe, direction);
     density += lobe_density(1.0, receiver_lobe, direction, lobe);
 #endif
-    density += f32(candidates_per_ray) * vpl_density * distance_squared / max(cosine_q, 1e-6);
+    density += f32(CANDIDATES) * vpl_density * distance_squared / max(cosine_q, 1e-6);
     return Contribution(select(vec3<f32>(0.0), radiance * (cosine / density), is_above), lobe);
 }
 
@@ -234,11 +216,6 @@ struct Candidate {
     weight: f32,
 }
 
-fn vpl_of_candidate(index: u32) -> u32 {
-    let along = (f32(index) + candidate_shift) / f32(max(candidate_count, 1u));
-    return first_vpl + min(u32(along * f32(parameters.set_size)), parameters.set_size - 1u);
-}
-
 fn load_candidate(vpl_index: u32) -> Candidate {
     let vpl = load_vpl(vpl_index);
     let offset = vpl.position - receiver_position;
@@ -257,99 +234,56 @@ fn load_candidate(vpl_index: u32) -> Candidate {
     return Candidate(contribution, vpl.position, weight * band_sum(contribution.irradiance));
 }
 
-// Weighs the candidates for all rays of a receiver.
-fn weigh_candidates(ray_count: u32, lanes: u32, seed: u32) {
-    // The lane takes so many of the rays, from that one on.
-    let last_step = ray_count % (lanes * RAYS);
-    let steps = ray_count / (lanes * RAYS);
-    let before_lane = min(last_step, own_lane * RAYS);
-    let own_rays = steps * RAYS + min(last_step - before_lane, RAYS);
-    let first_ray = own_lane * steps * RAYS + before_lane;
-    candidate_count = select(0u, candidates_per_ray * ray_count, parameters.set_size > 0u);
-    candidate_shift = unit(seed);
-    let first = select(0u, candidates_per_ray * first_ray, candidate_count > 0u);
-    let end = select(0u, first + candidates_per_ray * own_rays, candidate_count > 0u);
-    var own_weight = 0.0;
-    // Their number is even. How they scatter is noise as that of rays, also where they are hidden: where few of them matter it is most.
-    for (var i = first; i < end; i += 2u) {
-        let a = load_candidate(vpl_of_candidate(i));
-        let b = load_candidate(vpl_of_candidate(i + 1u));
-        own_weight += a.weight;
-        own_weight += b.weight;
-        diffuse_squared_differences += square(a.contribution.irradiance - b.contribution.irradiance);
-#if GLOSSY
-        specular_squared_differences += square(a.contribution.irradiance * a.contribution.lobe - b.contribution.irradiance * b.contribution.lobe);
-#endif
-    }
-    ray_weight = subgroupAdd(own_weight) / f32(max(ray_count, 1u));
-    next_ray = first_ray;
-    end_ray = first_ray + own_rays;
-    ray_shift = unit(hash(seed));
-    // The rays of a lane may begin among the candidates that another lane has weighed.
-    var before = 0.0;
-    var first_of_lane = 0u;
-    for (var other = 0u; other < lanes; other++) {
-        let is_before = before <= (f32(next_ray) + ray_shift) * ray_weight;
-        candidate = select(candidate, first_of_lane, is_before);
-        weight_before = select(weight_before, before, is_before);
-        before += subgroupAdd(select(0.0, own_weight, other == own_lane));
-        first_of_lane += subgroupAdd(select(0u, end - first, other == own_lane));
-    }
+// How a receiver's rays to VPLs are drawn.
+struct RaysToVpls {
+    count: u32,
+    first_vpl: u32,
+    seed: u32,
 }
 
-// Draws candidates for the lane's next rays, follows these and adds what they find.
-fn follow_to_vpls(is_receiver: bool, first_record: u32) {
-    let rays = min(end_ray - next_ray, RAYS);
-    // The last candidate with weight that begins before the ray's place.
+// Draws a VPL for each ray of the lane, from `first_ray` of the receiver's on, follows the rays and adds what they find.
+fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
     var drawn: array<u32, RAYS>;
-#repeat SLOT 8
-    drawn[SLOT] = last_drawn;
-    let place_SLOT = (f32(next_ray + SLOTu) + ray_shift) * ray_weight;
-#endrepeat
-    var is_going_on = rays > 0u && ray_weight > 0.0;
-    let is_drawn = is_going_on;
-    while (is_going_on && candidate < candidate_count) {
-        let weight = load_candidate(vpl_of_candidate(candidate)).weight;
-#repeat SLOT 8
-        drawn[SLOT] = select(drawn[SLOT], candidate, weight > 0.0 && place_SLOT >= weight_before);
-#endrepeat
-        is_going_on = place_7 >= weight_before + weight;
-        weight_before += select(0.0, weight, is_going_on);
-        candidate += select(0u, 1u, is_going_on);
-    }
-    last_drawn = drawn[7];
     for (var i = 0u; i < RAYS; i++) {
-        let to = load_candidate(vpl_of_candidate(drawn_by(drawn, i)));
+        let first_candidate = CANDIDATES * (first_ray + i);
+        let vpls_per_candidate = f32(parameters.set_size) / f32(CANDIDATES * max(rays.count, 1u));
+        var random = hash(rays.seed ^ (first_ray + i));
+        var drawn_vpl = 0u;
+        var drawn_weight = 0.0;
+        var weight_sum = 0.0;
+        let candidates = select(0u, CANDIDATES, first_ray + i < rays.count);
+        for (var j = 0u; j < candidates; j++) {
+            random = hash(random);
+            // Each at a place of its own: even steps along a Morton curve are a grid, which may miss what is narrow.
+            let along = u32((f32(first_candidate + j) + f32(random & 255u) / 256.0) * vpls_per_candidate);
+            let vpl_index = rays.first_vpl + min(along, parameters.set_size - 1u);
+            let weight = load_candidate(vpl_index).weight;
+            weight_sum += weight;
+            let is_drawn = unit(random) * weight_sum <= weight;
+            drawn_vpl = select(drawn_vpl, vpl_index, is_drawn);
+            drawn_weight = select(drawn_weight, weight, is_drawn);
+        }
+        let to = load_candidate(drawn_vpl);
         var contribution = to.contribution;
-        contribution.irradiance *= ray_weight / max(to.weight, 1e-37);
+        contribution.irradiance *= weight_sum / max(drawn_weight, 1e-37);
         set_contribution(i, contribution);
-        let is_wanted = is_drawn && i < rays && to.weight > 0.0;
-        set_ray(i, to.position - receiver_start, select(NOT_WANTED, 1.0, is_wanted));
+        set_ray(i, to.position - receiver_start, select(NOT_WANTED, 1.0, weight_sum > 0.0));
+#repeat SLOT 8
+        drawn[SLOT] = select(drawn[SLOT], drawn_vpl, i == SLOTu);
+#endrepeat
     }
     trace(receiver_start, true);
     add_unblocked();
-    if (parameters.is_pilot == 1u && is_receiver) {
-        for (var i = 0u; i < rays; i++) {
-            let vpl_index = vpl_of_candidate(drawn_by(drawn, i));
-            let to = load_candidate(vpl_index);
-            let candidate_sum = band_sum(to.contribution.irradiance);
-            var inverse_t = 0.0;
+    if (parameters.is_pilot == 1u) {
+        let count = min(max(rays.count, first_ray) - first_ray, RAYS);
 #repeat SLOT 8
-            inverse_t = select(inverse_t, ray_inverse_t[SLOT], i == SLOTu);
-#endrepeat
-            let found = select(candidate_sum * (ray_weight / max(to.weight, 1e-37)), 0.0, inverse_t > 1.0);
-            pilot_samples[first_record + next_ray + i] = PilotSample(select(NOTHING_DRAWN, vpl_index - first_vpl, is_drawn), candidate_sum, found);
+        if (SLOTu < count) {
+            let candidate = band_sum(load_candidate(drawn[SLOT]).contribution.irradiance);
+            let found = select(band_sum(contributions[SLOT].irradiance), 0.0, ray_inverse_t[SLOT] > 1.0);
+            pilot_samples[first_record + first_ray + SLOTu] = PilotSample(drawn[SLOT] - rays.first_vpl, candidate, found);
         }
-    }
-    next_ray += rays;
-}
-
-fn drawn_by(drawn: array<u32, RAYS>, ray: u32) -> u32 {
-    var found = drawn[0];
-#repeat SLOT 8
-    found = select(found, drawn[SLOT], ray == SLOTu);
 #endrepeat
-    return found;
+    }
 }
 
 fn sample_point(sample: u32) -> vec2<f32> {
@@ -403,10 +337,9 @@ fn compute_main(
     let range = sample_ranges[parameters.first_receiver + min(slot, parameters.receiver_count - 1u)];
     let begin = u32(PACKET_SAMPLES) * min((range & 0xffffu) + parameters.skipped_packets, range >> 16u);
     let end = min(begin + u32(PACKET_SAMPLES) * parameters.packet_count, u32(PACKET_SAMPLES) * (range >> 16u));
-    let vpl_rays = select(0u, end - begin, parameters.first_light == 0u);
-    candidates_per_ray = select(CANDIDATES, PILOT_CANDIDATES, parameters.is_pilot == 1u);
-    first_vpl = set_index * parameters.set_size;
-    weigh_candidates(vpl_rays, lanes, hash(seed1 ^ hash(begin)));
+    let takes_vpls = is_receiver && parameters.first_light == 0u && parameters.set_size > 0u;
+    let vpl_rays = select(0u, end - begin, takes_vpls);
+    let to_vpls = RaysToVpls(vpl_rays, set_index * parameters.set_size, hash(seed1 ^ hash(begin)));
     let around_normal = frame_around(receiver_normal);
 #if GLOSSY
     let around_lobe = lobe_frame(receiver_lobe);
@@ -429,8 +362,8 @@ fn compute_main(
         follow_directions();
 #endif
     }
-    for (var done = 0u; done < vpl_rays; done += lanes * RAYS) {
-        follow_to_vpls(is_receiver, first_record);
+    for (var first = 0u; first < vpl_rays; first += lanes * RAYS) {
+        follow_to_vpls(to_vpls, sample_of(first, 0u), first_record);
     }
 
     let diffuse_sum = subgroupAdd(vec4<f32>(diffuse, diffuse_squared_differences));

@@ -2039,7 +2039,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet.spv"),
     },
     Module {
@@ -2063,7 +2063,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -2087,7 +2087,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single.spv"),
     },
     Module {
@@ -2111,7 +2111,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single_tree.spv"),
     },
     Module {
@@ -2136,7 +2136,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -2161,7 +2161,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2186,7 +2186,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single.spv"),
     },
     Module {
@@ -2211,7 +2211,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2235,7 +2235,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet.spv"),
     },
     Module {
@@ -2259,7 +2259,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -2283,7 +2283,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single.spv"),
     },
     Module {
@@ -2307,7 +2307,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2332,7 +2332,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2357,7 +2357,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2382,7 +2382,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2407,7 +2407,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2431,7 +2431,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet.spv"),
     },
     Module {
@@ -2455,7 +2455,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -2479,7 +2479,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single.spv"),
     },
     Module {
@@ -2503,7 +2503,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single_tree.spv"),
     },
     Module {
@@ -2528,7 +2528,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -2553,7 +2553,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2578,7 +2578,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single.spv"),
     },
     Module {
@@ -2603,7 +2603,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2627,7 +2627,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet.spv"),
     },
     Module {
@@ -2651,7 +2651,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -2675,7 +2675,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single.spv"),
     },
     Module {
@@ -2699,7 +2699,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2724,7 +2724,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2749,7 +2749,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2774,7 +2774,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2799,7 +2799,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2824,7 +2824,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet.spv"),
     },
     Module {
@@ -2849,7 +2849,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet_tree.spv"),
     },
     Module {
@@ -2874,7 +2874,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single.spv"),
     },
     Module {
@@ -2899,7 +2899,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single_tree.spv"),
     },
     Module {
@@ -2925,7 +2925,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet.spv"),
     },
     Module {
@@ -2951,7 +2951,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2977,7 +2977,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single.spv"),
     },
     Module {
@@ -3003,7 +3003,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single_tree.spv"),
     },
     Module {
@@ -3028,7 +3028,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet.spv"),
     },
     Module {
@@ -3053,7 +3053,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet_tree.spv"),
     },
     Module {
@@ -3078,7 +3078,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single.spv"),
     },
     Module {
@@ -3103,7 +3103,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single_tree.spv"),
     },
     Module {
@@ -3129,7 +3129,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet.spv"),
     },
     Module {
@@ -3155,7 +3155,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -3181,7 +3181,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single.spv"),
     },
     Module {
@@ -3207,7 +3207,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 4), ("PILOT_CANDIDATES", 8), ("NOTHING_DRAWN", 4294967295), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single_tree.spv"),
     },
     Module {

@@ -25,7 +25,7 @@ const NEIGHBOUR_CELL_PART: f64 = 0.1;
 const LARGE_SHARE: f64 = 1e-3;
 /// A tile has 4 to this power of cells at most: as many as `shaders/light_rays.wgsl` can number.
 const MAX_LEVEL: u32 = 4;
-/// Samples of a pilot that a cell is to have.
+/// Samples that found light that a cell is to have.
 const SAMPLES_PER_CELL: usize = 8;
 /// What is known of a cell counts as much as so many samples of what is known of its tile.
 const PRIOR_SAMPLES: f64 = 2.0;
@@ -248,12 +248,16 @@ impl VplSampler {
         norm: ErrorNorm,
     ) -> f64 {
         self.look(table, pilot, norm);
-        let all_seen: usize = self.seen.iter().map(Vec::len).sum();
-        let samples_per_cell = (2 * all_seen / MAX_SMALL_CELLS).max(SAMPLES_PER_CELL);
-        let levels: Vec<u32> = self
+        let lit: Vec<usize> = self
             .seen
             .iter()
-            .map(|seen| ((seen.len() / samples_per_cell).max(1).ilog2() / 2).min(MAX_LEVEL))
+            .map(|seen| seen.iter().filter(|seen| seen.square > 0.0).count())
+            .collect();
+        let samples_per_cell =
+            (2 * lit.iter().sum::<usize>() / MAX_SMALL_CELLS).max(SAMPLES_PER_CELL);
+        let levels: Vec<u32> = lit
+            .iter()
+            .map(|lit| ((lit / samples_per_cell).max(1).ilog2() / 2).min(MAX_LEVEL))
             .collect();
         let seen = self.weighted(&levels);
         let Some((tiles, mut cells)) = seen
@@ -403,7 +407,7 @@ impl VplSampler {
             let tile = &self.tiles[tile_of_cell[cell]];
             let finest = 1 << (2 * (MAX_LEVEL - tile.level));
             let place = (cell - tile.first_cell) * finest + (along * finest as f64) as usize;
-            // A ray stands for all candidates from the one before it to its own, so that this is a sum of squares.
+            // A ray stands for its candidates, one of which is drawn by what it contributes: on average the sum of their squares.
             let square = f64::from(sample.candidate) * f64::from(sample.found);
             let square = weights[receiver].powi(2) * square;
             self.seen[tile_of_cell[cell]].push(Seen {
