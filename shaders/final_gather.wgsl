@@ -251,17 +251,25 @@ fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
         var drawn_vpl = 0u;
         var drawn_weight = 0.0;
         var weight_sum = 0.0;
+        var before: Contribution;
         let candidates = select(0u, CANDIDATES, first_ray + i < rays.count);
         for (var j = 0u; j < candidates; j++) {
             random = hash(random);
             // Each at a place of its own: even steps along a Morton curve are a grid, which may miss what is narrow.
             let along = u32((f32(first_candidate + j) + f32(random & 255u) / 256.0) * vpls_per_candidate);
             let vpl_index = rays.first_vpl + min(along, parameters.set_size - 1u);
-            let weight = load_candidate(vpl_index).weight;
-            weight_sum += weight;
-            let is_drawn = unit(random) * weight_sum <= weight;
+            let to = load_candidate(vpl_index);
+            // How candidates scatter is noise as that of rays, also where they are hidden: where few of them matter it is most.
+            let is_second = f32(j & 1u);
+            diffuse_squared_differences += is_second * square(to.contribution.irradiance - before.irradiance);
+#if GLOSSY
+            specular_squared_differences += is_second * square(to.contribution.irradiance * to.contribution.lobe - before.irradiance * before.lobe);
+#endif
+            before = to.contribution;
+            weight_sum += to.weight;
+            let is_drawn = unit(random) * weight_sum <= to.weight;
             drawn_vpl = select(drawn_vpl, vpl_index, is_drawn);
-            drawn_weight = select(drawn_weight, weight, is_drawn);
+            drawn_weight = select(drawn_weight, to.weight, is_drawn);
         }
         let to = load_candidate(drawn_vpl);
         var contribution = to.contribution;
