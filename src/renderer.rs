@@ -15,7 +15,10 @@ use crate::{
         RenderedFrame,
     },
     output::{Frame, FrameDescription, FrameStats, PassTime},
-    passes::{Context, cost::Cost},
+    passes::{
+        Context,
+        cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES},
+    },
     vulkan::{PassTimes, Pipelines, Timeline},
 };
 
@@ -215,7 +218,8 @@ impl Renderer {
         self.last = Some(RenderedFrame::new(
             scene,
             &stats,
-            cost.work_of("error_estimate"),
+            cost.work_of(FIRST_ESTIMATE),
+            cost.work_of(FURTHER_ESTIMATES),
         ));
         Ok(DrawnFrame {
             images,

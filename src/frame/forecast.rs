@@ -18,13 +18,21 @@ pub(crate) struct RenderedFrame {
     other_ms: f64,
     /// Share of the rays of final gathering that estimated the error: as many whatever the image's size.
     estimate_share: f64,
+    /// Share of those that looked at more pixels, which is chance.
+    further_share: f64,
     /// Of final gathering.
     estimated_error: Option<f64>,
 }
 
 impl RenderedFrame {
     /// The frame of these statistics, for whose error so many of its rays were cast.
-    pub fn new(scene: &Scene, stats: &FrameStats, estimate_rays: u64) -> RenderedFrame {
+    pub fn new(
+        scene: &Scene,
+        stats: &FrameStats,
+        estimate_rays: u64,
+        further_rays: u64,
+    ) -> RenderedFrame {
+        let share = |rays: u64| rays as f64 / stats.ray_count.max(1) as f64;
         let is_gather = |name: &str| ["gather", "final_gather", "light_rays"].contains(&name);
         let sum_of = |gathers| {
             let passes = stats.passes.iter();
@@ -35,7 +43,8 @@ impl RenderedFrame {
             scene: scene.clone(),
             gather_ms: sum_of(true),
             other_ms: sum_of(false),
-            estimate_share: estimate_rays as f64 / stats.ray_count.max(1) as f64,
+            estimate_share: share(estimate_rays),
+            further_share: share(further_rays),
             estimated_error: stats.estimated_error,
         }
     }
@@ -66,7 +75,8 @@ impl RenderedFrame {
     fn work(&self, before: &IndirectLight, now: &IndirectLight, pixels: f64) -> Option<f64> {
         if let (Some(before), Some(now)) = (before.target_error(), now.target_error()) {
             let share = self.estimate_share;
-            let of_image = share + (1.0 - share) * pixels.powf(PIXELS_POWER);
+            let of_rest = 1.0 - share - self.further_share;
+            let of_image = share + of_rest * pixels.powf(PIXELS_POWER);
             // By chance a frame may have done more than was asked for, or less.
             let met = self.estimated_error.map(|error| error / USUAL_ERROR);
             return Some(of_image * (now / met.unwrap_or(before)).powf(ERROR_POWER));

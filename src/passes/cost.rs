@@ -10,6 +10,10 @@ use crate::{
     vulkan::{PassTimes, Recorder},
 };
 
+/// Rays that estimate the error, beside those of "final_gather", at the first sample of pixels and at further ones.
+pub(crate) const FIRST_ESTIMATE: &str = "error_estimate";
+pub(crate) const FURTHER_ESTIMATES: &str = "further error estimates";
+
 /// Work is counted in the unit of its pass: pairs of a pixel and a VPL, or rays.
 pub(crate) struct Cost {
     /// Time that a submission of work should take, so that no watchdog fires and the caller can cancel.

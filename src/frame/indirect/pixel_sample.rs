@@ -4,6 +4,7 @@ use super::{error_estimate::ErrorEstimate, refine::Refiner};
 use crate::{
     Result, metrics,
     passes::{
+        cost::{FIRST_ESTIMATE, FURTHER_ESTIMATES},
         error_estimate,
         gatherer::{GatheredFor, LightRaySets, Results, Samples},
         random,
@@ -187,7 +188,13 @@ impl PixelSample {
             }
         }
         let rays = cost.borrow().work_of("final_gather") - rays_before;
-        cost.borrow_mut().count_work("error_estimate", rays);
+        let is_first = self.seed == 0;
+        let counted_for = if is_first {
+            FIRST_ESTIMATE
+        } else {
+            FURTHER_ESTIMATES
+        };
+        cost.borrow_mut().count_work(counted_for, rays);
         Ok(())
     }
 
