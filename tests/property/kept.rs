@@ -23,7 +23,8 @@ fn refined(mut scene: Scene) -> Scene {
     scene
 }
 
-/// By as much as the rays grow, to a factor of 2, for more pixels and for less error.
+/// Passes that gather take as much longer as there are more rays, to a factor of 2, for more pixels and for less error; the others, as there
+/// are more pixels.
 #[test]
 fn the_time_of_a_frame_is_foretold_by_the_last_one() {
     let mut gpu = Gpu::open();
@@ -35,15 +36,24 @@ fn the_time_of_a_frame_is_foretold_by_the_last_one() {
         };
         let first = scene_of(128, 0.06);
         assert_eq!(gpu.renderer.foretell_ms(&first), None);
-        let rays = gpu.render(&first).stats.ray_count as f64;
-        let foretold = gpu.renderer.foretell_ms(&first).expect("it was rendered");
-        let others = [scene_of(64, 0.06), scene_of(256, 0.06), scene_of(128, 0.03)];
-        let foretold: Vec<f64> = others
-            .iter()
-            .map(|other| gpu.renderer.foretell_ms(other).expect("it is alike") / foretold)
-            .collect();
-        for (other, foretold) in others.iter().zip(foretold) {
-            let grown = gpu.render(other).stats.ray_count as f64 / rays;
+        let stats = gpu.render(&first).stats;
+        let [gather_ms, other_ms] = [true, false].map(|gathers| -> f64 {
+            let gather = ["final_gather", "light_rays"];
+            let passes = stats.passes.iter();
+            let passes = passes.filter(|pass| gather.contains(&pass.name) == gathers);
+            passes.map(|pass| pass.milliseconds).sum()
+        });
+        let foretold_ms = gpu.renderer.foretell_ms(&first).expect("it was rendered");
+        assert!((foretold_ms / (gather_ms + other_ms) - 1.0).abs() < 1e-9);
+        let others = [(64, 0.06), (256, 0.06), (128, 0.03)];
+        let foretold = others.map(|(size, target_error)| {
+            let scene = scene_of(size, target_error);
+            let foretold_ms = gpu.renderer.foretell_ms(&scene).expect("it is alike");
+            let pixels = f64::from(size * size) / (128.0 * 128.0);
+            (scene, (foretold_ms - other_ms * pixels) / gather_ms)
+        });
+        for (scene, foretold) in foretold {
+            let grown = gpu.render(&scene).stats.ray_count as f64 / stats.ray_count as f64;
             println!("{name}: foretold {foretold:.2}, grown by {grown:.2}");
             assert!((0.5..=2.0).contains(&(foretold / grown)));
         }
