@@ -320,8 +320,10 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
 fn intersect(planes: OriginPlanes, triangle: u32) {
     for (var i = 0u; i < RAYS; i++) {
         let inverse_t = inverse_t_of(planes, ray_vector[i]);
-        ray_hit[i] = select(ray_hit[i], triangle, inverse_t > ray_inverse_t[i]);
-        ray_inverse_t[i] = max(ray_inverse_t[i], inverse_t);
+        // Not max: of 0 and −0, which a triangle without area is hit at, it may give −0, and the ray would end at −∞.
+        let is_nearer = inverse_t > ray_inverse_t[i];
+        ray_hit[i] = select(ray_hit[i], triangle, is_nearer);
+        ray_inverse_t[i] = select(ray_inverse_t[i], inverse_t, is_nearer);
     }
 }
 
