@@ -311,6 +311,41 @@ fn a_report_that_was_cut_goes_on() {
     assert_eq!(fs::read_to_string(&calls).unwrap().lines().count(), 2);
 }
 
+#[test]
+fn growth_is_the_time_of_each_scene_in_each_size() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let scene = scene_file();
+    let scene = scene.to_str().unwrap();
+    let mut arguments = vec!["report", scene, scene, "--quick", "--growth", "-o", "out"];
+    arguments.extend(SIZE);
+    let output = program(folder, &arguments);
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+
+    let json = fs::read_to_string(folder.join("out/report.json")).unwrap();
+    let json: Value = serde_json::from_str(&json).unwrap();
+    let rows = json["growth"].as_array().unwrap();
+    let sizes = [[6, 5], [12, 10], [24, 20], [48, 40]];
+    assert_eq!(rows.len(), 2 * sizes.len());
+    for (index, row) in rows.iter().enumerate() {
+        let name = ["cornell", "cornell-2"][index / sizes.len()];
+        assert_eq!(row["scene"], name);
+        let size = sizes[index % sizes.len()];
+        assert_eq!(row["resolution_px"], serde_json::json!(size));
+        assert_eq!(row["triangles"], 32);
+        assert!(number(&row["seconds"]["median"]) > 0.0);
+        assert!(number(&row["ray_count"]) > 0.0);
+        assert!(number(&row["estimated_error"]) <= 0.02);
+    }
+    let page = fs::read_to_string(folder.join("out/index.html")).unwrap();
+    for plot in ["triangles", "pixels"] {
+        let svg = fs::read_to_string(folder.join(format!("out/growth-{plot}.svg"))).unwrap();
+        assert!(page.contains(&svg), "{plot}");
+    }
+    assert!(!page.contains("How to read this"), "there are no errors");
+}
+
 /// One line on stderr, exit code 1.
 #[track_caller]
 fn assert_fails(output: &Output, says: &[&str]) {

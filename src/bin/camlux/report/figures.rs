@@ -1,8 +1,10 @@
 //! The two plots of a scene: from its entries to points.
 
-use super::plot::{Plot, Point, number_text, percent_text};
+use super::plot::{Plot, Point, number_text, percent_text, seconds_text};
 use super::results::{Entry, Kind, SceneReport};
 use crate::Failure;
+
+const FRAME_TIME: &str = "time of a frame, from the call to the file";
 
 /// Time against the distance from the truth; SVG. `None` where no entry has such an error.
 ///
@@ -19,6 +21,8 @@ pub fn model_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
         })
     });
     let plot = Plot {
+        x_title: FRAME_TIME,
+        x_text: seconds_text,
         y_title: "relRMSE of the indirect light, noise subtracted",
         y_text: percent_text,
         series: series_names(scene),
@@ -37,6 +41,8 @@ pub fn kernel_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
     let points =
         entries.filter_map(|entry| Some(point(entry, entry.engine.as_ref()?.kernel_error?)));
     let plot = Plot {
+        x_title: FRAME_TIME,
+        x_text: seconds_text,
         y_title: "relRMSE against the same formulas in f64",
         y_text: number_text,
         series: series_names(scene),

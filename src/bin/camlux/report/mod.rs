@@ -1,6 +1,7 @@
 //! `camlux report`: speed against error of everything that trades one for the other.
 
 mod figures;
+mod growth;
 mod html;
 mod labels;
 mod machine;
@@ -13,6 +14,7 @@ mod plot;
 mod results;
 mod settings;
 mod steps;
+mod stopwatch;
 mod style;
 mod summary;
 mod sweep;
@@ -29,6 +31,7 @@ use self::measured::{Counts, Measured};
 use self::peers::PeerRun;
 use self::results::{Peers, Report, SceneReport};
 use self::steps::Steps;
+use self::stopwatch::Stopwatch;
 use self::sweep::{Sweep, SweepOptions};
 use crate::options::{DeviceArgs, SizeArgs, resize, warn_of};
 use crate::output::create_folder;
@@ -59,6 +62,10 @@ pub struct Args {
     /// Also the torture set of `camlux doctor`: how far off the engine's images are, and what it says of them
     #[arg(long)]
     pub torture: bool,
+    /// Only how the time at 2 % grows: over the scenes with their triangles, and of each with its pixels, at a quarter, half, once and
+    /// twice the edges of its image. No truth is needed
+    #[arg(long, conflicts_with_all = ["peers", "torture", "stderr"])]
+    pub growth: bool,
     /// Standard error of the truth's indirect light, over its root mean square [default: 0.01, quick 0.03]
     #[arg(long, value_name = "SHARE", value_parser = crate::reference::parse_share)]
     pub stderr: Option<f64>,
@@ -91,9 +98,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         measurements: Counts::default(),
         scenes: Vec::new(),
         torture: Vec::new(),
+        growth: Vec::new(),
     };
+    let steps = Steps::new();
+    let scratch = folder.join("timing.exr");
     for subject in &subjects {
-        let scene = examine(args, subject, &mut renderer, &measured)?;
+        if args.growth {
+            let mut stopwatch = Stopwatch::new(&mut renderer, &scratch, &steps, args.quick);
+            let rows = growth::rows(subject, &mut stopwatch, &measured)?;
+            report.growth.extend(rows);
+            continue;
+        }
+        let stopwatch = Stopwatch::new(&mut renderer, &scratch, &steps, args.quick);
+        let scene = examine(args, subject, stopwatch, &measured)?;
         print(&format!("{}: {}\n", scene.name, summary::summary(&scene)))?;
         report.scenes.push(scene);
     }
@@ -105,8 +122,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         report.torture = torture::rows(&device, settings, &measured)?;
     }
     for scene in &report.scenes {
-        write_plots(folder, scene)?;
+        let name = |what| format!("{}-{what}", scene.name);
+        write_plot(folder, &name("model-error"), figures::model_error(scene)?)?;
+        write_plot(folder, &name("kernel-error"), figures::kernel_error(scene)?)?;
     }
+    let triangles = growth::against_triangles(&report.growth)?;
+    write_plot(folder, "growth-triangles", triangles)?;
+    let pixels = growth::against_pixels(&report.growth)?;
+    write_plot(folder, "growth-pixels", pixels)?;
     report.measurements = measured.counts();
     if let Some(note) = report.measurements.note() {
         tell(&note);
@@ -148,7 +171,7 @@ fn share_threads() -> Result<(), Failure> {
 fn examine(
     args: &Args,
     subject: &Subject,
-    renderer: &mut Renderer,
+    stopwatch: Stopwatch,
     measured: &Measured,
 ) -> Result<SceneReport, Failure> {
     let Subject { name, file, scene } = subject;
@@ -161,22 +184,19 @@ fn examine(
 
     let inputs = (&truth.scene_hash, truth.samples_per_pixel, options);
     let measured = measured.group(&format!("{name}-{width}x{height}"), inputs);
-    let steps = Steps::new();
-    let scratch = args.output.join("timing.exr");
+    let (scratch, steps) = (stopwatch.scratch, stopwatch.steps);
     let mut sweep = Sweep {
-        renderer,
+        stopwatch,
         subject,
         truth: &image,
         measured: &measured,
         options,
-        scratch: &scratch,
-        steps: &steps,
     };
     let direct_only = sweep.direct_only()?;
     let (mut entries, skipped) = sweep.settings()?;
     let longest_s = options.longest_reference_s;
     entries.extend(truth::series(
-        subject, &scratch, longest_s, &measured, &steps,
+        subject, scratch, longest_s, &measured, steps,
     )?);
     let peers = match &args.peers {
         None => Peers {
@@ -191,7 +211,7 @@ fn examine(
                 is_quick: args.quick,
                 truth: &image,
                 measured: &measured,
-                steps: &steps,
+                steps,
             };
             let (of_peers, peers) = run.run()?;
             entries.extend(of_peers);
@@ -244,16 +264,8 @@ fn quick_size(size_px: [u32; 2]) -> [u32; 2] {
     size_px.map(|px| ((f64::from(px) * scale).round() as u32).max(1))
 }
 
-fn write_plots(folder: &Path, scene: &SceneReport) -> Result<(), Failure> {
-    let plots = [
-        ("model-error", figures::model_error(scene)?),
-        ("kernel-error", figures::kernel_error(scene)?),
-    ];
-    for (what, svg) in plots {
-        if let Some(svg) = svg {
-            let path = folder.join(format!("{}-{what}.svg", scene.name));
-            OutputFile::create(path)?.commit_with(svg.as_bytes())?;
-        }
-    }
+fn write_plot(folder: &Path, name: &str, svg: Option<String>) -> Result<(), Failure> {
+    let Some(svg) = svg else { return Ok(()) };
+    OutputFile::create(folder.join(format!("{name}.svg")))?.commit_with(svg.as_bytes())?;
     Ok(())
 }

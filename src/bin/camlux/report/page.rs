@@ -1,6 +1,7 @@
 //! The page: one HTML file that needs nothing else, in light and dark.
 
 use super::figures;
+use super::growth;
 use super::html::{Column, escape, image, table};
 use super::picture::{ERROR_RANGE, Picture, Pictures};
 use super::results::{Entry, Report, SceneReport, Seconds, Unsupported};
@@ -19,6 +20,8 @@ pub fn page(report: &Report) -> Result<String, Failure> {
     let scenes = report.scenes.iter().map(scene_section);
     let scenes = scenes.collect::<Result<String, Failure>>()?;
     let torture = torture::section(&report.torture);
+    let growth = growth::section(&report.growth)?;
+    let how_to_read = if scenes.is_empty() { "" } else { HOW_TO_READ };
     Ok(format!(
         "<!doctype html>
 <html lang=\"en\">
@@ -28,7 +31,7 @@ pub fn page(report: &Report) -> Result<String, Failure> {
 <style>{STYLE}</style></head>
 <body>
 <h1>Speed against error</h1>
-{machine}{HOW_TO_READ}{scenes}{torture}</body>
+{machine}{how_to_read}{scenes}{torture}{growth}</body>
 </html>
 "
     ))

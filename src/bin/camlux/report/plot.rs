@@ -1,4 +1,4 @@
-//! Scatter plots of time against error, both logarithmic, as SVG.
+//! Scatter plots with two logarithmic axes, as SVG.
 
 use std::f64::consts::TAU;
 
@@ -50,8 +50,10 @@ const FRONTS: [&str; 2] = ["Pareto front of the engine", "Pareto front of all"];
 
 /// What is plotted.
 pub struct Plot<'a> {
+    pub x_title: &'a str,
+    /// Writes a round value of the axis.
+    pub x_text: fn(f64) -> String,
     pub y_title: &'a str,
-    /// Writes a round value of the error axis.
     pub y_text: fn(f64) -> String,
     /// Each has its colour, also where it has no point.
     pub series: Vec<&'a str>,
@@ -63,7 +65,6 @@ pub struct Plot<'a> {
 
 pub struct Point<'a> {
     pub series: &'a str,
-    /// Time, s.
     pub x: f64,
     /// Least and greatest.
     pub x_range: [f64; 2],
@@ -124,9 +125,9 @@ impl Plot<'_> {
             .light_line_style(GRID.mix(0.45))
             .label_style(text(13))
             .axis_desc_style(text(14))
-            .x_desc("time of a frame, from the call to the file")
+            .x_desc(self.x_title)
             .y_desc(self.y_title)
-            .x_label_formatter(&|&value| seconds_text(value))
+            .x_label_formatter(&|&value| (self.x_text)(value))
             .y_label_formatter(&|&value| (self.y_text)(value))
             .draw()?;
 
@@ -299,7 +300,8 @@ fn axis(values: impl Iterator<Item = f64>) -> Axis {
         .with_light_points(light)
 }
 
-fn seconds_text(seconds: f64) -> String {
+/// Seconds with one digit.
+pub fn seconds_text(seconds: f64) -> String {
     match seconds {
         s if s < 0.99e-3 => format!("{} µs", plain(s * 1e6)),
         s if s < 0.99 => format!("{} ms", plain(s * 1e3)),
@@ -385,6 +387,8 @@ mod tests {
             label: "requested 5 %",
         };
         let plot = Plot {
+            x_title: "time",
+            x_text: seconds_text,
             y_title: "error",
             y_text: percent_text,
             series: vec!["rays"],

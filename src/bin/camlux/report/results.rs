@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::growth::GrowthRow;
 use super::machine::Machine;
 use super::measured::Counts;
 use super::picture::Pictures;
@@ -17,6 +18,8 @@ pub struct Report {
     pub scenes: Vec<SceneReport>,
     /// Empty where it was not asked for.
     pub torture: Vec<TortureRow>,
+    /// Likewise.
+    pub growth: Vec<GrowthRow>,
 }
 
 /// What was found for one scene.

@@ -1,24 +1,18 @@
 //! The engine's settings that trade speed for accuracy, each timed and measured.
 
-use std::path::Path;
-use std::time::Instant;
-
 use camlux::internals::{Intermediates, f64_kernels};
 use camlux::metrics::{Comparison, Pixels};
-use camlux::output::{ExrOptions, Frame, Layer, OutputFile, write_exr};
+use camlux::output::Layer;
 use camlux::scene::{IndirectLight, VplSum};
-use camlux::{Error, Renderer, Scene};
+use camlux::{Error, Scene};
 
 use super::Subject;
 use super::measured::Group;
-use super::results::{EngineFigures, Entry, PassMedian, Seconds, median};
+use super::results::{EngineFigures, Entry, Seconds};
 use super::settings::{self, Setting};
-use super::steps::Steps;
+use super::stopwatch::{Stopwatch, Timed};
 use super::truth::{TruthImage, values};
 use crate::Failure;
-
-/// A frame is timed no more often.
-const MAX_RUNS: usize = 15;
 
 /// How far the sweep goes.
 #[derive(Clone, Copy, Debug)]
@@ -30,9 +24,6 @@ pub struct SweepOptions {
     pub longest_reference_s: f64,
     /// Pixels on which the kernel error is measured.
     pub kernel_pixels: usize,
-    pub min_runs: usize,
-    /// No more runs than the least are begun after this.
-    pub enough_s: f64,
 }
 
 impl SweepOptions {
@@ -42,22 +33,17 @@ impl SweepOptions {
             longest_s: if is_quick { 3.0 } else { 60.0 },
             longest_reference_s: if is_quick { 0.6 } else { 15.0 },
             kernel_pixels: if is_quick { 128 } else { 512 },
-            min_runs: if is_quick { 2 } else { 3 },
-            enough_s: if is_quick { 0.2 } else { 3.0 },
         }
     }
 }
 
 /// What a sweep works with.
 pub struct Sweep<'a> {
-    pub renderer: &'a mut Renderer,
+    pub stopwatch: Stopwatch<'a>,
     pub subject: &'a Subject,
     pub truth: &'a TruthImage,
     pub measured: &'a Group<'a>,
     pub options: SweepOptions,
-    /// A file that may be written and removed.
-    pub scratch: &'a Path,
-    pub steps: &'a Steps,
 }
 
 impl Sweep<'_> {
@@ -67,16 +53,15 @@ impl Sweep<'_> {
     /// Those of rendering and writing.
     pub fn direct_only(&mut self) -> Result<Seconds, Failure> {
         self.measured.obtain("direct light", (), || {
-            self.steps
-                .begin(format!("{}: direct light", self.subject.name))?;
+            let step = format!("{}: direct light", self.subject.name);
+            self.stopwatch.steps.begin(step)?;
             let scene = Scene {
                 indirect: None,
                 ..self.subject.scene.clone()
             };
             // The warm-up.
-            self.render(&scene)?;
-            let (_, seconds, _) = self.time(&scene)?;
-            Ok(seconds)
+            self.stopwatch.render(&scene)?;
+            Ok(self.stopwatch.time(&scene)?.seconds)
         })
     }
 
@@ -99,7 +84,8 @@ impl Sweep<'_> {
                     break;
                 }
                 let measured = self.measured.obtain(&what, setting.indirect, || {
-                    self.steps.begin(format!("{}: {what}", self.subject.name))?;
+                    let step = format!("{}: {what}", self.subject.name);
+                    self.stopwatch.steps.begin(step)?;
                     self.setting(setting)
                 });
                 match measured {
@@ -134,7 +120,11 @@ impl Sweep<'_> {
             }
             None => (None, 0, self.stderr_deviation(&scene)?),
         };
-        let (frame, seconds, gpu_passes) = self.time(&scene)?;
+        let Timed {
+            frame,
+            seconds,
+            gpu_passes,
+        } = self.stopwatch.time(&scene)?;
         let layer = |layer| values(&frame, layer);
         let (indirect_light, total) = (layer(Layer::Indirect)?, layer(Layer::Radiance)?);
         Ok(Entry {
@@ -161,18 +151,13 @@ impl Sweep<'_> {
         })
     }
 
-    fn render(&mut self, scene: &Scene) -> Result<Frame, Error> {
-        self.steps
-            .watch(|options| self.renderer.render(scene, options))
-    }
-
     /// The errors of final gathering over what it says of them.
     fn stderr_deviation(&mut self, scene: &Scene) -> Result<Option<f64>, Failure> {
         let mut scene = scene.clone();
         if let Some(IndirectLight::FinalGather { stderr_layer, .. }) = &mut scene.indirect {
             *stderr_layer = true;
         }
-        let frame = self.render(&scene)?;
+        let frame = self.stopwatch.render(&scene)?;
         let [indirect, stated] = [Layer::Indirect, Layer::StandardError].map(|l| values(&frame, l));
         self.truth.stderr_deviation(indirect?, stated?)
     }
@@ -183,9 +168,11 @@ impl Sweep<'_> {
         scene: &Scene,
         sum: VplSum,
     ) -> Result<(Option<f64>, usize), Failure> {
-        let (frame, kept) = self
-            .steps
-            .watch(|options| self.renderer.render_with_intermediates(scene, options))?;
+        let Stopwatch {
+            renderer, steps, ..
+        } = &mut self.stopwatch;
+        let (frame, kept) =
+            steps.watch(|options| renderer.render_with_intermediates(scene, options))?;
         let pixels = spread(&kept, self.options.kernel_pixels);
         let exact = f64_kernels::indirect_at(scene, sum, &kept, &pixels);
         let (computed, _) = values(&frame, Layer::Indirect)?.as_chunks::<3>();
@@ -201,50 +188,6 @@ impl Sweep<'_> {
         })?;
         let error = comparison.errors.map(|errors| errors.rmse);
         Ok((error, pixels.len()))
-    }
-
-    /// Renders a frame again and again and writes it to the scratch file: the last frame, and the times of all. Pipelines
-    /// must be warm.
-    fn time(&mut self, scene: &Scene) -> Result<(Frame, Seconds, Vec<PassMedian>), Failure> {
-        let options = self.options;
-        let (mut runs, mut render_s, mut write_s) = (Vec::new(), Vec::new(), Vec::new());
-        let mut passes: Vec<(&'static str, Vec<f64>)> = Vec::new();
-        let begin = Instant::now();
-        loop {
-            let file = OutputFile::create(self.scratch)?;
-            let start = Instant::now();
-            let frame = self.render(scene)?;
-            let rendered = start.elapsed().as_secs_f64();
-            write_exr(file, &frame, &ExrOptions::default())?;
-            let written = start.elapsed().as_secs_f64();
-            // The next run replaces it; one that is left behind does no harm.
-            let _ = std::fs::remove_file(self.scratch);
-
-            runs.push(written);
-            render_s.push(rendered);
-            write_s.push(written - rendered);
-            for pass in &frame.stats.passes {
-                match passes.iter_mut().find(|(name, _)| *name == pass.name) {
-                    Some((_, times)) => times.push(pass.milliseconds),
-                    None => passes.push((pass.name, vec![pass.milliseconds])),
-                }
-            }
-            let has_time = begin.elapsed().as_secs_f64() <= options.enough_s;
-            let wanted = if has_time { MAX_RUNS } else { options.min_runs };
-            if runs.len() >= wanted {
-                let parts = [("render", render_s), ("write", write_s)];
-                let parts = parts.map(|(name, times)| (name, median(&times).unwrap_or_default()));
-                let gpu_passes = passes.iter().filter_map(|(name, times)| {
-                    let milliseconds = median(times)?;
-                    Some(PassMedian {
-                        name: (*name).into(),
-                        milliseconds,
-                    })
-                });
-                let seconds = Seconds::from_runs(runs, parts).unwrap_or_default();
-                return Ok((frame, seconds, gpu_passes.collect()));
-            }
-        }
     }
 }
 

@@ -1,0 +1,112 @@
+//! Frames, timed from the call to the file.
+
+use std::path::Path;
+use std::time::Instant;
+
+use camlux::output::{ExrOptions, Frame, OutputFile, write_exr};
+use camlux::{Error, Renderer, Scene};
+
+use super::results::{PassMedian, Seconds, median};
+use super::steps::Steps;
+use crate::Failure;
+
+/// A frame is timed no more often.
+const MAX_RUNS: usize = 15;
+/// After so long one run is enough, s.
+const LONG_S: f64 = 60.0;
+
+/// Renders and times.
+pub struct Stopwatch<'a> {
+    pub renderer: &'a mut Renderer,
+    /// A file that may be written and removed.
+    pub scratch: &'a Path,
+    pub steps: &'a Steps,
+    min_runs: usize,
+    /// No more runs than the least are begun after this.
+    enough_s: f64,
+}
+
+/// A frame that was rendered again and again.
+pub struct Timed {
+    /// The last one.
+    pub frame: Frame,
+    pub seconds: Seconds,
+    pub gpu_passes: Vec<PassMedian>,
+}
+
+impl<'a> Stopwatch<'a> {
+    pub fn new(
+        renderer: &'a mut Renderer,
+        scratch: &'a Path,
+        steps: &'a Steps,
+        is_quick: bool,
+    ) -> Self {
+        Stopwatch {
+            renderer,
+            scratch,
+            steps,
+            min_runs: if is_quick { 2 } else { 3 },
+            enough_s: if is_quick { 0.2 } else { 3.0 },
+        }
+    }
+
+    /// Renders once.
+    ///
+    /// # Errors
+    /// Those of rendering.
+    pub fn render(&mut self, scene: &Scene) -> Result<Frame, Error> {
+        self.steps
+            .watch(|options| self.renderer.render(scene, options))
+    }
+
+    /// Renders a frame again and again and writes it to the scratch file. Pipelines must be warm.
+    ///
+    /// # Errors
+    /// Those of rendering and writing.
+    pub fn time(&mut self, scene: &Scene) -> Result<Timed, Failure> {
+        let (mut runs, mut render_s, mut write_s) = (Vec::new(), Vec::new(), Vec::new());
+        let mut passes: Vec<(&'static str, Vec<f64>)> = Vec::new();
+        let begin = Instant::now();
+        loop {
+            let file = OutputFile::create(self.scratch)?;
+            let start = Instant::now();
+            let frame = self.render(scene)?;
+            let rendered = start.elapsed().as_secs_f64();
+            write_exr(file, &frame, &ExrOptions::default())?;
+            let written = start.elapsed().as_secs_f64();
+            // The next run replaces it; one that is left behind does no harm.
+            let _ = std::fs::remove_file(self.scratch);
+
+            runs.push(written);
+            render_s.push(rendered);
+            write_s.push(written - rendered);
+            for pass in &frame.stats.passes {
+                match passes.iter_mut().find(|(name, _)| *name == pass.name) {
+                    Some((_, times)) => times.push(pass.milliseconds),
+                    None => passes.push((pass.name, vec![pass.milliseconds])),
+                }
+            }
+            let wanted = match begin.elapsed().as_secs_f64() {
+                spent if spent <= self.enough_s => MAX_RUNS,
+                spent if spent <= LONG_S => self.min_runs,
+                _ => 1,
+            };
+            if runs.len() >= wanted {
+                let parts = [("render", render_s), ("write", write_s)];
+                let parts = parts.map(|(name, times)| (name, median(&times).unwrap_or_default()));
+                let gpu_passes = passes.iter().filter_map(|(name, times)| {
+                    let milliseconds = median(times)?;
+                    Some(PassMedian {
+                        name: (*name).into(),
+                        milliseconds,
+                    })
+                });
+                return Ok(Timed {
+                    frame,
+                    seconds: Seconds::from_runs(runs, parts).unwrap_or_default(),
+                    gpu_passes: gpu_passes.collect(),
+                });
+            }
+        }
+    }
+}
