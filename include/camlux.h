@@ -212,7 +212,10 @@
 /** Components are 32-bit whole numbers without sign. */
 #define CAMLUX_FORMAT_U32 4
 
-/** A discrete GPU before an integrated one before a CPU driver. */
+/**
+ * What the environment variable CAMLUX_DEVICE names (an index, a name, a UUID or a PCI address); where it is not set, a discrete GPU before
+ * an integrated one before a CPU driver.
+ */
 #define CAMLUX_DEVICE_BEST 0
 
 /** The device of a number, as in camlux_device_get_info. */
@@ -220,6 +223,12 @@
 
 /** The first device whose name contains a text, upper and lower case alike. */
 #define CAMLUX_DEVICE_NAME 2
+
+/** The device of a UUID, with or without hyphens. */
+#define CAMLUX_DEVICE_UUID 3
+
+/** The device at a PCI address, such as "0000:65:00.0" or "65:00.0". */
+#define CAMLUX_DEVICE_PCI 4
 
 /** A GPU of its own. */
 #define CAMLUX_DEVICE_KIND_DISCRETE 0
@@ -414,13 +423,17 @@ typedef struct camlux_device_info {
   char lacks[256];
   /** Vulkan version that it offers, such as "1.3.230". */
   char api_version[32];
+  /** 32 hexadecimal digits in groups: the same after a restart. */
+  char uuid[40];
+  /** Where it is plugged in, such as "0000:65:00.0"; empty where the driver does not tell. */
+  char pci[24];
 } camlux_device_info;
 
 /** Which device to open, and how. Begin with CAMLUX_DEVICE_OPTIONS_INIT: the best device, no validation. */
 typedef struct camlux_device_options {
   /** sizeof(camlux_device_options) */
   uint32_t struct_size;
-  /** CAMLUX_DEVICE_BEST, CAMLUX_DEVICE_INDEX or CAMLUX_DEVICE_NAME. */
+  /** CAMLUX_DEVICE_BEST, CAMLUX_DEVICE_INDEX, CAMLUX_DEVICE_NAME, CAMLUX_DEVICE_UUID or CAMLUX_DEVICE_PCI. */
   int32_t choice;
   /** With CAMLUX_DEVICE_INDEX: its number, from 0 to below camlux_device_count. */
   uint32_t index;
@@ -430,7 +443,7 @@ typedef struct camlux_device_options {
    * a device is opened or closed while another thread is at work on another one.
    */
   int32_t validation;
-  /** With CAMLUX_DEVICE_NAME: part of the device's name, UTF-8. */
+  /** With CAMLUX_DEVICE_NAME: part of the device's name, UTF-8. With CAMLUX_DEVICE_UUID and CAMLUX_DEVICE_PCI: that. */
   const char *name;
 } camlux_device_options;
 
@@ -827,8 +840,8 @@ typedef void (*camlux_vulkan_lock_callback)(void *user);
  * A Vulkan device of the host's. Begin with CAMLUX_VULKAN_DEVICE_INIT. The types are those of vulkan.h, which this header does not
  * include.
  *
- * The instance must have been made for Vulkan 1.3, and the device with the extension VK_KHR_push_descriptor and the features
- * dynamicRendering, synchronization2 and timelineSemaphore. All of this but the instance's version is checked.
+ * The instance must have been made for Vulkan 1.3, and the device with the features dynamicRendering,
+ * synchronization2 and timelineSemaphore. All of this but the instance's version is checked.
  */
 typedef struct camlux_vulkan_device {
   /** sizeof(camlux_vulkan_device) */
@@ -1467,7 +1480,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_DEVICE_OPTIONS_INIT { (uint32_t)sizeof(camlux_device_options), 0, 0, 0, NULL }
 
-#define CAMLUX_DEVICE_INFO_INIT { (uint32_t)sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0} }
+#define CAMLUX_DEVICE_INFO_INIT { (uint32_t)sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
 
 #define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0 }
 

@@ -3,7 +3,8 @@
 // at P, and n_i and p_i the number of samples of each technique and their density (the balance heuristic, Veach & Guibas 1995). So
 // neither the 1/d² of a near VPL nor a small bright spot that few directions find makes noise, and nothing is clamped.
 //
-// A subgroup takes a receiver. The directions are a lattice sequence, which falls evenly, however many there are. Each receiver shifts it
+// Eight lanes take a receiver: a subgroup as a packet, or any eight of a workgroup. The directions are a lattice sequence, which falls
+// evenly, however many there are. Each receiver shifts it
 // by numbers of its own, so that it goes on later where it stopped.
 //
 // VPLs are weighed before a ray is sent to one (resampling, Talbot et al. 2005): each ray has some candidates, neighbours in the list,
@@ -55,6 +56,11 @@ struct PilotSample {
 
 // For each ray to a VPL.
 const CANDIDATES: u32 = 8u;
+// Of a receiver.
+const LANES: u32 = 8u;
+// Of a workgroup.
+const RECEIVERS: u32 = 8u;
+const WORKGROUP: u32 = LANES * RECEIVERS;
 
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
@@ -71,8 +77,8 @@ var<storage, read> sample_ranges: array<u32>;
 var vpl_densities: texture_storage_2d<rgba32float, read>;
 // What each ray to a VPL found; only where the parameters say so.
 var<storage, read_write> pilot_samples: array<PilotSample>;
-// Lattice sequence on the unit square. Each packet is in Morton order.
-var lattice: texture_storage_2d<rgba32float, read>;
+// Lattice sequence on the unit square. Each packet is in Morton order. A sampled image: some devices have eight storage images a kernel.
+var lattice: texture_2d<f32>;
 // Two a receiver, sums over its samples: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1; and for
 // each the squared differences.
 var<storage, read_write> results: array<vec4<f32>>;
@@ -84,6 +90,7 @@ var<private> receiver_start: vec3<f32>;
 var<private> receiver_normal: vec3<f32>;
 var<private> receiver_geometric: vec3<f32>;
 var<private> receiver_lobe: Lobe;
+// Of the receiver's eight.
 var<private> own_lane: u32;
 var<private> diffuse: vec3<f32>;
 var<private> specular: vec3<f32>;
@@ -295,13 +302,32 @@ fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
 }
 
 fn sample_point(sample: u32) -> vec2<f32> {
-    return textureLoad(lattice, list_place(sample)).xy;
+    return textureLoad(lattice, list_place(sample), 0).xy;
 }
 
 // The sample of a lane's ray: neighbours go together.
 fn sample_of(first: u32, ray: u32) -> u32 {
     return first + own_lane * RAYS + ray;
 }
+
+#if PACKET
+fn sum_over_lanes(own: vec4<f32>, in_group: u32) -> vec4<f32> {
+    return subgroupAdd(own);
+}
+#else
+var<workgroup> of_lanes: array<vec4<f32>, WORKGROUP>;
+
+fn sum_over_lanes(own: vec4<f32>, in_group: u32) -> vec4<f32> {
+    workgroupBarrier();
+    of_lanes[LANES * in_group + own_lane] = own;
+    workgroupBarrier();
+    var sum = vec4<f32>(0.0);
+    for (var i = 0u; i < LANES; i++) {
+        sum += of_lanes[LANES * in_group + i];
+    }
+    return sum;
+}
+#endif
 
 // A sum and its squared differences, times a factor of the BRDF.
 fn reflected(sum: vec4<f32>, factor: vec3<f32>) -> vec4<f32> {
@@ -311,17 +337,23 @@ fn reflected(sum: vec4<f32>, factor: vec3<f32>) -> vec4<f32> {
 @compute @workgroup_size(64)
 fn compute_main(
     @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(subgroup_id) subgroup: u32,
-    @builtin(num_subgroups) subgroups: u32,
-    @builtin(subgroup_invocation_id) subgroup_lane: u32,
-    @builtin(subgroup_size) lanes: u32,
-) {
-    own_lane = subgroup_lane;
 #if PACKET
-    lane = subgroup_lane;
+    @builtin(subgroup_id) subgroup: u32,
+    @builtin(subgroup_invocation_id) subgroup_lane: u32,
+#else
+    @builtin(local_invocation_index) local: u32,
 #endif
-    // No lane leaves early: they go through the tree of boxes together.
-    let slot = group.x * subgroups + subgroup;
+) {
+#if PACKET
+    let in_group = subgroup;
+    own_lane = subgroup_lane;
+    lane = subgroup_lane;
+#else
+    let in_group = local / LANES;
+    own_lane = local % LANES;
+#endif
+    // No lane leaves early: they meet the triangles together, and add up together.
+    let slot = group.x * RECEIVERS + in_group;
     let is_receiver = slot < parameters.receiver_count;
     let packed = receivers[parameters.first_receiver + min(slot, parameters.receiver_count - 1u)];
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
@@ -352,7 +384,7 @@ fn compute_main(
 #if GLOSSY
     let around_lobe = lobe_frame(receiver_lobe);
 #endif
-    for (var first = begin; first < end; first += lanes * RAYS) {
+    for (var first = begin; first < end; first += LANES * RAYS) {
         for (var i = 0u; i < RAYS; i++) {
             let sample = sample_of(first, i);
             let direction = sample_diffuse(fract(sample_point(sample) + shift), around_normal);
@@ -370,13 +402,13 @@ fn compute_main(
         follow_directions();
 #endif
     }
-    for (var first = 0u; first < vpl_rays; first += lanes * RAYS) {
+    for (var first = 0u; first < vpl_rays; first += LANES * RAYS) {
         follow_to_vpls(to_vpls, sample_of(first, 0u), first_record);
     }
 
-    let diffuse_sum = subgroupAdd(vec4<f32>(diffuse, diffuse_squared_differences));
+    let diffuse_sum = sum_over_lanes(vec4<f32>(diffuse, diffuse_squared_differences), in_group);
 #if GLOSSY
-    let specular_sum = subgroupAdd(vec4<f32>(specular, specular_squared_differences));
+    let specular_sum = sum_over_lanes(vec4<f32>(specular, specular_squared_differences), in_group);
 #endif
     if (is_receiver && own_lane == 0u) {
         let place = 2u * (parameters.first_result + slot);

@@ -1,18 +1,19 @@
 // What a pixel reflects of its bounce.
 //
-// All images are storage images: lavapipe reads these in a third of the time that a texel of a sampled one takes it.
+// Most images are storage images: lavapipe reads these in a third of the time that a texel of a sampled one takes it. But some devices
+// have eight a kernel.
 
 #import brdf
 
 var position_mesh: texture_storage_2d<rgba32float, read>;
-var kd_material: texture_storage_2d<rgba32float, read>;
+var kd_material: texture_2d<f32>;
 #if PHONG
 var ks_shininess: texture_storage_2d<rgba32float, read>;
 #endif
 
 // k_d and k_s times what each lobe reflects for 1.
 fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f32> {
-    var radiance = textureLoad(kd_material, pixel).rgb * diffuse;
+    var radiance = textureLoad(kd_material, pixel, 0).rgb * diffuse;
 #if PHONG
     radiance += reflected_share(textureLoad(ks_shininess, pixel)) * specular;
 #endif

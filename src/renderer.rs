@@ -19,7 +19,7 @@ use crate::{
         Context,
         cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES},
     },
-    vulkan::{PassTimes, Pipelines, Timeline},
+    vulkan::{CommandPool, PassTimes, Pipelines, Timeline},
 };
 
 /// Renders frames on a device.
@@ -31,6 +31,7 @@ use crate::{
 pub struct Renderer {
     pub(crate) device: Device,
     pipelines: Pipelines,
+    commands: CommandPool,
     cache: FrameCache,
     /// Buffers for the layers of the next frame.
     pool: BufferPool,
@@ -74,6 +75,7 @@ impl Renderer {
         Ok(Renderer {
             device: device.clone(),
             pipelines: Pipelines::new(device),
+            commands: CommandPool::new(device),
             cache: FrameCache::default(),
             pool: BufferPool::default(),
             timeline: None,
@@ -84,6 +86,7 @@ impl Renderer {
     /// Gives back what the last frame has left on the device, and memory of frames; the next one makes it anew.
     pub fn forget(&mut self) {
         self.cache = FrameCache::default();
+        self.commands = CommandPool::new(&self.device);
         self.pool = BufferPool::default();
     }
 
@@ -155,6 +158,18 @@ impl Renderer {
         stays_on_device: bool,
         observe: Option<&mut Observer>,
     ) -> Result<DrawnFrame> {
+        let drawn = self.try_to_draw(scene, options, stays_on_device, observe);
+        // What still waits to be copied is of no use.
+        drawn.inspect_err(|_| self.commands = CommandPool::new(&self.device))
+    }
+
+    fn try_to_draw(
+        &mut self,
+        scene: &Scene,
+        options: &mut RenderOptions,
+        stays_on_device: bool,
+        observe: Option<&mut Observer>,
+    ) -> Result<DrawnFrame> {
         let start = Instant::now();
         self.device.check()?;
         let info = self.device.info();
@@ -181,6 +196,7 @@ impl Renderer {
         let context = Context {
             device: &self.device,
             pipelines: &self.pipelines,
+            commands: &self.commands,
             scene,
             plan: &plan,
             space: &space,

@@ -1,7 +1,6 @@
 #include "vulkan_host.hpp"
 
 #include <cstdio>
-#include <cstring>
 #include <stdexcept>
 
 namespace {
@@ -26,25 +25,13 @@ Function instance_function(VkInstance instance, const char *name)
     return reinterpret_cast<Function>(vkGetInstanceProcAddr(instance, name));
 }
 
-bool has_extension(VkPhysicalDevice device, const char *name)
-{
-    std::uint32_t count = 0;
-    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, nullptr);
-    std::vector<VkExtensionProperties> extensions(count);
-    vkEnumerateDeviceExtensionProperties(device, nullptr, &count, extensions.data());
-    for (const VkExtensionProperties &extension : extensions)
-        if (std::strcmp(extension.extensionName, name) == 0)
-            return true;
-    return false;
-}
-
 }  // namespace
 
 VulkanHost::VulkanHost(bool validation)
 {
     make_instance(validation);
     if (!choose_device())
-        throw std::runtime_error("no Vulkan 1.3 device has VK_KHR_push_descriptor and a queue that draws and computes");
+        throw std::runtime_error("no Vulkan 1.3 device has a queue that draws and computes");
     make_device();
 }
 
@@ -102,7 +89,7 @@ bool VulkanHost::choose_device()
     for (const VkPhysicalDevice candidate : devices) {
         VkPhysicalDeviceProperties properties = {};
         vkGetPhysicalDeviceProperties(candidate, &properties);
-        if (properties.apiVersion < VK_API_VERSION_1_3 || !has_extension(candidate, extension_))
+        if (properties.apiVersion < VK_API_VERSION_1_3)
             continue;
         std::uint32_t family_count = 0;
         vkGetPhysicalDeviceQueueFamilyProperties(candidate, &family_count, nullptr);
@@ -140,8 +127,6 @@ void VulkanHost::make_device()
     device_info_.pNext = &features13_;
     device_info_.queueCreateInfoCount = 1;
     device_info_.pQueueCreateInfos = &queue_info_;
-    device_info_.enabledExtensionCount = 1;
-    device_info_.ppEnabledExtensionNames = &extension_;
     check(vkCreateDevice(physical_device, &device_info_, nullptr, &device), "vkCreateDevice");
     vkGetDeviceQueue(device, queue_family, 0, &queue);
 }

@@ -41,7 +41,6 @@ private:
 
     VkDebugUtilsMessengerEXT messenger_ = VK_NULL_HANDLE;
     float priority_ = 1;
-    const char *extension_ = VK_KHR_PUSH_DESCRIPTOR_EXTENSION_NAME;
     VkDeviceQueueCreateInfo queue_info_ = {};
     VkPhysicalDeviceVulkan12Features features12_ = {};
     VkPhysicalDeviceVulkan13Features features13_ = {};

@@ -8,12 +8,17 @@ use std::{
 use super::*;
 use crate::{Device, DeviceChoice, DeviceInfo, DeviceKind, DeviceOptions};
 
-/// A discrete GPU before an integrated one before a CPU driver.
+/// What the environment variable CAMLUX_DEVICE names (an index, a name, a UUID or a PCI address); where it is not set, a discrete GPU before
+/// an integrated one before a CPU driver.
 pub const CAMLUX_DEVICE_BEST: i32 = 0;
 /// The device of a number, as in camlux_device_get_info.
 pub const CAMLUX_DEVICE_INDEX: i32 = 1;
 /// The first device whose name contains a text, upper and lower case alike.
 pub const CAMLUX_DEVICE_NAME: i32 = 2;
+/// The device of a UUID, with or without hyphens.
+pub const CAMLUX_DEVICE_UUID: i32 = 3;
+/// The device at a PCI address, such as "0000:65:00.0" or "65:00.0".
+pub const CAMLUX_DEVICE_PCI: i32 = 4;
 
 /// A GPU of its own.
 pub const CAMLUX_DEVICE_KIND_DISCRETE: i32 = 0;
@@ -32,7 +37,7 @@ pub const CAMLUX_DEVICE_KIND_OTHER: i32 = 4;
 pub struct camlux_device_options {
     /// sizeof(camlux_device_options)
     pub struct_size: u32,
-    /// CAMLUX_DEVICE_BEST, CAMLUX_DEVICE_INDEX or CAMLUX_DEVICE_NAME.
+    /// CAMLUX_DEVICE_BEST, CAMLUX_DEVICE_INDEX, CAMLUX_DEVICE_NAME, CAMLUX_DEVICE_UUID or CAMLUX_DEVICE_PCI.
     pub choice: i32,
     /// With CAMLUX_DEVICE_INDEX: its number, from 0 to below camlux_device_count.
     pub index: u32,
@@ -40,7 +45,7 @@ pub struct camlux_device_options {
     /// log as warnings, and is counted by camlux_device_validation_count. Some of its versions (1.3.239 for one) crash now and then where
     /// a device is opened or closed while another thread is at work on another one.
     pub validation: i32,
-    /// With CAMLUX_DEVICE_NAME: part of the device's name, UTF-8.
+    /// With CAMLUX_DEVICE_NAME: part of the device's name, UTF-8. With CAMLUX_DEVICE_UUID and CAMLUX_DEVICE_PCI: that.
     pub name: *const c_char,
 }
 
@@ -70,11 +75,15 @@ pub struct camlux_device_info {
     pub lacks: [c_char; 256],
     /// Vulkan version that it offers, such as "1.3.230".
     pub api_version: [c_char; 32],
+    /// 32 hexadecimal digits in groups: the same after a restart.
+    pub uuid: [c_char; 40],
+    /// Where it is plugged in, such as "0000:65:00.0"; empty where the driver does not tell.
+    pub pci: [c_char; 24],
 }
 
 c_struct!(camlux_device_options, 24);
 
-c_struct!(camlux_device_info, 832);
+c_struct!(camlux_device_info, 896);
 
 /// An open device.
 pub(super) struct DeviceObject {
@@ -207,10 +216,12 @@ unsafe fn options_from(options: camlux_device_options) -> Outcome<DeviceOptions>
     let choices = args::choices![
         CAMLUX_DEVICE_BEST => Some(DeviceChoice::Best),
         CAMLUX_DEVICE_INDEX => Some(DeviceChoice::Index(options.index as usize)),
-        CAMLUX_DEVICE_NAME => name.map(DeviceChoice::Name),
+        CAMLUX_DEVICE_NAME => name.clone().map(DeviceChoice::Name),
+        CAMLUX_DEVICE_UUID => name.clone().map(DeviceChoice::Uuid),
+        CAMLUX_DEVICE_PCI => name.map(DeviceChoice::Pci),
     ];
     let choice = args::one_of("choice", options.choice, &choices)?;
-    let no_name = || Failure::argument("choice is CAMLUX_DEVICE_NAME, but name is NULL");
+    let no_name = || Failure::argument("choice takes a name, but name is NULL");
     Ok(DeviceOptions {
         choice: choice.ok_or_else(no_name)?,
         validation: args::flag("validation", options.validation)?,
@@ -235,6 +246,8 @@ fn info_of(info: &DeviceInfo) -> camlux_device_info {
         driver: fixed_text(&info.driver),
         lacks: fixed_text(info.unusable.as_deref().unwrap_or_default()),
         api_version: fixed_text(&info.api_version),
+        uuid: fixed_text(&info.uuid),
+        pci: fixed_text(info.pci.as_deref().unwrap_or_default()),
         ..Default::default()
     }
 }

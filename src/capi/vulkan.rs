@@ -16,8 +16,8 @@ pub type camlux_vulkan_lock_callback = Option<unsafe extern "C" fn(user: *mut c_
 /// A Vulkan device of the host's. Begin with CAMLUX_VULKAN_DEVICE_INIT. The types are those of vulkan.h, which this header does not
 /// include.
 ///
-/// The instance must have been made for Vulkan 1.3, and the device with the extension VK_KHR_push_descriptor and the features
-/// dynamicRendering, synchronization2 and timelineSemaphore. All of this but the instance's version is checked.
+/// The instance must have been made for Vulkan 1.3, and the device with the features dynamicRendering,
+/// synchronization2 and timelineSemaphore. All of this but the instance's version is checked.
 #[repr(C)]
 #[derive(Debug, Clone, Copy)]
 pub struct camlux_vulkan_device {

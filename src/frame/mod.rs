@@ -63,7 +63,6 @@ pub(crate) fn draw(
     let camera = view::of_camera(&context.scene.camera, context.space);
     let camera = upload_view(context.device, &camera)?;
     context.submit(|r| {
-        scene.record_copies(r);
         if lights_are_new {
             lights.record_clears(r);
         }

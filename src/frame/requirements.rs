@@ -92,7 +92,7 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
         light::declare(&vpls, plan)?;
     }
     // While light is gathered, or on the way to the host.
-    requirements.either(
+    requirements.either_later(
         |requirements| gathering(plan, requirements),
         |requirements| {
             let readback = requirements.of(GrowsWith::Resolution);

@@ -12,7 +12,6 @@ use crate::{
         surface::{Surfaces, Textures},
     },
     scene::{Material, Mesh, Shared, Texture},
-    vulkan::Recorder,
 };
 
 /// Surfaces as the passes see them, in parts that change apart.
@@ -65,7 +64,7 @@ impl SceneResources {
     /// Copies to the device what has changed since the frame before.
     pub fn update(&mut self, context: &Context) -> Result<()> {
         let Context {
-            device,
+            commands,
             scene,
             plan,
             space,
@@ -99,34 +98,21 @@ impl SceneResources {
         }
 
         let (textures, _) = self.textures.get_or_make(textures_key, || {
-            Ok(Arc::new(Textures::upload(device, scene, plan)?))
+            Ok(Arc::new(Textures::upload(commands, scene, plan)?))
         })?;
         let (_, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
-            Surfaces::upload(device, scene, plan, space, textures)
+            Surfaces::upload(commands, scene, plan, space, textures)
         })?;
         self.generation += u64::from(is_new);
         if plan.has_rays() {
-            let tree = || RayTreeImages::of(device, scene, space);
+            let tree = || RayTreeImages::of(commands, scene, space);
             self.ray_tree.get_or_make(ray_tree_key, tree)?;
         }
         if plan.has_final_gather() {
-            let hits = || HitSurfaces::upload(device, scene, plan);
+            let hits = || HitSurfaces::upload(commands, scene, plan);
             self.hit_surfaces.get_or_make(surfaces_key, hits)?;
         }
         Ok(())
-    }
-
-    /// Fills the images that are new, before anything reads them.
-    pub fn record_copies<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        if let Some(textures) = self.textures.get() {
-            textures.record_copies(recorder);
-        }
-        if let Some(tree) = self.ray_tree.get() {
-            tree.record_copy(recorder);
-        }
-        if let Some(surfaces) = self.hit_surfaces.get() {
-            surfaces.record_copy(recorder);
-        }
     }
 
     pub fn surfaces(&self) -> Result<&Surfaces> {

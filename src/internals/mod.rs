@@ -10,11 +10,11 @@ pub use intermediates::{Intermediates, LightIntermediates, RsmTexel, SurfacePoin
 pub use crate::lattice::sequence;
 
 use crate::{
-    Device, RenderOptions, Renderer, Result, Scene,
+    RenderOptions, Renderer, Result, Scene,
     frame::BufferPool,
     output::Frame,
     passes::{gather::ListedVpls, vpl::VplLists},
-    vulkan::{Buffer, Readback, Recorder},
+    vulkan::{Buffer, CommandPool, Readback},
 };
 
 impl Renderer {
@@ -55,7 +55,7 @@ impl Renderer {
     ) -> Result<Frame> {
         let drawn = self.draw_observed(scene, options, &mut |context, lights, index| {
             if let (Some(vpls), Some(listed)) = (&lights.vpls, lights.vpls_of(index)) {
-                shuffle(context.device, vpls, listed, seed)?;
+                shuffle(context.commands, vpls, listed, seed)?;
             }
             Ok(())
         })?;
@@ -64,14 +64,14 @@ impl Renderer {
 }
 
 /// Puts a light's VPLs, matte and glossy, into an order that a seed decides.
-fn shuffle(device: &Device, vpls: &VplLists, listed: ListedVpls, seed: u64) -> Result<()> {
+fn shuffle(commands: &CommandPool, vpls: &VplLists, listed: ListedVpls, seed: u64) -> Result<()> {
     let lists = [
         (Some(&vpls.matte), listed.lengths.matte),
         (vpls.glossy.as_ref(), listed.lengths.glossy),
     ];
     for (list, length) in lists {
         let Some(list) = list else { continue };
-        let mut readback = Readback::new(device, list.shape)?;
+        let mut readback = Readback::new(commands.device(), list.shape)?;
         let mut texels = readback.pixels(list)?.to_vec();
         let texels_per_layer = texels.len() / list.shape.layer_count() as usize;
         for layer in texels.chunks_exact_mut(texels_per_layer) {
@@ -79,8 +79,8 @@ fn shuffle(device: &Device, vpls: &VplLists, listed: ListedVpls, seed: u64) -> R
             // A VPL has a texel in each layer: all of them in the same order.
             fastrand::Rng::with_seed(seed).shuffle(of_light);
         }
-        let buffer = Buffer::upload(device, "shuffled VPLs", &texels)?;
-        let mut recorder = Recorder::new(device, 1)?;
+        let buffer = Buffer::upload(commands.device(), "shuffled VPLs", &texels)?;
+        let mut recorder = commands.begin()?;
         recorder.copy_to_image(&buffer, list);
         recorder.submit()?;
     }

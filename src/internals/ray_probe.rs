@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::{
     Device, LocalSpace, RayKernel, Result, Scene,
     passes::rays::RayTreeImages,
-    vulkan::{Buffer, BufferUse, Pipelines, Recorder, TexelList, shaders::RayProbeParameters},
+    vulkan::{Buffer, BufferUse, CommandPool, Pipelines, TexelList, shaders::RayProbeParameters},
 };
 
 /// Points of a row of their image.
@@ -43,6 +43,7 @@ pub struct Probed<T> {
 pub struct RayProbe {
     device: Device,
     pipelines: Pipelines,
+    commands: CommandPool,
     space: LocalSpace,
     tree: RayTreeImages,
     kernel: RayKernel,
@@ -56,13 +57,12 @@ impl RayProbe {
     /// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
     pub fn new(device: &Device, scene: &Scene, kernel: RayKernel) -> Result<RayProbe> {
         let space = LocalSpace::of(scene.bounding_box());
-        let tree = RayTreeImages::of(device, scene, &space)?;
-        let mut recorder = Recorder::new(device, 1)?;
-        tree.record_copy(&mut recorder);
-        recorder.submit()?;
+        let commands = CommandPool::new(device);
+        let tree = RayTreeImages::of(&commands, scene, &space)?;
         Ok(RayProbe {
             device: device.clone(),
             pipelines: Pipelines::new(device),
+            commands,
             space,
             tree,
             kernel: kernel.checked_for(device.info())?,
@@ -134,8 +134,8 @@ impl RayProbe {
         let rays = ends.len();
         let points_list: Vec<_> = points.iter().flat_map(texels).collect();
         debug_assert!(points_list.len() <= (2 * ROW_POINTS * 16384) as usize);
-        let points_list = TexelList::new(&self.device, "points", points_list)?;
-        let ends = TexelList::new(&self.device, "ends of rays", ends)?;
+        let points_list = TexelList::new(&self.commands, "points", points_list)?;
+        let ends = TexelList::new(&self.commands, "ends of rays", ends)?;
         let found = Buffer::new(&self.device, "found", 4 * words as u64, BufferUse::Readback)?;
         let pipeline = self.pipelines.compute(
             "ray_probe",
@@ -154,9 +154,7 @@ impl RayProbe {
             ("found", crate::vulkan::Resource::Buffer(&found)),
         ];
         resources.extend(self.tree.resources());
-        let mut recorder = Recorder::new(&self.device, 1)?;
-        points_list.record_copy(&mut recorder);
-        ends.record_copy(&mut recorder);
+        let mut recorder = self.commands.begin()?;
         recorder.pass("ray_probe", |recorder| {
             recorder.dispatch(&pipeline, &resources, &parameters, groups)
         })?;

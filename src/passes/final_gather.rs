@@ -18,7 +18,7 @@ use crate::{
     Error, RayKernel, Result, lattice,
     plan::Plan,
     vulkan::{
-        Allocate, Buffer, BufferUse, MAX_GROUPS, Recorder, Resource, TexelList,
+        Allocate, Buffer, BufferUse, MAX_GROUPS, Resource, TexelList,
         shaders::{self, FinalGatherParameters, PilotSample},
     },
 };
@@ -37,9 +37,8 @@ const LIGHT_RAYS_PER_SAMPLE_OF_A_SET: u32 = 8;
 const MIN_SET_SIZE: u32 = 1 << 11;
 /// For the pilot, so that it tells parts of cells apart.
 const PILOT_SET_SIZE: u32 = 1 << 15;
-/// Iterations of all loops of a shader together: lavapipe leaves them after 65 535 and says nothing, so that rays would miss what they
-/// hit.
-const MAX_LOOP_ITERATIONS: f64 = 6e4;
+/// Of the iterations that a driver allows so many are used, for what a ray takes is an estimate: beyond them it would miss what it hits.
+const SHARE_OF_LOOP_ITERATIONS: f64 = 0.9;
 /// Those of a packet of samples but for tracing, about at most.
 const PACKET_ITERATIONS: f64 = 800.0;
 
@@ -114,7 +113,7 @@ impl<'b> FinalGather<'b> {
             gbuffer,
             tree,
             surfaces,
-            light_list: TexelList::new(device, "lights", words.to_vec())?,
+            light_list: TexelList::new(context.commands, "lights", words.to_vec())?,
             light_rays: LightRays::new(device, context.plan)?,
             sampling: [(); 2].map(|()| LightSampling::even(&lights)),
             sent: None,
@@ -122,7 +121,7 @@ impl<'b> FinalGather<'b> {
             pilot_samples: None,
             nothing: Buffer::new(device, "nothing", 0, BufferUse::Device)?,
             kernel,
-            lattice: TexelList::new(device, "lattice", points.collect())?,
+            lattice: TexelList::new(context.commands, "lattice", points.collect())?,
         })
     }
 
@@ -146,7 +145,7 @@ impl<'b> FinalGather<'b> {
         let set_size = set_size.min(MAX_RAYS / wanted.set_count);
         let table = match sampling.table.take() {
             Some(table) if table.is_for(set_size) => table,
-            _ => sampling.sampler.table(self.context.device, set_size)?,
+            _ => sampling.sampler.table(self.context.commands, set_size)?,
         };
         self.light_rays.trace(
             self.context,
@@ -162,13 +161,18 @@ impl<'b> FinalGather<'b> {
 
     /// Packets of a receiver, and lights, that a dispatch takes: what the iterations of its loops allow.
     fn at_once(&self, lobes: u32) -> (usize, usize) {
+        let all_lights = self.lights.len().max(1);
+        let all_packets = (MAX_SAMPLES / PACKET_SAMPLES) as usize;
+        let Some(most) = self.context.device.info().quirks.max_loop_iterations else {
+            return (all_packets, all_lights);
+        };
+        let most = SHARE_OF_LOOP_ITERATIONS * f64::from(most);
         let of_trace = self.tree.loop_iterations(self.kernel);
         let lobes = f64::from(lobes);
         let of_rest = PACKET_ITERATIONS + of_trace * (1.0 + lobes);
         let of_light = lobes * of_trace;
-        let all_lights = self.lights.len().max(1) as f64;
-        let lights = ((MAX_LOOP_ITERATIONS - of_rest) / of_light.max(1.0)).clamp(1.0, all_lights);
-        let packets = MAX_LOOP_ITERATIONS / (of_rest + lights.floor() * of_light);
+        let lights = ((most - of_rest) / of_light.max(1.0)).clamp(1.0, all_lights as f64);
+        let packets = most / (of_rest + lights.floor() * of_light);
         (packets.max(1.0) as usize, lights as usize)
     }
 }
@@ -264,14 +268,7 @@ impl Gatherer for FinalGather<'_> {
                 self.tree.kernel_word(),
             ],
         )?;
-        let lanes = self
-            .context
-            .device
-            .info()
-            .limits
-            .subgroup_lanes
-            .clamp(1, 64);
-        let receivers_per_group = 64 / lanes;
+        let receivers_per_group = pipeline.module.constant("RECEIVERS")?;
         // To a light for each direction, and to a VPL.
         let lobes = if is_glossy { 2 } else { 1 };
         let light_count = self.lights.len() as u32;
@@ -315,9 +312,7 @@ impl Gatherer for FinalGather<'_> {
                 let packets: u64 = group.iter().copied().map(u64::from).sum();
                 rays += packets * u64::from(PACKET_SAMPLES) * rays_per_sample;
             }
-            let mut recorder = Recorder::new(self.context.device, 1)?;
-            self.light_list.record_copy(&mut recorder);
-            self.lattice.record_copy(&mut recorder);
+            let mut recorder = self.context.commands.begin()?;
             recorder.pass("final_gather", |recorder| {
                 let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
                 let first_packets = (0..most_packets.max(1)).step_by(packets_at_once);

@@ -16,7 +16,7 @@ use crate::{
     plan::GatherKernel,
     scene::VplSum,
     vulkan::{
-        Image, MAX_GROUPS, Recorder, Resource,
+        Image, MAX_GROUPS, Resource,
         shaders::{GatherParameters, ListLengths},
     },
 };
@@ -125,7 +125,7 @@ impl<'g> Gather<'g> {
             while summed < list.count {
                 let budget = budget();
                 let mut pairs = 0;
-                let mut recorder = Recorder::new(self.context.device, 1)?;
+                let mut recorder = self.context.commands.begin()?;
                 recorder.pass("gather", |recorder| {
                     while summed < list.count && (pairs == 0 || (pairs as f64) < budget) {
                         let vpl_count = DISPATCH_VPLS.min(list.count - summed);

@@ -4,7 +4,7 @@ use super::surface::brdf_texels;
 use crate::{
     Plan, Result, Scene,
     scene::{Shared, Texture},
-    vulkan::{Allocate, Device, Recorder, Resource, TexelList},
+    vulkan::{Allocate, CommandPool, Resource, TexelList},
 };
 
 /// The lists of `shaders/hits.wgsl`.
@@ -35,7 +35,7 @@ pub(crate) fn declare_textures(allocate: &impl Allocate, scene: &Scene, plan: &P
 
 impl HitSurfaces {
     /// Copies what a valid scene's surfaces are like.
-    pub fn upload(device: &Device, scene: &Scene, plan: &Plan) -> Result<HitSurfaces> {
+    pub fn upload(commands: &CommandPool, scene: &Scene, plan: &Plan) -> Result<HitSurfaces> {
         let mut texels: Vec<[f32; 4]> = Vec::new();
         let mut first_texels = Vec::new();
         for texture in scene.textures.iter().filter(|_| plan.is_textured) {
@@ -85,17 +85,10 @@ impl HitSurfaces {
         let words = triangles.as_flattened();
         let triangles = words.as_chunks().0.to_vec();
         Ok(HitSurfaces {
-            triangles: TexelList::new(device, "shading of triangles", triangles)?,
-            materials: TexelList::new(device, "materials", materials.into_flattened())?,
-            texels: TexelList::new(device, "textures that rays hit", texels)?,
+            triangles: TexelList::new(commands, "shading of triangles", triangles)?,
+            materials: TexelList::new(commands, "materials", materials.into_flattened())?,
+            texels: TexelList::new(commands, "textures that rays hit", texels)?,
         })
-    }
-
-    /// Fills the images; once, before anything reads them.
-    pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        for list in [&self.triangles, &self.materials, &self.texels] {
-            list.record_copy(recorder);
-        }
     }
 
     /// The images under the names that the shaders give them.

@@ -8,7 +8,7 @@ use crate::{
     RayKernel, Result,
     plan::Plan,
     vulkan::{
-        Allocate, BufferUse, Device, ImageShape, Recorder, Resource, TexelList, groups_in_rows,
+        Allocate, BufferUse, Device, ImageShape, Resource, TexelList, groups_in_rows,
         shaders::{LightRayParameters, Module},
     },
 };
@@ -69,9 +69,7 @@ impl LightRays {
                 if plan.is_textured { "textured" } else { "" },
             ],
         )?;
-        let mut recorder = Recorder::new(context.device, 1)?;
-        table.record_copy(&mut recorder);
-        light_list.record_copy(&mut recorder);
+        let mut recorder = context.commands.begin()?;
         recorder.prepare_images(&[&self.vpls]);
         recorder.pass("light_rays", |recorder| {
             for (index, (light, rays)) in lights.iter().zip(&table.lights).enumerate() {

@@ -6,7 +6,7 @@ use bytemuck::Pod;
 
 use crate::{
     LocalSpace, Plan, Result, Scene,
-    vulkan::{Device, Pipelines, Recorder, Resource, groups_in_rows},
+    vulkan::{CommandPool, Device, Pipelines, Recorder, Resource, groups_in_rows},
 };
 
 use cost::Cost;
@@ -40,14 +40,12 @@ pub(crate) mod view;
 pub(crate) mod vpl;
 pub(crate) mod vpl_sampler;
 
-/// Passes of one submission that have timestamps.
-const MAX_TIMED_PASSES: u32 = 16;
-
 /// What a frame is made of and made with: the same for all of its passes.
 #[derive(Clone, Copy)]
 pub(crate) struct Context<'c> {
     pub device: &'c Device,
     pub pipelines: &'c Pipelines,
+    pub commands: &'c CommandPool,
     pub scene: &'c Scene,
     pub plan: &'c Plan,
     pub space: &'c LocalSpace,
@@ -61,7 +59,7 @@ pub(crate) struct Context<'c> {
 impl Context<'_> {
     /// Records passes, submits them, waits for them, and counts them in.
     pub fn submit<'r>(&self, record: impl FnOnce(&mut Recorder<'r>) -> Result<()>) -> Result<()> {
-        let mut recorder = Recorder::new(self.device, MAX_TIMED_PASSES)?;
+        let mut recorder = self.commands.begin()?;
         record(&mut recorder)?;
         self.cost.borrow_mut().submit(recorder)
     }

@@ -4,7 +4,7 @@ use crate::{
     RayKernel, Result, Scene,
     local_space::LocalSpace,
     ray_tree::{RayTree, max_box_texels, max_triangle_texels},
-    vulkan::{Allocate, Device, Recorder, Resource, TexelList},
+    vulkan::{Allocate, CommandPool, Resource, TexelList},
 };
 
 /// Iterations of its loops in which a packet goes through a tree, for each halving of its nodes: about seven times what knot takes, by an
@@ -33,13 +33,13 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
 }
 
 impl RayTreeImages {
-    pub fn of(device: &Device, scene: &Scene, space: &LocalSpace) -> Result<RayTreeImages> {
+    pub fn of(commands: &CommandPool, scene: &Scene, space: &LocalSpace) -> Result<RayTreeImages> {
         let tree = RayTree::of(scene, space);
         Ok(RayTreeImages {
             node_count: tree.node_count(),
             group_count: tree.group_count(),
-            boxes: TexelList::new(device, "boxes for rays", tree.boxes)?,
-            triangles: TexelList::new(device, "triangles for rays", tree.triangles)?,
+            boxes: TexelList::new(commands, "boxes for rays", tree.boxes)?,
+            triangles: TexelList::new(commands, "triangles for rays", tree.triangles)?,
         })
     }
 
@@ -58,12 +58,6 @@ impl RayTreeImages {
                 RayKernel::Packet => groups,
                 RayKernel::Single => 8.0 * groups,
             }
-    }
-
-    /// Fills the images; once, before anything reads them.
-    pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        self.boxes.record_copy(recorder);
-        self.triangles.record_copy(recorder);
     }
 
     /// The images under the names that the shaders give them.

@@ -9,7 +9,8 @@ use crate::{
     plan::Plan,
     scene::{Material, Mesh, Scene, Shared, Texture},
     vulkan::{
-        Allocate, Buffer, BufferUse, Device, ImageShape, Recorder, Resource, Target, TexelList,
+        Allocate, Buffer, BufferUse, CommandPool, Device, ImageShape, Recorder, Resource, Target,
+        TexelList,
         shaders::{Draw, View},
     },
 };
@@ -19,30 +20,23 @@ pub(crate) struct Textures(Vec<TexelList>);
 
 impl Textures {
     /// Copies them to the device; none where no surface shows one.
-    pub fn upload(device: &Device, scene: &Scene, plan: &Plan) -> Result<Textures> {
+    pub fn upload(commands: &CommandPool, scene: &Scene, plan: &Plan) -> Result<Textures> {
         let textures = scene.textures.iter().filter(|_| plan.is_textured);
         let upload = |texture: &Shared<Texture>| {
             let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
             let texels: Vec<[f32; 4]> = texture.linear_rgb.iter().map(rgba).collect();
-            TexelList::with_size(device, "texture", &texels, texture.size_px)
+            TexelList::with_size(commands, "texture", &texels, texture.size_px)
         };
         textures.map(upload).collect::<Result<_>>().map(Textures)
-    }
-
-    /// Fills the images, before anything is drawn.
-    pub fn record_copies<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        for texture in &self.0 {
-            texture.record_copy(recorder);
-        }
     }
 }
 
 /// Vertices, triangles and textures of a scene, in device memory.
 pub(crate) struct Surfaces {
-    positions: Buffer,
-    indices: Buffer,
-    normals: Buffer,
-    texcoords: Buffer,
+    positions: Arc<Buffer>,
+    indices: Arc<Buffer>,
+    normals: Arc<Buffer>,
+    texcoords: Arc<Buffer>,
     textures: Arc<Textures>,
     ranges: Vec<Range>,
 }
@@ -65,7 +59,12 @@ struct Range {
 
 /// What a scene's surfaces and textures take.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> Result<()> {
-    let list = |name, count: u64, bytes| allocate.buffer(name, count * bytes, BufferUse::Upload);
+    let list = |name, count: u64, bytes| {
+        allocate.buffer(name, count * bytes, BufferUse::Device)?;
+        allocate
+            .buffer(name, count * bytes, BufferUse::Staging)
+            .map(|_| ())
+    };
     let vertices = scene.meshes.iter().map(|m| m.positions_m.len() as u64);
     let vertices = vertices.sum();
     list("list of vertices", vertices, 16)?;
@@ -89,7 +88,7 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> R
 impl Surfaces {
     /// Copies a scene's surfaces to the device.
     pub fn upload(
-        device: &Device,
+        commands: &CommandPool,
         scene: &Scene,
         plan: &Plan,
         space: &LocalSpace,
@@ -100,10 +99,10 @@ impl Surfaces {
             lists.add(scene, plan, space, mesh_index, mesh);
         }
         Ok(Surfaces {
-            positions: Buffer::upload(device, "positions", &lists.positions)?,
-            indices: Buffer::upload(device, "indices", &lists.indices)?,
-            normals: Buffer::upload(device, "normals", &lists.normals)?,
-            texcoords: Buffer::upload(device, "texcoords", &lists.texcoords)?,
+            positions: commands.upload("positions", &lists.positions)?,
+            indices: commands.upload("indices", &lists.indices)?,
+            normals: commands.upload("normals", &lists.normals)?,
+            texcoords: commands.upload("texcoords", &lists.texcoords)?,
             textures: textures.clone(),
             ranges: lists.ranges,
         })

@@ -12,7 +12,7 @@ use crate::{
     Result,
     metrics::LOCAL_FLOOR,
     scene::ErrorNorm,
-    vulkan::{Allocate, Device, Recorder, Resource, TexelList, shaders::PilotSample},
+    vulkan::{Allocate, CommandPool, Resource, TexelList, shaders::PilotSample},
 };
 
 /// Share of the rays that goes to the cells by their light alone, so that none is forgotten which the pilot has not seen.
@@ -161,7 +161,7 @@ impl VplSampler {
     }
 
     /// Hands about so many rays out to the cells: each light that shines has some.
-    pub fn table(&self, device: &Device, requested_set_size: u32) -> Result<RayTable> {
+    pub fn table(&self, commands: &CommandPool, requested_set_size: u32) -> Result<RayTable> {
         let mut cells = Vec::new();
         let mut texels = Vec::new();
         let mut lights = Vec::new();
@@ -230,8 +230,8 @@ impl VplSampler {
             requested_set_size,
             lights,
             cells,
-            cell_list: TexelList::new(device, "cells of the lights' rays", texels)?,
-            densities: TexelList::new(device, "densities of VPLs", densities)?,
+            cell_list: TexelList::new(commands, "cells of the lights' rays", texels)?,
+            densities: TexelList::new(commands, "densities of VPLs", densities)?,
         })
     }
 
@@ -498,12 +498,6 @@ impl RayTable {
         let cells = tiles + MAX_SMALL_CELLS as u64;
         TexelList::declare(allocate, "cells of the lights' rays", cells)?;
         TexelList::declare(allocate, "densities of VPLs", tiles + cells)
-    }
-
-    /// Fills the images; once, before anything reads them.
-    pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        self.cell_list.record_copy(recorder);
-        self.densities.record_copy(recorder);
     }
 
     /// The images under the names that the shaders give them.

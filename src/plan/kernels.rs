@@ -10,7 +10,7 @@ use crate::{
 pub enum RayKernel {
     /// The rays of a subgroup together, for which it takes eight lanes: each works one triangle out and broadcasts it.
     Packet,
-    /// The rays of each lane by themselves.
+    /// The rays of each lane by themselves: any device of Vulkan 1.3.
     Single,
 }
 
@@ -27,7 +27,7 @@ impl RayKernel {
 
     /// Whether the kernel gives right results on the device: a packet is that of eight lanes.
     pub fn runs_on(self, device: &DeviceInfo) -> bool {
-        self == RayKernel::Single || device.limits.subgroup_lanes == 8
+        self == RayKernel::Single || device.limits.broadcast_lanes == Some(8)
     }
 
     /// This kernel, if it runs on the device.
@@ -72,8 +72,8 @@ impl GatherKernel {
     /// Whether the kernel gives right results on the device: a broadcast counts on the number of lanes.
     pub fn runs_on(self, device: &DeviceInfo) -> bool {
         match self {
-            GatherKernel::Broadcast8 => device.limits.subgroup_lanes == 8,
-            GatherKernel::Broadcast4 => device.limits.subgroup_lanes == 4,
+            GatherKernel::Broadcast8 => device.limits.broadcast_lanes == Some(8),
+            GatherKernel::Broadcast4 => device.limits.broadcast_lanes == Some(4),
             GatherKernel::Tile => true,
         }
     }
@@ -95,10 +95,13 @@ fn fitting<K>(kernel: K, runs: bool, what: &str, name: &str, device: &DeviceInfo
     if runs {
         return Ok(kernel);
     }
-    let lanes = device.limits.subgroup_lanes;
+    let lanes = match device.limits.broadcast_lanes {
+        Some(lanes) => format!("the {lanes} lanes of a subgroup"),
+        None => "subgroups whose lanes do not broadcast".into(),
+    };
     Err(Error::NoDevice {
         problem: format!(
-            "the {what} kernel {name} does not fit the {lanes} lanes of a subgroup of {}",
+            "the {what} kernel {name} does not fit {lanes} of {}",
             device.name
         ),
         hint: "leave the choice to the renderer, or choose another device".into(),

@@ -62,8 +62,19 @@ impl GrowsWith {
 pub(crate) struct Requirements<'d> {
     /// `None`: without limits.
     device: Option<&'d DeviceInfo>,
-    /// In the order of [`GrowsWith::ALL`].
+    /// What is held all the time, in the order of [`GrowsWith::ALL`].
     bytes: [Cell<u64>; 3],
+    /// What is copied to the device before anything else, and freed.
+    staging: Staging,
+    /// What is held later, likewise.
+    later: [Cell<u64>; 3],
+}
+
+/// Bytes of staging buffers.
+#[derive(Default)]
+struct Staging {
+    sum: Cell<u64>,
+    largest: Cell<u64>,
 }
 
 impl<'d> Requirements<'d> {
@@ -71,6 +82,8 @@ impl<'d> Requirements<'d> {
         Requirements {
             device,
             bytes: Default::default(),
+            staging: Staging::default(),
+            later: Default::default(),
         }
     }
 
@@ -79,12 +92,13 @@ impl<'d> Requirements<'d> {
         Declarations {
             device: self.device,
             bytes: &self.bytes[grows_with as usize],
+            staging: &self.staging,
             hint: grows_with.hint().into(),
         }
     }
 
-    /// What is declared by one or the other, of which one alone is held at a time.
-    pub fn either(
+    /// What is declared by one or the other, of which one alone is held at a time, and when what was staged is no longer.
+    pub fn either_later(
         &self,
         one: impl FnOnce(&Self) -> Result<()>,
         other: impl FnOnce(&Self) -> Result<()>,
@@ -100,22 +114,30 @@ impl<'d> Requirements<'d> {
         } else {
             second
         };
-        for (bytes, more) in self.bytes.iter().zip(&larger.bytes) {
-            bytes.set(bytes.get().saturating_add(more.get()));
+        for (later, bytes) in self.later.iter().zip(&larger.bytes) {
+            later.set(bytes.get());
         }
+        // What is staged later is one after the other.
+        let staging = &self.later[GrowsWith::Rsm as usize];
+        staging.set(staging.get().saturating_add(larger.staging.largest.get()));
         Ok(())
     }
 
     /// Bytes of all that was declared, and of small things.
     pub fn total(&self) -> u64 {
-        let declared = self.bytes.iter().map(Cell::get);
-        declared.fold(SMALL_BUFFERS_BYTES, u64::saturating_add)
+        let sum = |cells: &[Cell<u64>]| cells.iter().map(Cell::get).fold(0, u64::saturating_add);
+        let at_a_time = self.staging.sum.get().max(sum(&self.later));
+        SMALL_BUFFERS_BYTES
+            .saturating_add(sum(&self.bytes))
+            .saturating_add(at_a_time)
     }
 
     /// Refuses a total over the device's memory, which also holds `host_bytes`.
     pub fn check_memory(&self, host_bytes: u64) -> Result<()> {
-        let most = GrowsWith::ALL.into_iter().zip(&self.bytes);
-        let most = most.max_by_key(|(_, bytes)| bytes.get());
+        let declared = self.bytes.iter().zip(&self.later);
+        let declared = declared.map(|(bytes, later)| bytes.get().saturating_add(later.get()));
+        let most = GrowsWith::ALL.into_iter().zip(declared);
+        let most = most.max_by_key(|(_, bytes)| *bytes);
         let hint = most.map_or("choose another device", |(grows_with, _)| grows_with.hint());
         let total = self.total().saturating_add(host_bytes);
         let what = "the memory of the frame (bytes)";
@@ -152,6 +174,7 @@ pub(crate) struct Declarations<'r> {
     device: Option<&'r DeviceInfo>,
     /// The sum.
     bytes: &'r Cell<u64>,
+    staging: &'r Staging,
     hint: String,
 }
 
@@ -172,11 +195,17 @@ impl Declarations<'_> {
     }
 
     /// Refuses what is larger than one allocation may be, and adds it to the rest.
-    fn add(&self, name: &str, bytes: u64, most: impl FnOnce(&DeviceLimits) -> u64) -> Result<()> {
+    fn add(
+        &self,
+        sum: &Cell<u64>,
+        name: &str,
+        bytes: u64,
+        most: impl FnOnce(&DeviceLimits) -> u64,
+    ) -> Result<()> {
         self.check(&format!("{name} (bytes)"), bytes, |limits| {
             most(limits).min(limits.max_allocation_bytes)
         })?;
-        self.bytes.set(self.bytes.get().saturating_add(bytes));
+        sum.set(sum.get().saturating_add(bytes));
         Ok(())
     }
 }
@@ -197,11 +226,19 @@ impl Allocate for Declarations<'_> {
         let bytes = (u64::from(shape.layer_count()) * pixel_bytes)
             .saturating_mul(width)
             .saturating_mul(height);
-        self.add(name, bytes, |_| u64::MAX)
+        self.add(self.bytes, name, bytes, |_| u64::MAX)
     }
 
     fn buffer(&self, name: &str, bytes: u64, usage: BufferUse) -> Result<()> {
-        self.add(name, bytes, |limits| match usage {
+        let sum = match usage {
+            BufferUse::Staging => {
+                let largest = &self.staging.largest;
+                largest.set(largest.get().max(bytes));
+                &self.staging.sum
+            }
+            _ => self.bytes,
+        };
+        self.add(sum, name, bytes, |limits| match usage {
             BufferUse::Device | BufferUse::Upload => limits.max_storage_buffer_bytes,
             BufferUse::Staging | BufferUse::Readback => limits.max_buffer_bytes,
         })

@@ -31,6 +31,39 @@ pub enum DeviceChoice {
     Index(usize),
     /// Part of the device's name, upper and lower case alike.
     Name(String),
+    /// [`DeviceInfo::uuid`], with or without hyphens.
+    Uuid(String),
+    /// [`DeviceInfo::pci`], with or without its domain.
+    Pci(String),
+}
+
+impl From<&str> for DeviceChoice {
+    /// By what the text looks like: an index, a UUID, a PCI address, or else a name.
+    fn from(text: &str) -> DeviceChoice {
+        if let Ok(index) = text.parse() {
+            return DeviceChoice::Index(index);
+        }
+        let is_hex = |text: &str, count: usize| {
+            text.len() == count && text.bytes().all(|byte| byte.is_ascii_hexdigit())
+        };
+        if is_hex(&text.replace('-', ""), 32) {
+            return DeviceChoice::Uuid(text.into());
+        }
+        let parts: Vec<&str> = text.rsplit([':', '.']).collect();
+        let is_pci = match parts[..] {
+            [function, device, bus] => [(function, 1), (device, 2), (bus, 2)]
+                .iter()
+                .all(|&(part, count)| is_hex(part, count)),
+            [function, device, bus, domain] => [(function, 1), (device, 2), (bus, 2), (domain, 4)]
+                .iter()
+                .all(|&(part, count)| is_hex(part, count)),
+            _ => false,
+        };
+        if is_pci {
+            return DeviceChoice::Pci(text.into());
+        }
+        DeviceChoice::Name(text.into())
+    }
 }
 
 /// How to open a device.
@@ -51,7 +84,6 @@ pub struct Device {
 
 struct Shared {
     raw: ash::Device,
-    push_descriptor: khr::push_descriptor::Device,
     /// Locked while it is submitted to.
     queue: Mutex<vk::Queue>,
     queue_family: u32,
@@ -114,6 +146,19 @@ impl Device {
                 .iter()
                 .find(|info| info.name.to_lowercase().contains(&name.to_lowercase()))
                 .ok_or_else(|| none(format!("no device is called \"{name}\"")))?,
+            DeviceChoice::Uuid(uuid) => {
+                let digits = |uuid: &str| uuid.replace('-', "").to_lowercase();
+                list.iter()
+                    .find(|info| digits(&info.uuid) == digits(uuid))
+                    .ok_or_else(|| none(format!("no device has the UUID {uuid}")))?
+            }
+            DeviceChoice::Pci(pci) => {
+                let wanted = pci.to_lowercase();
+                let is_at = |at: &String| *at == wanted || at.strip_prefix("0000:") == Some(&wanted);
+                list.iter()
+                    .find(|info| info.pci.as_ref().is_some_and(is_at))
+                    .ok_or_else(|| none(format!("no device is at the PCI address {pci}")))?
+            }
         };
         match &chosen.unusable {
             None => Ok(chosen),
@@ -121,14 +166,29 @@ impl Device {
         }
     }
 
-    /// Opens a device.
+    /// Opens a device. [`DeviceChoice::Best`] is what the environment variable `CAMLUX_DEVICE` names, where it is set: an index, a
+    /// name, a UUID or a PCI address.
     ///
     /// # Errors
     /// [`Error::NoDevice`] where none fits; [`Error::Vulkan`] where the driver fails.
     pub fn open(options: &DeviceOptions) -> Result<Device> {
         let instance = Instance::new(options.validation)?;
         let (physical, list) = instance.devices()?;
-        let info = Device::choose(&list, &options.choice)?.clone();
+        let of_environment = std::env::var("CAMLUX_DEVICE")
+            .ok()
+            .filter(|text| options.choice == DeviceChoice::Best && !text.is_empty());
+        let info = match of_environment {
+            None => Device::choose(&list, &options.choice)?,
+            Some(text) => {
+                Device::choose(&list, &text.as_str().into()).map_err(|error| match error {
+                    Error::NoDevice { problem, hint } => {
+                        no_device(format!("CAMLUX_DEVICE is {text:?}: {problem}"), hint)
+                    }
+                    other => other,
+                })?
+            }
+        }
+        .clone();
         let physical = physical[info.index];
         let queue_family = *instance
             .queue_families(physical)
@@ -137,18 +197,24 @@ impl Device {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
-        let extensions = [khr::push_descriptor::NAME.as_ptr()];
         // Of Vulkan 1.2, where every device has it.
         let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(true)
             .synchronization2(true);
+        // To be enabled where it is there, which is where something of Vulkan 1.3 is not.
+        let portability = khr::portability_subset::NAME;
+        let extensions: Vec<_> = [portability]
+            .iter()
+            .filter(|name| instance.has_extension(physical, name))
+            .map(|name| name.as_ptr())
+            .collect();
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
             .push_next(&mut features12)
             .push_next(&mut features13);
-        // SAFETY: extension and features were found by `Instance::lacks`; all pointers live until after the call.
+        // SAFETY: the features were found by `Instance::lacks`; all pointers live until after the call.
         let raw = unsafe { instance.raw.create_device(physical, &create, None) }
             .map_err(failed("vkCreateDevice"))?;
         // SAFETY: one queue of this family was asked for.
@@ -203,7 +269,6 @@ impl Device {
             }
         })?;
         let shared = Shared {
-            push_descriptor: khr::push_descriptor::Device::new(&instance.raw, &raw),
             raw,
             queue: Mutex::new(queue),
             queue_family,
@@ -320,10 +385,6 @@ impl Device {
         &self.shared.raw
     }
 
-    pub(super) fn push_descriptor(&self) -> &khr::push_descriptor::Device {
-        &self.shared.push_descriptor
-    }
-
     /// Runs `submit` on the queue, which nobody else uses meanwhile.
     pub(super) fn with_queue<T>(&self, submit: impl FnOnce(vk::Queue) -> T) -> T {
         let queue = lock(&self.shared.queue);
@@ -361,6 +422,30 @@ impl Drop for Shared {
             if !self.instance.is_hosts() {
                 self.raw.destroy_device(None);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_chooses_by_what_it_looks_like() {
+        for (text, choice) in [
+            ("0", DeviceChoice::Index(0)),
+            ("12", DeviceChoice::Index(12)),
+            ("llvmpipe", DeviceChoice::Name("llvmpipe".into())),
+            ("65:00", DeviceChoice::Name("65:00".into())),
+            ("65:00.0", DeviceChoice::Pci("65:00.0".into())),
+            ("0000:65:00.0", DeviceChoice::Pci("0000:65:00.0".into())),
+        ] {
+            assert_eq!(DeviceChoice::from(text), choice);
+        }
+        let uuid = "6d657361-3232-2e33-2e36-000000000000";
+        for text in [uuid.to_owned(), uuid.replace('-', "")] {
+            let choice = DeviceChoice::from(text.as_str());
+            assert_eq!(choice, DeviceChoice::Uuid(text));
         }
     }
 }

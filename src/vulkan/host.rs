@@ -6,7 +6,7 @@ use std::{
     sync::{Arc, Mutex},
 };
 
-use ash::{khr, vk};
+use ash::vk;
 
 use super::{Device, instance::Instance, lock, no_device};
 use crate::{Error, Result};
@@ -14,7 +14,6 @@ use crate::{Error, Result};
 /// A host's own Vulkan objects. They stay the host's: camlux destroys none of them.
 ///
 /// The instance must have been made for Vulkan 1.3, and the device with
-/// - the extension `VK_KHR_push_descriptor`,
 /// - the features `dynamicRendering`, `synchronization2` and `timelineSemaphore`,
 /// - a queue of a family that draws, computes and takes timestamps.
 ///
@@ -25,7 +24,7 @@ pub struct HostVulkan {
     pub instance: vk::Instance,
     pub physical_device: vk::PhysicalDevice,
     pub device: vk::Device,
-    /// What the device was made with: to see which features and extensions are on.
+    /// What the device was made with: to see which features are on.
     pub device_create_info: *const vk::DeviceCreateInfo<'static>,
     pub queue: vk::Queue,
     pub queue_family: u32,
@@ -40,10 +39,9 @@ pub trait QueueLock: Send + Sync {
 }
 
 /// Functions without which nothing goes.
-const NEEDED_FUNCTIONS: [&CStr; 4] = [
+const NEEDED_FUNCTIONS: [&CStr; 3] = [
     c"vkQueueSubmit2",
     c"vkCmdBeginRendering",
-    c"vkCmdPushDescriptorSetKHR",
     c"vkGetSemaphoreCounterValue",
 ];
 
@@ -109,10 +107,6 @@ fn lacking(problem: impl Display) -> Error {
 /// # Safety
 /// The info is a valid one, with all that it points to.
 unsafe fn not_enabled(info: &vk::DeviceCreateInfo) -> Option<&'static str> {
-    // SAFETY: there are as many names as the info says, each a C string.
-    let name = |index| unsafe { CStr::from_ptr(*info.pp_enabled_extension_names.add(index)) };
-    let mut names = (0..info.enabled_extension_count as usize).map(name);
-    let push_descriptor = names.any(|name| name == khr::push_descriptor::NAME);
     let [
         mut dynamic_rendering,
         mut synchronization2,
@@ -138,7 +132,6 @@ unsafe fn not_enabled(info: &vk::DeviceCreateInfo) -> Option<&'static str> {
         }
     }
     let needed = [
-        (push_descriptor, "VK_KHR_push_descriptor"),
         (
             dynamic_rendering != vk::FALSE,
             "the feature dynamicRendering",

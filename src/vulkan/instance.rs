@@ -18,6 +18,7 @@ use super::{
     failed, host_memory, lock,
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
     no_device,
+    quirks::Quirks,
 };
 use crate::Result;
 
@@ -30,12 +31,17 @@ pub struct DeviceInfo {
     /// Place in the loader's list.
     pub index: usize,
     pub name: String,
+    /// The same after a restart: 32 hexadecimal digits in groups.
+    pub uuid: String,
+    /// Where it is plugged in, where the driver tells: `0000:65:00.0`.
+    pub pci: Option<String>,
     pub kind: DeviceKind,
     /// Name and version of the driver.
     pub driver: String,
     /// Vulkan version that the device offers.
     pub api_version: String,
     pub limits: DeviceLimits,
+    pub quirks: Quirks,
     /// What camlux needs and this device lacks; `None`: it can be used.
     pub unusable: Option<String>,
 }
@@ -81,6 +87,8 @@ pub struct DeviceLimits {
     /// Workgroup memory.
     pub shared_memory_bytes: u32,
     pub subgroup_lanes: u32,
+    /// Lanes that every subgroup of a kernel has, where these broadcast to one another and add up. `None`: kernels do without.
+    pub broadcast_lanes: Option<u32>,
     /// Nanoseconds of one tick of a GPU timestamp.
     pub timestamp_period_ns: f32,
 }
@@ -115,18 +123,28 @@ impl Instance {
         let mut features =
             vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
         let layers = [c"VK_LAYER_KHRONOS_validation".as_ptr()];
-        let extensions = [
-            ext::debug_utils::NAME.as_ptr(),
-            ext::validation_features::NAME.as_ptr(),
-        ];
+        let mut extensions = Vec::new();
         let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+        // Drivers on top of another interface, as MoltenVK, are listed to those who ask.
+        // SAFETY: the loader is open.
+        let offered = unsafe { entry.enumerate_instance_extension_properties(None) };
+        let portability = khr::portability_enumeration::NAME;
+        let offers = |offered: &vk::ExtensionProperties| {
+            offered.extension_name_as_c_str() == Ok(portability)
+        };
+        if offered.unwrap_or_default().iter().any(offers) {
+            extensions.push(portability.as_ptr());
+            info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
+        }
         if validation {
+            extensions.push(ext::debug_utils::NAME.as_ptr());
+            extensions.push(ext::validation_features::NAME.as_ptr());
             info = info
                 .enabled_layer_names(&layers)
-                .enabled_extension_names(&extensions)
                 .push_next(&mut messenger_info)
                 .push_next(&mut features);
         }
+        info = info.enabled_extension_names(&extensions);
         // SAFETY: all pointers in `info` live until after the call; `messages` lives as long as the instance.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|result| match result {
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
@@ -196,11 +214,18 @@ impl Instance {
         let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
         let mut maintenance3 = vk::PhysicalDeviceMaintenance3Properties::default();
         let mut vulkan13 = vk::PhysicalDeviceVulkan13Properties::default();
+        let mut id = vk::PhysicalDeviceIDProperties::default();
+        let mut pci = vk::PhysicalDevicePCIBusInfoPropertiesEXT::default();
+        let has_pci = self.has_extension(device, ext::pci_bus_info::NAME);
         let mut properties = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut id)
             .push_next(&mut driver)
             .push_next(&mut subgroup)
             .push_next(&mut maintenance3)
             .push_next(&mut vulkan13);
+        if has_pci {
+            properties = properties.push_next(&mut pci);
+        }
         let instance = &self.raw;
         // SAFETY: the instance is live and the device is its own.
         unsafe { instance.get_physical_device_properties2(device, &mut properties) };
@@ -210,6 +235,13 @@ impl Instance {
         DeviceInfo {
             index,
             name: text(properties.device_name_as_c_str()),
+            uuid: uuid_text(id.device_uuid),
+            pci: has_pci.then(|| {
+                format!(
+                    "{:04x}:{:02x}:{:02x}.{:x}",
+                    pci.pci_domain, pci.pci_bus, pci.pci_device, pci.pci_function
+                )
+            }),
             kind: match properties.device_type {
                 vk::PhysicalDeviceType::DISCRETE_GPU => DeviceKind::Discrete,
                 vk::PhysicalDeviceType::INTEGRATED_GPU => DeviceKind::Integrated,
@@ -228,6 +260,7 @@ impl Instance {
                 vk::api_version_minor(version),
                 vk::api_version_patch(version)
             ),
+            quirks: Quirks::of(driver.driver_id),
             limits: DeviceLimits {
                 max_image_px: limits
                     .max_image_dimension2_d
@@ -245,6 +278,7 @@ impl Instance {
                 max_storage_images: limits.max_per_stage_descriptor_storage_images,
                 shared_memory_bytes: limits.max_compute_shared_memory_size,
                 subgroup_lanes: subgroup.subgroup_size,
+                broadcast_lanes: broadcast_lanes(&subgroup, &vulkan13),
                 timestamp_period_ns: limits.timestamp_period,
             },
             unusable: self.lacks(device, properties.api_version).map(String::from),
@@ -273,7 +307,7 @@ impl Instance {
             .unwrap_or_default()
     }
 
-    fn has_extension(&self, device: vk::PhysicalDevice, name: &CStr) -> bool {
+    pub fn has_extension(&self, device: vk::PhysicalDevice, name: &CStr) -> bool {
         // SAFETY: the instance is live and the device is its own.
         let extensions = unsafe { self.raw.enumerate_device_extension_properties(device) };
         extensions
@@ -286,9 +320,6 @@ impl Instance {
     fn lacks(&self, device: vk::PhysicalDevice, api_version: u32) -> Option<&'static str> {
         if api_version < vk::API_VERSION_1_3 {
             return Some("Vulkan 1.3");
-        }
-        if !self.has_extension(device, khr::push_descriptor::NAME) {
-            return Some("VK_KHR_push_descriptor");
         }
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default();
         let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut features13);
@@ -337,6 +368,26 @@ impl Drop for Instance {
             }
         }
     }
+}
+
+fn uuid_text(uuid: [u8; 16]) -> String {
+    let digits: String = uuid.iter().map(|byte| format!("{byte:02x}")).collect();
+    let groups = [0..8, 8..12, 12..16, 16..20, 20..32].map(|group| &digits[group]);
+    groups.join("-")
+}
+
+fn broadcast_lanes(
+    subgroup: &vk::PhysicalDeviceSubgroupProperties,
+    vulkan13: &vk::PhysicalDeviceVulkan13Properties,
+) -> Option<u32> {
+    let operations = vk::SubgroupFeatureFlags::BALLOT | vk::SubgroupFeatureFlags::ARITHMETIC;
+    let in_kernels = subgroup
+        .supported_stages
+        .contains(vk::ShaderStageFlags::COMPUTE);
+    // Else drivers choose the lanes of each kernel.
+    let is_fixed = vulkan13.min_subgroup_size == vulkan13.max_subgroup_size;
+    let fits = in_kernels && is_fixed && subgroup.supported_operations.contains(operations);
+    fits.then_some(subgroup.subgroup_size)
 }
 
 fn text(name: std::result::Result<&CStr, impl fmt::Debug>) -> String {

@@ -15,9 +15,9 @@ use crate::{Error, Result};
 pub(crate) enum BufferUse {
     /// Written and read by shaders only.
     Device,
-    /// Filled by the host once, then read by shaders.
+    /// Filled by the host once, then read by shaders: what is small.
     Upload,
-    /// Filled by the host once, then copied to an image.
+    /// Filled by the host once, then copied to another buffer or an image.
     Staging,
     /// Written by the device, then read by the host.
     Readback,
@@ -84,16 +84,21 @@ impl Buffer {
         values: &[T],
         usage: BufferUse,
     ) -> Result<Buffer> {
+        let mut buffer = Buffer::new(device, what, size_of_val(values) as u64, usage)?;
+        buffer.write(values)?;
+        Ok(buffer)
+    }
+
+    /// Writes values to the start of a buffer that is not for the device alone, and that the device does not use.
+    pub fn write<T: Pod>(&mut self, values: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(values);
-        let mut buffer = Buffer::new(device, what, bytes.len() as u64, usage)?;
-        buffer
-            .allocation
+        self.allocation
             .as_mut()
             .and_then(Allocation::mapped_slice_mut)
             .and_then(|memory| memory.get_mut(..bytes.len()))
             .ok_or_else(|| Error::internal("a buffer to be filled is not mapped"))?
             .copy_from_slice(bytes);
-        Ok(buffer)
+        Ok(())
     }
 
     /// The first `count` values of a readback buffer, after the submission that wrote it has completed.

@@ -1,9 +1,10 @@
 //! The Vulkan layer: device, memory, pipelines and command recording. All of the engine's `unsafe` lies here. It knows no scene and no pass.
 //!
 //! Conventions that keep it small: one queue; every image lives in layout GENERAL; passes are separated by full memory
-//! barriers; descriptors are pushed, by the names that the shaders give their bindings.
+//! barriers; resources are bound by the names that the shaders give their bindings.
 
 mod allocate;
+mod command_pool;
 mod device;
 #[cfg(feature = "test-hooks")]
 mod faults;
@@ -15,12 +16,14 @@ mod host_memory;
 mod instance;
 mod memory;
 mod pipeline;
+mod quirks;
 mod readback;
 mod recorder;
 pub(crate) mod shaders;
 mod texel_list;
 
 pub(crate) use allocate::{Allocate, GrowsWith, Requirements};
+pub(crate) use command_pool::CommandPool;
 pub use device::{Device, DeviceChoice, DeviceOptions};
 #[cfg(feature = "test-hooks")]
 #[doc(hidden)]
@@ -31,6 +34,7 @@ pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
 pub use memory::MemoryUse;
 pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
 pub(crate) use pipeline::Pipelines;
+pub use quirks::Quirks;
 pub(crate) use readback::Readback;
 pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, Target, groups_in_rows};
 

@@ -12,7 +12,10 @@ use super::{
     memory::{COLOR_FORMAT, DEPTH_FORMAT},
     shaders::{Binding, Module},
 };
-use crate::Result;
+use crate::{Error, Result};
+
+/// Descriptor sets that are made at once.
+const SETS_OF_A_POOL: u32 = 4;
 
 /// The pipelines of a device, made when they are first asked for.
 pub(crate) struct Pipelines {
@@ -63,12 +66,21 @@ pub(crate) struct Pipeline {
     pub(super) raw: vk::Pipeline,
     pub(super) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
+    sets: Mutex<DescriptorSets>,
     /// Union of the bindings of all stages.
     pub(super) bindings: Vec<Binding>,
     pub(super) immediate_bytes: u32,
     pub(super) stages: Stage,
     /// Of a raster pipeline the fragment stage.
     pub module: &'static Module,
+}
+
+/// A pipeline's descriptor sets, which go from one command buffer to the next.
+#[derive(Default)]
+struct DescriptorSets {
+    pools: Vec<vk::DescriptorPool>,
+    /// Those that no command buffer uses.
+    free: Vec<vk::DescriptorSet>,
 }
 
 impl Pipeline {
@@ -172,15 +184,14 @@ impl Pipeline {
             raw: vk::Pipeline::null(),
             layout: vk::PipelineLayout::null(),
             set_layout: vk::DescriptorSetLayout::null(),
+            sets: Mutex::default(),
             bindings,
             immediate_bytes,
             stages,
             module,
         };
-        let info = vk::DescriptorSetLayoutCreateInfo::default()
-            .flags(vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR)
-            .bindings(&slots);
-        // SAFETY: the device is live and has the push descriptor extension.
+        let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&slots);
+        // SAFETY: the device is live.
         pipeline.set_layout = device.call("vkCreateDescriptorSetLayout", |device| unsafe {
             device.create_descriptor_set_layout(&info, None)
         })?;
@@ -200,6 +211,47 @@ impl Pipeline {
         })?;
         Ok(pipeline)
     }
+
+    /// A descriptor set that nothing uses. Where one is taken again and again, it is the same one.
+    pub(super) fn take_set(&self) -> Result<vk::DescriptorSet> {
+        let mut sets = lock(&self.sets);
+        if let Some(set) = sets.free.pop() {
+            return Ok(set);
+        }
+        let size = |binding: &Binding| {
+            vk::DescriptorPoolSize::default()
+                .ty(binding.kind)
+                .descriptor_count(SETS_OF_A_POOL)
+        };
+        let sizes: Vec<_> = self.bindings.iter().map(size).collect();
+        let info = vk::DescriptorPoolCreateInfo::default()
+            .max_sets(SETS_OF_A_POOL)
+            .pool_sizes(&sizes);
+        // SAFETY: the device is live.
+        let pool = self
+            .device
+            .call("vkCreateDescriptorPool", |device| unsafe {
+                device.create_descriptor_pool(&info, None)
+            })?;
+        sets.pools.push(pool);
+        let layouts = [self.set_layout; SETS_OF_A_POOL as usize];
+        let info = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(pool)
+            .set_layouts(&layouts);
+        // SAFETY: the pool has room for as many sets of this layout.
+        sets.free = self
+            .device
+            .call("vkAllocateDescriptorSets", |device| unsafe {
+                device.allocate_descriptor_sets(&info)
+            })?;
+        let set = sets.free.pop();
+        set.ok_or_else(|| Error::internal("a pool without descriptor sets"))
+    }
+
+    /// For a set whose command buffer is done.
+    pub(super) fn give_set_back(&self, set: vk::DescriptorSet) {
+        lock(&self.sets).free.push(set);
+    }
 }
 
 impl Drop for Pipeline {
@@ -207,6 +259,9 @@ impl Drop for Pipeline {
         let device = self.device.raw();
         // SAFETY: recorders wait for their submissions; destroying a null handle does nothing.
         unsafe {
+            for &pool in &lock(&self.sets).pools {
+                device.destroy_descriptor_pool(pool, None);
+            }
             device.destroy_pipeline(self.raw, None);
             device.destroy_pipeline_layout(self.layout, None);
             device.destroy_descriptor_set_layout(self.set_layout, None);

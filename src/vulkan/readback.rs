@@ -1,25 +1,26 @@
 //! Images on the device, as the host reads them.
 
-use super::{Buffer, BufferUse, Device, Image, ImageShape, Recorder};
+use super::{Buffer, BufferUse, CommandPool, Device, Image, ImageShape};
 use crate::Result;
 
 /// The way of images of one shape to the host. They go through one buffer, one after the other: to touch fresh memory
 /// takes longer than to copy.
-pub(crate) struct Readback<'d> {
-    device: &'d Device,
+pub(crate) struct Readback {
+    commands: CommandPool,
     buffer: Buffer,
 }
 
-impl<'d> Readback<'d> {
-    pub fn new(device: &'d Device, shape: ImageShape) -> Result<Self> {
+impl Readback {
+    pub fn new(device: &Device, shape: ImageShape) -> Result<Self> {
         let bytes = shape.pixel_count() * size_of::<[f32; 4]>() as u64;
         let buffer = Buffer::new(device, "readback", bytes, BufferUse::Readback)?;
-        Ok(Readback { device, buffer })
+        let commands = CommandPool::new(device);
+        Ok(Readback { commands, buffer })
     }
 
     /// The pixels of an image: row by row from the top, layer by layer.
     pub fn pixels(&mut self, image: &Image) -> Result<&[[f32; 4]]> {
-        let mut recorder = Recorder::new(self.device, 1)?;
+        let mut recorder = self.commands.begin()?;
         recorder.barrier();
         recorder.copy_from_image(image, &self.buffer);
         recorder.submit()?;

@@ -1,11 +1,16 @@
 //! One command buffer: recorded, submitted, waited for.
 
-use std::{marker::PhantomData, sync::Arc};
+use std::{marker::PhantomData, mem::ManuallyDrop, sync::Arc};
 
-use ash::vk::{self, AccessFlags2 as Access, DescriptorType as Kind, PipelineStageFlags2 as Stage};
+use ash::vk::{self, AccessFlags2 as Access, DescriptorType as Kind, PipelineStageFlags2 as On};
 use bytemuck::Pod;
 
-use super::{Buffer, BufferUse, Device, Image, pipeline::Pipeline, shaders::Binding};
+use super::{
+    Buffer, Device, Image,
+    command_pool::{CommandBuffer, CommandPool, MAX_TIMED_PASSES, Upload, UploadTarget},
+    pipeline::Pipeline,
+    shaders::Binding,
+};
 use crate::{Error, Result};
 
 /// GPU milliseconds of each pass, in the order of recording.
@@ -42,78 +47,77 @@ pub(crate) struct Target<'t, 'r> {
 /// waits for the device, so nothing is in use afterwards.
 pub(crate) struct Recorder<'r> {
     device: Device,
-    pool: vk::CommandPool,
+    home: CommandPool,
     commands: vk::CommandBuffer,
-    fence: vk::Fence,
-    queries: vk::QueryPool,
-    query_capacity: u32,
+    /// Given back on drop.
+    buffer: ManuallyDrop<CommandBuffer>,
     /// All that were recorded; the first of them are timed.
     passes: Vec<&'static str>,
-    /// How many of the passes have begun: written by the device, so that it can be read when that is lost.
-    begun: Buffer,
     /// A fault asked for: the last pass that runs before the device is lost.
     ends_in: Option<usize>,
-    /// Submitted, and not known to be complete.
-    is_in_flight: bool,
-    /// In use.
-    pipelines: Vec<Arc<Pipeline>>,
+    stage: Stage,
+    /// In use, each with a descriptor set of its own.
+    bound: Vec<(Arc<Pipeline>, vk::DescriptorSet)>,
+    /// Copied first.
+    uploads: Vec<Upload>,
     resources: PhantomData<&'r ()>,
 }
 
+/// How far a command buffer has come.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Stage {
+    Recorded,
+    /// Submitted, and not known to be complete.
+    InFlight,
+    Complete,
+}
+
 impl<'r> Recorder<'r> {
-    /// A command buffer in which up to `pass_capacity` passes are timed; further ones run untimed.
-    pub fn new(device: &Device, pass_capacity: u32) -> Result<Self> {
-        // From here on what was made is destroyed on every way out.
-        let mut recorder = Recorder {
+    /// Begins a command buffer that nothing uses.
+    pub(super) fn begin(
+        home: &CommandPool,
+        buffer: CommandBuffer,
+        uploads: Vec<Upload>,
+    ) -> Result<Self> {
+        let device = home.device();
+        let (commands, queries) = (buffer.raw, buffer.queries);
+        // From here on all goes back on every way out.
+        let recorder = Recorder {
             device: device.clone(),
-            pool: vk::CommandPool::null(),
-            commands: vk::CommandBuffer::null(),
-            fence: vk::Fence::null(),
-            queries: vk::QueryPool::null(),
-            query_capacity: 2 * pass_capacity.max(1),
+            home: home.clone(),
+            commands,
+            buffer: ManuallyDrop::new(buffer),
             passes: Vec::new(),
-            begun: Buffer::filled(device, "passes begun", &[0u32], BufferUse::Readback)?,
             ends_in: device.faults().next_submission_ends_in(),
-            is_in_flight: false,
-            pipelines: Vec::new(),
+            stage: Stage::Recorded,
+            bound: Vec::new(),
+            uploads,
             resources: PhantomData,
         };
-        let pool = vk::CommandPoolCreateInfo::default()
-            .queue_family_index(device.queue_family())
-            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
-        // SAFETY (all calls below): the device is live, and what they take was made from it just before.
-        recorder.pool = device.call("vkCreateCommandPool", |raw| unsafe {
-            raw.create_command_pool(&pool, None)
-        })?;
-        let allocate = vk::CommandBufferAllocateInfo::default()
-            .command_pool(recorder.pool)
-            .command_buffer_count(1);
-        // SAFETY: as above.
-        let buffers = device.call("vkAllocateCommandBuffers", |raw| unsafe {
-            raw.allocate_command_buffers(&allocate)
-        })?;
-        recorder.commands = buffers[0];
-        // SAFETY: as above.
-        recorder.fence = device.call("vkCreateFence", |raw| unsafe {
-            raw.create_fence(&vk::FenceCreateInfo::default(), None)
-        })?;
-        let queries = vk::QueryPoolCreateInfo::default()
-            .query_type(vk::QueryType::TIMESTAMP)
-            .query_count(recorder.query_capacity);
-        // SAFETY: as above.
-        recorder.queries = device.call("vkCreateQueryPool", |raw| unsafe {
-            raw.create_query_pool(&queries, None)
-        })?;
-        let (commands, queries) = (recorder.commands, recorder.queries);
         let begin = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: as above.
+        // SAFETY: the command buffer was made or reset just before, and the queries are its own.
         device.call("vkBeginCommandBuffer", |raw| unsafe {
             raw.begin_command_buffer(commands, &begin)?;
-            raw.cmd_reset_query_pool(commands, queries, 0, recorder.query_capacity);
+            raw.cmd_reset_query_pool(commands, queries, 0, 2 * MAX_TIMED_PASSES);
             Ok(())
         })?;
+        recorder.copy_uploads();
         Ok(recorder)
+    }
+
+    fn copy_uploads(&self) {
+        let raw = self.device.raw();
+        for Upload { staging, to } in &self.uploads {
+            match to {
+                UploadTarget::Buffer(to) => {
+                    let regions = [vk::BufferCopy::default().size(staging.bytes.min(to.bytes))];
+                    // SAFETY: both ranges lie in their buffers, which live until the work is done.
+                    unsafe { raw.cmd_copy_buffer(self.commands, staging.raw, to.raw, &regions) };
+                }
+                UploadTarget::Image(to) => self.copy_to_new_image(staging, to),
+            }
+        }
     }
 
     /// Brings new images into the layout that they keep. Their contents are undefined.
@@ -124,11 +128,11 @@ impl<'r> Recorder<'r> {
     }
 
     /// Changes an image's layout, after all work before and ahead of all work behind.
-    fn transition(&mut self, image: &'r Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+    fn transition(&self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
         let barriers = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(Stage::ALL_COMMANDS)
+            .src_stage_mask(On::ALL_COMMANDS)
             .src_access_mask(Access::MEMORY_WRITE)
-            .dst_stage_mask(Stage::ALL_COMMANDS)
+            .dst_stage_mask(On::ALL_COMMANDS)
             .dst_access_mask(Access::MEMORY_READ | Access::MEMORY_WRITE)
             .old_layout(from)
             .new_layout(to)
@@ -150,12 +154,12 @@ impl<'r> Recorder<'r> {
     pub fn barrier(&mut self) {
         let any = Access::MEMORY_READ | Access::MEMORY_WRITE;
         self.memory_barrier(
-            (Stage::ALL_COMMANDS, Access::MEMORY_WRITE),
-            (Stage::ALL_COMMANDS, any),
+            (On::ALL_COMMANDS, Access::MEMORY_WRITE),
+            (On::ALL_COMMANDS, any),
         );
     }
 
-    fn memory_barrier(&mut self, from: (Stage, Access), to: (Stage, Access)) {
+    fn memory_barrier(&mut self, from: (On, Access), to: (On, Access)) {
         let barriers = [vk::MemoryBarrier2::default()
             .src_stage_mask(from.0)
             .src_access_mask(from.1)
@@ -164,7 +168,7 @@ impl<'r> Recorder<'r> {
         self.pipeline_barrier(&vk::DependencyInfo::default().memory_barriers(&barriers));
     }
 
-    fn pipeline_barrier(&mut self, dependency: &vk::DependencyInfo) {
+    fn pipeline_barrier(&self, dependency: &vk::DependencyInfo) {
         let raw = self.device.raw();
         // SAFETY: the command buffer is being recorded, and images live until it was submitted.
         unsafe { raw.cmd_pipeline_barrier2(self.commands, dependency) };
@@ -186,7 +190,7 @@ impl<'r> Recorder<'r> {
         let query = 2 * self.passes.len() as u32;
         self.passes.push(name);
         self.note_begin();
-        let is_timed = query < self.query_capacity;
+        let is_timed = query < 2 * MAX_TIMED_PASSES;
         if is_timed {
             self.timestamp(query);
         }
@@ -200,19 +204,21 @@ impl<'r> Recorder<'r> {
     /// Lets the device tell the host that the last pass begins.
     fn note_begin(&mut self) {
         let count = self.passes.len() as u32;
+        let begun = self.buffer.begun.raw;
         let raw = self.device.raw();
         // SAFETY: the command buffer is being recorded, and the buffer lives as long as this.
-        unsafe { raw.cmd_fill_buffer(self.commands, self.begun.raw, 0, 4, count) };
+        unsafe { raw.cmd_fill_buffer(self.commands, begun, 0, 4, count) };
         self.memory_barrier(
-            (Stage::CLEAR, Access::TRANSFER_WRITE),
-            (Stage::HOST, Access::HOST_READ),
+            (On::CLEAR, Access::TRANSFER_WRITE),
+            (On::HOST, Access::HOST_READ),
         );
     }
 
     fn timestamp(&mut self, query: u32) {
-        let (raw, stage) = (self.device.raw(), Stage::ALL_COMMANDS);
+        let queries = self.buffer.queries;
+        let (raw, stage) = (self.device.raw(), On::ALL_COMMANDS);
         // SAFETY: the query lies in the pool and was reset at the start of this command buffer.
-        unsafe { raw.cmd_write_timestamp2(self.commands, stage, self.queries, query) };
+        unsafe { raw.cmd_write_timestamp2(self.commands, stage, queries, query) };
         // lavapipe takes the time when it next flushes, which a barrier makes it do.
         self.barrier();
     }
@@ -320,8 +326,14 @@ impl<'r> Recorder<'r> {
         };
     }
 
-    /// Copies a buffer's first bytes into the whole of a new image and brings that into its layout.
+    /// Fills an image anew with a buffer's first bytes.
+    #[cfg(feature = "internals")]
     pub fn copy_to_image(&mut self, from: &'r Buffer, to: &'r Image) {
+        self.copy_to_new_image(from, to);
+    }
+
+    /// Copies a buffer's first bytes into the whole of a new image and brings that into its layout.
+    fn copy_to_new_image(&self, from: &Buffer, to: &Image) {
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         self.transition(to, vk::ImageLayout::UNDEFINED, layout);
         let (raw, regions) = (self.device.raw(), [image_copy(to)]);
@@ -386,30 +398,28 @@ impl<'r> Recorder<'r> {
             }
             infos.push(([buffer_info], [image_info]));
         }
+        let set = pipeline.take_set()?;
+        self.bound.push((pipeline.clone(), set));
         let writes = pipeline.bindings.iter().zip(&infos);
         let writes: Vec<_> = writes
             .map(|(binding, (buffer_info, image_info))| {
                 // Vulkan reads the one that is of this type.
                 vk::WriteDescriptorSet::default()
+                    .dst_set(set)
                     .dst_binding(binding.binding)
                     .descriptor_type(binding.kind)
                     .buffer_info(buffer_info)
                     .image_info(image_info)
             })
             .collect();
-        let (raw, push_descriptor) = (self.device.raw(), self.device.push_descriptor());
-        // SAFETY: pipeline, layout and resources are live until the submission, and the writes match the layout.
+        let (raw, layout) = (self.device.raw(), pipeline.layout);
+        // SAFETY: pipeline, layout and resources are live until the submission, the writes match the layout, and no other
+        // command buffer uses the set.
         unsafe {
+            raw.update_descriptor_sets(&writes, &[]);
             raw.cmd_bind_pipeline(self.commands, point, pipeline.raw);
-            push_descriptor.cmd_push_descriptor_set(
-                self.commands,
-                point,
-                pipeline.layout,
-                0,
-                &writes,
-            );
+            raw.cmd_bind_descriptor_sets(self.commands, point, layout, 0, &[set], &[]);
         }
-        self.pipelines.push(pipeline.clone());
         Ok(())
     }
 
@@ -430,7 +440,7 @@ impl<'r> Recorder<'r> {
 
     /// The last pass that has begun, as the device tells.
     fn last_begun(&self) -> Option<&'static str> {
-        let begun = self.begun.mapped::<u32>(1).ok()?[0] as usize;
+        let begun = self.buffer.begun.mapped::<u32>(1).ok()?[0] as usize;
         self.passes.get(begun.checked_sub(1)?).copied()
     }
 
@@ -438,10 +448,10 @@ impl<'r> Recorder<'r> {
     fn run(&mut self) -> Result<Vec<u64>> {
         self.barrier();
         self.memory_barrier(
-            (Stage::ALL_COMMANDS, Access::MEMORY_WRITE),
-            (Stage::HOST, Access::HOST_READ),
+            (On::ALL_COMMANDS, Access::MEMORY_WRITE),
+            (On::HOST, Access::HOST_READ),
         );
-        let device = &self.device;
+        let (device, fence, queries) = (&self.device, self.buffer.fence, self.buffer.queries);
         let commands = [vk::CommandBufferSubmitInfo::default().command_buffer(self.commands)];
         let submit = [vk::SubmitInfo2::default().command_buffer_infos(&commands)];
         // SAFETY: the command buffer is complete.
@@ -450,24 +460,24 @@ impl<'r> Recorder<'r> {
         })?;
         // SAFETY: everything that the command buffer names is alive for `'r`.
         device.call("vkQueueSubmit2", |raw| {
-            device.with_queue(|queue| unsafe { raw.queue_submit2(queue, &submit, self.fence) })
+            device.with_queue(|queue| unsafe { raw.queue_submit2(queue, &submit, fence) })
         })?;
-        self.is_in_flight = true;
+        self.stage = Stage::InFlight;
         // SAFETY: the fence was submitted.
         device.call("vkWaitForFences", |raw| {
-            unsafe { raw.wait_for_fences(&[self.fence], true, u64::MAX) }?;
+            unsafe { raw.wait_for_fences(&[fence], true, u64::MAX) }?;
             match self.ends_in {
                 None => Ok(()),
                 Some(_) => Err(vk::Result::ERROR_DEVICE_LOST),
             }
         })?;
-        self.is_in_flight = false;
-        let mut ticks = vec![0u64; (2 * self.passes.len()).min(self.query_capacity as usize)];
+        self.stage = Stage::Complete;
+        let mut ticks = vec![0u64; 2 * self.passes.len().min(MAX_TIMED_PASSES as usize)];
         if !ticks.is_empty() {
             let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
             // SAFETY: the submission is complete, so the queries that it wrote are available.
             device.call("vkGetQueryPoolResults", |raw| unsafe {
-                raw.get_query_pool_results(self.queries, 0, &mut ticks, flags)
+                raw.get_query_pool_results(queries, 0, &mut ticks, flags)
             })?;
         }
         Ok(ticks)
@@ -476,19 +486,26 @@ impl<'r> Recorder<'r> {
 
 impl Drop for Recorder<'_> {
     fn drop(&mut self) {
-        let raw = self.device.raw();
-        if self.is_in_flight {
+        // SAFETY: it is not used again.
+        let buffer = unsafe { ManuallyDrop::take(&mut self.buffer) };
+        if self.stage == Stage::InFlight {
+            let raw = self.device.raw();
             // The wait for the fence failed. Whoever owns the resources frees them next, so the device must be done.
             // SAFETY: nobody submits meanwhile. Where this fails too, the device is lost.
             let _ = self
                 .device
                 .with_queue(|_| unsafe { raw.device_wait_idle() });
+        } else {
+            self.home.give_back(buffer);
         }
-        // SAFETY: the work was never submitted, or is complete, or the device is lost; null handles are ignored.
-        unsafe {
-            raw.destroy_query_pool(self.queries, None);
-            raw.destroy_fence(self.fence, None);
-            raw.destroy_command_pool(self.pool, None);
+        if self.stage == Stage::Recorded {
+            // What was not copied is for the next one.
+            for upload in self.uploads.drain(..) {
+                self.home.wait_for_next(upload);
+            }
+        }
+        for (pipeline, set) in self.bound.drain(..) {
+            pipeline.give_set_back(set);
         }
     }
 }

@@ -87,6 +87,21 @@ mod tests {
         }
     }
 
+    /// Of what devices have least: MoltenVK has eight storage images on some. Vulkan guarantees four of each of these.
+    #[test]
+    fn a_kernel_takes_few_resources() {
+        for module in MODULES {
+            let count = |kind| module.bindings.iter().filter(|b| b.kind == kind).count();
+            assert!(count(DescriptorType::STORAGE_IMAGE) <= 8, "{}", module.name);
+            assert!(
+                count(DescriptorType::STORAGE_BUFFER) <= 4,
+                "{}",
+                module.name
+            );
+            assert!(module.immediate_bytes <= 128, "{}", module.name);
+        }
+    }
+
     #[test]
     fn fragment_stages_bind_what_the_vertex_stage_binds() {
         let vertex = Module::find("vertex", &[]).expect("it is compiled");

@@ -1,40 +1,35 @@
 //! Lists that shaders read as images: texel i lies at (i mod 1024, i / 1024).
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 
-use super::{Allocate, Buffer, BufferUse, Device, Image, ImageShape, Recorder, Resource};
+use super::{Allocate, BufferUse, CommandPool, Image, ImageShape, Resource};
 use crate::Result;
 
 /// Texels of a row of an image that holds a list, as the shaders have it.
 const ROW_TEXELS: u64 = 1024;
 
 /// A list of texels in an image, row by row.
-pub(crate) struct TexelList {
-    image: Image,
-    texels: Buffer,
-    /// Whether the texels are in the image.
-    is_copied: AtomicBool,
-}
+pub(crate) struct TexelList(Arc<Image>);
 
 impl TexelList {
-    pub fn new(device: &Device, what: &str, mut texels: Vec<[f32; 4]>) -> Result<TexelList> {
+    /// The list, which the next command buffer fills.
+    pub fn new(commands: &CommandPool, what: &str, mut texels: Vec<[f32; 4]>) -> Result<TexelList> {
         let rows = texels.len().max(1).div_ceil(ROW_TEXELS as usize);
         texels.resize(rows * ROW_TEXELS as usize, [0.0; 4]);
-        TexelList::with_size(device, what, &texels, [ROW_TEXELS as u32, rows as u32])
+        TexelList::with_size(commands, what, &texels, [ROW_TEXELS as u32, rows as u32])
     }
 
     /// In rows of the caller's choice.
     pub fn with_size(
-        device: &Device,
+        commands: &CommandPool,
         what: &str,
         texels: &[[f32; 4]],
         size_px: [u32; 2],
     ) -> Result<TexelList> {
-        Ok(TexelList {
-            image: Image::new(device, what, ImageShape::plain(size_px))?,
-            texels: Buffer::filled(device, what, texels, BufferUse::Staging)?,
-            is_copied: AtomicBool::new(false),
-        })
+        let image = Image::new(commands.device(), what, ImageShape::plain(size_px))?;
+        let image = Arc::new(image);
+        commands.upload_image(what, texels, &image)?;
+        Ok(TexelList(image))
     }
 
     /// What a list of up to so many texels takes.
@@ -47,14 +42,7 @@ impl TexelList {
         Ok(())
     }
 
-    /// Fills the image, which must be before anything reads it. Later calls record nothing.
-    pub fn record_copy<'r>(&'r self, recorder: &mut Recorder<'r>) {
-        if !self.is_copied.swap(true, Ordering::Relaxed) {
-            recorder.copy_to_image(&self.texels, &self.image);
-        }
-    }
-
     pub fn resource(&self) -> Resource<'_> {
-        Resource::Image(&self.image)
+        Resource::Image(&self.0)
     }
 }

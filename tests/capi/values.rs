@@ -434,6 +434,17 @@ fn files_and_devices_that_are_not_there_are_named() {
             CAMLUX_ERROR_NO_DEVICE,
             "no such GPU",
         );
+        for (choice, name) in [
+            (CAMLUX_DEVICE_UUID, c"00112233-4455-6677-8899-aabbccddeeff"),
+            (CAMLUX_DEVICE_PCI, c"ff:1f.7"),
+        ] {
+            let options = init!(camlux_device_options {
+                choice: choice,
+                name: name.as_ptr()
+            });
+            let says = name.to_str().unwrap();
+            fails(create(options, &mut device), CAMLUX_ERROR_NO_DEVICE, says);
+        }
         let by_index = init!(camlux_device_options {
             choice: CAMLUX_DEVICE_INDEX,
             index: 99
@@ -459,6 +470,13 @@ fn files_and_devices_that_are_not_there_are_named() {
         assert!(count > 0);
         ok(camlux_device_get_info(0, &mut info));
         assert!(info.name[0] != 0 && info.max_image_px > 0);
+        let mut same = null_mut();
+        let by_uuid = init!(camlux_device_options {
+            choice: CAMLUX_DEVICE_UUID,
+            name: info.uuid.as_ptr()
+        });
+        ok(create(by_uuid, &mut same));
+        camlux_device_release(same);
     }
     assert!(scene.is_null() && device.is_null());
 }

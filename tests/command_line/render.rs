@@ -390,7 +390,9 @@ fn a_device_is_picked_by_index_or_part_of_its_name() {
     let (_, chosen) = info.split_once("default: ").unwrap();
     let (index, name) = chosen.trim().split_once(' ').unwrap();
     let loud = name.to_uppercase();
-    for device in [index, name, &loud[..name.len() - 1]] {
+    let (_, uuid) = info.split_once("UUID").unwrap();
+    let uuid = uuid.split_whitespace().next().unwrap();
+    for device in [index, name, &loud[..name.len() - 1], uuid] {
         let stderr = assert_succeeds(&render(folder.path(), "cornell", &["--device", device]));
         assert!(stderr.contains(name), "{stderr}");
         fs::remove_file(folder.path().join("a.exr")).unwrap();
@@ -398,6 +400,7 @@ fn a_device_is_picked_by_index_or_part_of_its_name() {
     for (device, problem) in [
         ("99", "there is no device 99"),
         ("voodoo", "no device is called \"voodoo\""),
+        ("ff:1f.7", "no device is at the PCI address ff:1f.7"),
     ] {
         let output = render(folder.path(), "cornell", &["--device", device]);
         assert_fails(
@@ -406,6 +409,14 @@ fn a_device_is_picked_by_index_or_part_of_its_name() {
             &[problem, "choose one of: 0 \"", name],
         );
     }
+    let scene = scene_file("cornell");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_camlux"));
+    command.args(["render", scene.to_str().unwrap(), "-o", "a.exr"]);
+    command
+        .current_dir(folder.path())
+        .env("CAMLUX_DEVICE", "voodoo");
+    let says = "CAMLUX_DEVICE is \"voodoo\": no device is called";
+    assert_fails(folder.path(), &command.output().unwrap(), &[says]);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use camlux::{
-    Device, DeviceOptions, GatherKernel, RenderOptions, Renderer, Scene,
+    Device, DeviceOptions, GatherKernel, RayKernel, RenderOptions, Renderer, Scene,
     output::{Frame, Layer},
     scene::{IndirectLight, VplSum},
 };
@@ -68,6 +68,16 @@ pub fn several_gather_kernels(device: &Device) -> Vec<GatherKernel> {
         "{} runs {kernels:?} only, and there is nothing to compare",
         device.info().name
     );
+    kernels
+}
+
+/// The ray kernels that the device runs. All devices run `Single`.
+pub fn ray_kernels(device: &Device) -> Vec<RayKernel> {
+    let kernels = RayKernel::ALL.into_iter();
+    let kernels: Vec<_> = kernels
+        .filter(|kernel| kernel.runs_on(device.info()))
+        .collect();
+    assert!(kernels.contains(&RayKernel::Single));
     kernels
 }
 

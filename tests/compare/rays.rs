@@ -1,11 +1,11 @@
 //! The kernels of `shaders/trace.wgsl` against rays in f64: right everywhere but within rounding of an edge.
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, ray_kernels};
 use crate::common::ray_caster::RayCaster;
 use crate::common::rooms;
 use crate::common::shadows;
 use camlux::{
-    LocalSpace, RayKernel, RenderOptions, Scene,
+    LocalSpace, RenderOptions, Scene,
     internals::ray_probe::{RayHit, RayPoint, RayProbe},
     scene::{IndirectLight, Mesh, VplSum},
 };
@@ -226,7 +226,7 @@ fn assert_is_exact(gpu: &mut Gpu, what: &str, scene: &Scene, point_count: usize)
         .map(|ray| random.direction(points[ray / RAYS].geometric_normal))
         .collect();
     let truth = Truth::new(scene);
-    for kernel in RayKernel::ALL {
+    for kernel in ray_kernels(&gpu.device) {
         let probe = RayProbe::new(&gpu.device, scene, kernel).expect("a probe");
         let any = probe.any_hit(&points, &ends).expect("rays");
         let wrong = any_hits(&truth, &points, &ends, &any.found);

@@ -144,6 +144,8 @@ pub fn device() -> DeviceInfo {
     DeviceInfo {
         index: 0,
         name: "none".into(),
+        uuid: String::new(),
+        pci: None,
         kind: DeviceKind::Cpu,
         driver: String::new(),
         api_version: "1.3".into(),
@@ -157,8 +159,10 @@ pub fn device() -> DeviceInfo {
             max_storage_images: 64,
             shared_memory_bytes: 32 << 10,
             subgroup_lanes: 8,
+            broadcast_lanes: Some(8),
             timestamp_period_ns: 1.0,
         },
+        quirks: Default::default(),
         unusable: None,
     }
 }

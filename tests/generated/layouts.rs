@@ -126,7 +126,7 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_device_info {
             index, kind, is_usable, max_image_px, subgroup_lanes, max_allocation_bytes, name,
-            driver, lacks, api_version,
+            driver, lacks, api_version, uuid, pci,
         }
         camlux_camera {
             width_px, height_px, lens, position_m, look_at_m, up, fov_y_deg, fx_px, fy_px, cx_px,

@@ -168,10 +168,10 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     let mut device = small_device(&gpu);
     let mut scene = with_triangles(2000);
     scene.indirect = bounce_by_rays(8);
-    device.limits.max_storage_images = 9;
-    assert!(Plan::new(&scene, &device).is_ok());
     device.limits.max_storage_images = 8;
-    let says = "a kernel of final gathering reads (storage images) is 9, over the limit of 8";
+    assert!(Plan::new(&scene, &device).is_ok());
+    device.limits.max_storage_images = 7;
+    let says = "a kernel of final gathering reads (storage images) is 8, over the limit of 7";
     assert_refused(
         &scene,
         &device,
@@ -243,11 +243,12 @@ fn other_lanes_take_no_packets() {
     scene.direct.shadow = Some(Shadow::Rays);
     let mut device = small_device(&gpu);
     for (lanes, kernel) in [
-        (4, RayKernel::Single),
-        (8, RayKernel::Packet),
-        (32, RayKernel::Single),
+        (Some(4), RayKernel::Single),
+        (Some(8), RayKernel::Packet),
+        (Some(32), RayKernel::Single),
+        (None, RayKernel::Single),
     ] {
-        device.limits.subgroup_lanes = lanes;
+        device.limits.broadcast_lanes = lanes;
         let plan = Plan::new(&scene, &device).expect("the scene is valid");
         assert_eq!(plan.lights[0].shadow, ShadowPlan::Rays(kernel));
     }
@@ -293,6 +294,25 @@ fn a_kernel_for_other_subgroups_is_refused() {
         }
     }
     assert!(refused > 0, "every kernel runs here");
+    let mut scene = scene;
+    scene.direct.shadow = Some(Shadow::Rays);
+    for kernel in RayKernel::ALL {
+        let mut options = RenderOptions {
+            ray_kernel: Some(kernel),
+            ..RenderOptions::default()
+        };
+        let result = gpu.renderer.render(&scene, &mut options);
+        match kernel.runs_on(&device) {
+            true => assert!(result.is_ok()),
+            false => {
+                let message = result.expect_err("it cannot run").to_string();
+                assert!(
+                    message.contains(kernel.name()) && message.contains("lanes"),
+                    "{message}"
+                );
+            }
+        }
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use std::{
     },
 };
 
-use ash::{ext, khr, vk};
+use ash::{ext, vk};
 
 use crate::common::gpu::demo_scene;
 use camlux::{
@@ -20,13 +20,11 @@ use camlux::{
 /// What a host has switched on.
 #[derive(Clone, Copy)]
 struct Made {
-    push_descriptor: bool,
     features: bool,
     timeline: bool,
 }
 
 const ALL: Made = Made {
-    push_descriptor: true,
     features: true,
     timeline: true,
 };
@@ -131,15 +129,8 @@ impl Host {
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(made.features)
             .synchronization2(made.features);
-        let names = [khr::push_descriptor::NAME.as_ptr()];
-        let names = if made.push_descriptor {
-            &names[..]
-        } else {
-            &[]
-        };
         let info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
-            .enabled_extension_names(names)
             .push_next(&mut features12)
             .push_next(&mut features13);
         // SAFETY: all that the info points to lives until after the call.
@@ -324,13 +315,6 @@ fn a_host_reads_the_image_on_its_own_device() {
 #[test]
 fn what_the_host_has_not_switched_on_is_said() {
     for (made, says) in [
-        (
-            Made {
-                push_descriptor: false,
-                ..ALL
-            },
-            "VK_KHR_push_descriptor",
-        ),
         (
             Made {
                 features: false,

@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use camlux::{Device, DeviceInfo, DeviceOptions, Error};
+use camlux::{Device, DeviceInfo, DeviceLimits, DeviceOptions, Error, GatherKernel, RayKernel};
 use indicatif::HumanBytes;
 
 use crate::{Failure, print};
@@ -50,6 +50,11 @@ fn describe(device: &DeviceInfo) -> String {
         ("usable", usable),
         ("type", device.kind.to_string()),
         ("driver", device.driver.clone()),
+        ("UUID", device.uuid.clone()),
+        (
+            "PCI address",
+            device.pci.clone().unwrap_or("unknown".into()),
+        ),
         ("Vulkan", device.api_version.clone()),
         ("largest image", image),
         ("storage buffer", bytes(limits.max_storage_buffer_bytes)),
@@ -57,7 +62,8 @@ fn describe(device: &DeviceInfo) -> String {
         ("buffer", bytes(limits.max_buffer_bytes)),
         ("memory", bytes(limits.memory_bytes)),
         ("shared memory", bytes(limits.shared_memory_bytes.into())),
-        ("subgroup", format!("{} lanes", limits.subgroup_lanes)),
+        ("subgroup", subgroup(limits)),
+        ("kernels", kernels(device)),
         (
             "timestamp period",
             format!("{} ns", limits.timestamp_period_ns),
@@ -65,4 +71,24 @@ fn describe(device: &DeviceInfo) -> String {
     ];
     let rows = rows.map(|(label, value)| format!("  {label:<17} {value}\n"));
     format!("{} {}\n{}", device.index, device.name, rows.concat())
+}
+
+fn subgroup(limits: &DeviceLimits) -> String {
+    let lanes = limits.subgroup_lanes;
+    match limits.broadcast_lanes {
+        Some(_) => format!("{lanes} lanes, which broadcast"),
+        None => format!("{lanes} lanes; they do not broadcast, or vary"),
+    }
+}
+
+/// Which kernels it has, and what it lacks for others.
+fn kernels(device: &DeviceInfo) -> String {
+    let (rays, gather) = (RayKernel::best_for(device), GatherKernel::best_for(device));
+    let cost = match rays {
+        RayKernel::Packet => "",
+        RayKernel::Single => {
+            "; packets of rays, which are faster among large triangles, take subgroups of 8 lanes"
+        }
+    };
+    format!("rays {}, gather {}{cost}", rays.name(), gather.name())
 }

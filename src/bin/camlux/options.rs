@@ -32,20 +32,16 @@ impl SizeArgs {
 
 #[derive(clap::Args)]
 pub struct DeviceArgs {
-    /// Device by the number or by the name that `camlux info` lists
-    #[arg(long, value_name = "INDEX|NAME")]
+    /// Device by the index, name, UUID or PCI address that `camlux info` lists [default: CAMLUX_DEVICE of the environment, or the best]
+    #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
 }
 
 impl DeviceArgs {
     pub fn options(&self) -> DeviceOptions {
-        let by_name = |text: &str| DeviceChoice::Name(text.to_owned());
-        let choice = self.device.as_deref().map(|text| {
-            let number = text.parse().map(DeviceChoice::Index);
-            number.unwrap_or_else(|_| by_name(text))
-        });
+        let choice = self.device.as_deref().map(DeviceChoice::from);
         DeviceOptions {
-            choice: choice.unwrap_or(DeviceChoice::Best),
+            choice: choice.unwrap_or_default(),
             ..DeviceOptions::default()
         }
     }

@@ -1,0 +1,174 @@
+//! What command buffers are made of, which goes from one to the next, and what the next one copies to the device first.
+
+use std::sync::{Arc, Mutex};
+
+use ash::vk;
+use bytemuck::Pod;
+
+use super::{Buffer, BufferUse, Device, Image, Recorder, lock};
+use crate::Result;
+
+/// Passes of a command buffer that have timestamps; further ones run untimed.
+pub(super) const MAX_TIMED_PASSES: u32 = 16;
+
+/// The command buffers of one thread, used one after the other. Clones share them.
+#[derive(Clone)]
+pub(crate) struct CommandPool {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    device: Device,
+    idle: Mutex<Vec<CommandBuffer>>,
+    uploads: Mutex<Vec<Upload>>,
+}
+
+/// Values of the host on their way to the device.
+pub(super) struct Upload {
+    pub staging: Buffer,
+    pub to: UploadTarget,
+}
+
+#[derive(Clone)]
+pub(super) enum UploadTarget {
+    Buffer(Arc<Buffer>),
+    /// Whose contents are undefined before.
+    Image(Arc<Image>),
+}
+
+impl CommandPool {
+    pub fn new(device: &Device) -> CommandPool {
+        CommandPool {
+            shared: Arc::new(Shared {
+                device: device.clone(),
+                idle: Mutex::default(),
+                uploads: Mutex::default(),
+            }),
+        }
+    }
+
+    pub fn device(&self) -> &Device {
+        &self.shared.device
+    }
+
+    /// A command buffer to record. It begins with the uploads that wait, so what they fill is ready for it and all that follow.
+    pub fn begin<'r>(&self) -> Result<Recorder<'r>> {
+        let idle = lock(&self.shared.idle).pop();
+        let commands = match idle {
+            Some(mut commands) => {
+                commands.reset()?;
+                commands
+            }
+            None => CommandBuffer::new(&self.shared.device)?,
+        };
+        let uploads = std::mem::take(&mut *lock(&self.shared.uploads));
+        Recorder::begin(self, commands, uploads)
+    }
+
+    /// A buffer of the device's own memory, which the next command buffer fills.
+    pub fn upload<T: Pod>(&self, what: &str, values: &[T]) -> Result<Arc<Buffer>> {
+        let bytes = size_of_val(values) as u64;
+        let buffer = Arc::new(Buffer::new(self.device(), what, bytes, BufferUse::Device)?);
+        self.upload_to(UploadTarget::Buffer(buffer.clone()), what, values)?;
+        Ok(buffer)
+    }
+
+    /// Fills a new image with the next command buffer.
+    pub fn upload_image<T: Pod>(&self, what: &str, texels: &[T], image: &Arc<Image>) -> Result<()> {
+        self.upload_to(UploadTarget::Image(image.clone()), what, texels)
+    }
+
+    fn upload_to<T: Pod>(&self, to: UploadTarget, what: &str, values: &[T]) -> Result<()> {
+        let staging = Buffer::filled(self.device(), what, values, BufferUse::Staging)?;
+        self.wait_for_next(Upload { staging, to });
+        Ok(())
+    }
+
+    pub(super) fn wait_for_next(&self, upload: Upload) {
+        lock(&self.shared.uploads).push(upload);
+    }
+
+    /// For the next one to record.
+    pub(super) fn give_back(&self, commands: CommandBuffer) {
+        lock(&self.shared.idle).push(commands);
+    }
+}
+
+/// A command buffer, with what tells how far it has come.
+pub(super) struct CommandBuffer {
+    device: Device,
+    pool: vk::CommandPool,
+    pub raw: vk::CommandBuffer,
+    pub fence: vk::Fence,
+    /// Two for each pass that is timed.
+    pub queries: vk::QueryPool,
+    /// How many of the passes have begun: written by the device, so that it can be read when that is lost.
+    pub begun: Buffer,
+}
+
+impl CommandBuffer {
+    fn new(device: &Device) -> Result<CommandBuffer> {
+        // From here on what was made is destroyed on every way out.
+        let mut made = CommandBuffer {
+            device: device.clone(),
+            pool: vk::CommandPool::null(),
+            raw: vk::CommandBuffer::null(),
+            fence: vk::Fence::null(),
+            queries: vk::QueryPool::null(),
+            begun: Buffer::filled(device, "passes begun", &[0u32], BufferUse::Readback)?,
+        };
+        let pool = vk::CommandPoolCreateInfo::default()
+            .queue_family_index(device.queue_family())
+            .flags(vk::CommandPoolCreateFlags::TRANSIENT);
+        // SAFETY (all calls below): the device is live, and what they take was made from it just before.
+        made.pool = device.call("vkCreateCommandPool", |raw| unsafe {
+            raw.create_command_pool(&pool, None)
+        })?;
+        let allocate = vk::CommandBufferAllocateInfo::default()
+            .command_pool(made.pool)
+            .command_buffer_count(1);
+        // SAFETY: as above.
+        let buffers = device.call("vkAllocateCommandBuffers", |raw| unsafe {
+            raw.allocate_command_buffers(&allocate)
+        })?;
+        made.raw = buffers[0];
+        // SAFETY: as above.
+        made.fence = device.call("vkCreateFence", |raw| unsafe {
+            raw.create_fence(&vk::FenceCreateInfo::default(), None)
+        })?;
+        let queries = vk::QueryPoolCreateInfo::default()
+            .query_type(vk::QueryType::TIMESTAMP)
+            .query_count(2 * MAX_TIMED_PASSES);
+        // SAFETY: as above.
+        made.queries = device.call("vkCreateQueryPool", |raw| unsafe {
+            raw.create_query_pool(&queries, None)
+        })?;
+        Ok(made)
+    }
+
+    /// Forgets what was recorded and whether it was done.
+    fn reset(&mut self) -> Result<()> {
+        self.begun.write(&[0u32])?;
+        let flags = vk::CommandPoolResetFlags::empty();
+        // SAFETY (both calls): the device is live, and its work on this is done.
+        self.device.call("vkResetCommandPool", |raw| unsafe {
+            raw.reset_command_pool(self.pool, flags)
+        })?;
+        // SAFETY: as above.
+        self.device.call("vkResetFences", |raw| unsafe {
+            raw.reset_fences(&[self.fence])
+        })
+    }
+}
+
+impl Drop for CommandBuffer {
+    fn drop(&mut self) {
+        let raw = self.device.raw();
+        // SAFETY: the work was never submitted, or is complete, or the device is lost; null handles are ignored.
+        unsafe {
+            raw.destroy_query_pool(self.queries, None);
+            raw.destroy_fence(self.fence, None);
+            raw.destroy_command_pool(self.pool, None);
+        }
+    }
+}

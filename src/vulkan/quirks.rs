@@ -1,0 +1,25 @@
+//! What drivers do that Vulkan does not say, in one table.
+
+use ash::vk::DriverId;
+
+/// What a driver does that Vulkan does not say.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Quirks {
+    /// A kernel leaves its loops after so many iterations of all of them together, and says nothing.
+    pub max_loop_iterations: Option<u32>,
+}
+
+const QUIRKS: [(DriverId, Quirks); 1] = [(
+    // LP_MAX_TGSI_LOOP_ITERATIONS of llvmpipe, from Mesa 22.3 to 25.
+    DriverId::MESA_LLVMPIPE,
+    Quirks {
+        max_loop_iterations: Some(65_535),
+    },
+)];
+
+impl Quirks {
+    pub(super) fn of(driver: DriverId) -> Quirks {
+        let known = QUIRKS.iter().find(|(id, _)| *id == driver);
+        known.map(|(_, quirks)| *quirks).unwrap_or_default()
+    }
+}
