@@ -29,7 +29,6 @@ pub(super) struct Upload {
     pub to: UploadTarget,
 }
 
-#[derive(Clone)]
 pub(super) enum UploadTarget {
     Buffer(Arc<Buffer>),
     /// Whose contents are undefined before.

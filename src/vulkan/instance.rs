@@ -89,6 +89,8 @@ pub struct DeviceLimits {
     pub subgroup_lanes: u32,
     /// Lanes that every subgroup of a kernel has, where these broadcast to one another and add up. `None`: kernels do without.
     pub broadcast_lanes: Option<u32>,
+    /// Corners of triangles are rounded to 2⁻ᵇⁱᵗˢ of a pixel where they are rasterised.
+    pub sub_pixel_bits: u32,
     /// Nanoseconds of one tick of a GPU timestamp.
     pub timestamp_period_ns: f32,
 }
@@ -279,6 +281,7 @@ impl Instance {
                 shared_memory_bytes: limits.max_compute_shared_memory_size,
                 subgroup_lanes: subgroup.subgroup_size,
                 broadcast_lanes: broadcast_lanes(&subgroup, &vulkan13),
+                sub_pixel_bits: limits.sub_pixel_precision_bits,
                 timestamp_period_ns: limits.timestamp_period,
             },
             unusable: self.lacks(device, properties.api_version).map(String::from),

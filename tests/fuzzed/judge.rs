@@ -160,6 +160,7 @@ pub fn device() -> DeviceInfo {
             shared_memory_bytes: 32 << 10,
             subgroup_lanes: 8,
             broadcast_lanes: Some(8),
+            sub_pixel_bits: 8,
             timestamp_period_ns: 1.0,
         },
         quirks: Default::default(),

@@ -64,6 +64,7 @@ fn describe(device: &DeviceInfo) -> String {
         ("shared memory", bytes(limits.shared_memory_bytes.into())),
         ("subgroup", subgroup(limits)),
         ("kernels", kernels(device)),
+        ("rasteriser", rasteriser(limits)),
         (
             "timestamp period",
             format!("{} ns", limits.timestamp_period_ns),
@@ -79,6 +80,15 @@ fn subgroup(limits: &DeviceLimits) -> String {
         Some(_) => format!("{lanes} lanes, which broadcast"),
         None => format!("{lanes} lanes; they do not broadcast, or vary"),
     }
+}
+
+fn rasteriser(limits: &DeviceLimits) -> String {
+    let steps = 1 << limits.sub_pixel_bits.min(30);
+    let coarse = match limits.sub_pixel_bits {
+        ..8 => ": coarse, so that a pixel beside a silhouette may show what is behind it",
+        _ => "",
+    };
+    format!("corners to 1/{steps} px{coarse}")
 }
 
 /// Which kernels it has, and what it lacks for others.
