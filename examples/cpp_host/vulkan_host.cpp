@@ -1,6 +1,7 @@
 #include "vulkan_host.hpp"
 
 #include <cstdio>
+#include <cstring>
 #include <stdexcept>
 
 namespace {
