@@ -10,7 +10,7 @@ pub struct Quirks {
 }
 
 const QUIRKS: [(DriverId, Quirks); 1] = [(
-    // LP_MAX_TGSI_LOOP_ITERATIONS of llvmpipe, from Mesa 22.3 to 25.
+    // LP_MAX_TGSI_LOOP_ITERATIONS of llvmpipe: seen with Mesa 22.3, and taken to hold for newer ones.
     DriverId::MESA_LLVMPIPE,
     Quirks {
         max_loop_iterations: Some(65_535),

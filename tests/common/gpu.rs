@@ -26,6 +26,21 @@ impl Gpu {
         Gpu { device, renderer }
     }
 
+    /// The scene by each ray kernel that the device runs.
+    pub fn render_by_each_ray_kernel(&mut self, scene: &Scene) -> Vec<Frame> {
+        let kernels = ray_kernels(&self.device).into_iter();
+        kernels
+            .map(|kernel| {
+                let mut options = RenderOptions {
+                    ray_kernel: Some(kernel),
+                    ..RenderOptions::default()
+                };
+                let frame = self.renderer.render(scene, &mut options);
+                frame.expect("the scene renders")
+            })
+            .collect()
+    }
+
     pub fn render(&mut self, scene: &Scene) -> Frame {
         self.renderer
             .render(scene, &mut RenderOptions::default())
@@ -71,13 +86,17 @@ pub fn several_gather_kernels(device: &Device) -> Vec<GatherKernel> {
     kernels
 }
 
-/// The ray kernels that the device runs. All devices run `Single`.
+/// The ray kernels that the device runs: all of them with eight lanes, else `Single`.
 pub fn ray_kernels(device: &Device) -> Vec<RayKernel> {
     let kernels = RayKernel::ALL.into_iter();
     let kernels: Vec<_> = kernels
         .filter(|kernel| kernel.runs_on(device.info()))
         .collect();
-    assert!(kernels.contains(&RayKernel::Single));
+    let expected = match device.info().limits.subgroup_lanes {
+        8 => &RayKernel::ALL[..],
+        _ => &[RayKernel::Single],
+    };
+    assert_eq!(kernels, expected, "{:?}", device.info());
     kernels
 }
 

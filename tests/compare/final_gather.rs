@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, ray_kernels};
+use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene};
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Error, Progress, RenderOptions, Scene,
@@ -438,22 +438,13 @@ fn kernels_agree() {
     // No ray of the box differs; in the glossy room one may, and the noise asked for is the bound.
     for (name, bound) in [("cornell", 1e-3), ("glossy", 0.1)] {
         let scene = final_gather(demo_scene(name, [48, 48]), 0.1);
-        let kernels = ray_kernels(&gpu.device).into_iter();
-        let images: Vec<Vec<f32>> = kernels
-            .map(|kernel| {
-                let mut options = RenderOptions {
-                    ray_kernel: Some(kernel),
-                    ..RenderOptions::default()
-                };
-                let frame = gpu
-                    .renderer
-                    .render(&scene, &mut options)
-                    .expect("it renders");
-                frame.values(Layer::Indirect).expect("it is there").to_vec()
-            })
+        let frames = gpu.render_by_each_ray_kernel(&scene);
+        let images: Vec<_> = frames
+            .iter()
+            .map(|frame| frame.values(Layer::Indirect).expect("it is there"))
             .collect();
         for other in &images[1..] {
-            let differences = images[0].iter().zip(other);
+            let differences = images[0].iter().zip(*other);
             let difference: f64 = differences.map(|(a, b)| f64::from(a - b).powi(2)).sum();
             let square: f64 = other.iter().map(|a| f64::from(*a).powi(2)).sum();
             let apart = (difference / square).sqrt();

@@ -1,12 +1,12 @@
 //! V(L,P) of direct light by shadow rays against rays in f64: right everywhere but within rounding of an edge.
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, ray_kernels};
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
 use crate::common::rooms;
 use crate::common::shadows::{
     KERNEL_ERROR, contact_lines, floor_with, scene_lit_from_afar, shadows_of, wall_and_low_light,
 };
 use camlux::{
-    Plan, RenderOptions, Scene,
+    Plan, Scene,
     output::Layer,
     scene::{Direct, Light, Shadow},
 };
@@ -109,18 +109,10 @@ fn ray_kernels_agree() {
         // Workgroups that the image does not fill, too.
         let mut scene = by_rays(demo_scene(name, [157, 101]));
         scene.indirect = None;
-        let kernels = ray_kernels(&gpu.device).into_iter();
-        let images: Vec<Vec<f32>> = kernels
-            .map(|kernel| {
-                let mut options = RenderOptions {
-                    ray_kernel: Some(kernel),
-                    ..RenderOptions::default()
-                };
-                let frame = gpu.renderer.render(&scene, &mut options);
-                let frame = frame.expect("the scene renders");
-                println!("{name}, {kernel:?}: {:?}", frame.stats.passes);
-                frame.values(Layer::Direct).expect("it is there").to_vec()
-            })
+        let frames = gpu.render_by_each_ray_kernel(&scene);
+        let images: Vec<_> = frames
+            .iter()
+            .map(|frame| frame.values(Layer::Direct).expect("it is there"))
             .collect();
         assert!(images[0].iter().any(|&value| value > 0.0));
         assert!(images.iter().all(|image| *image == images[0]), "{name}");
