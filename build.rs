@@ -209,6 +209,8 @@ mod compile {
                         self.text += &loader(&self.text, name, image)?;
                     }
                     ["#import", _] | ["#loader", _, _] => {}
+                    // WGSL has them before all else.
+                    ["enable", _] if is_taken => self.text.insert_str(0, &format!("{line}\n")),
                     [word, ..] if word.starts_with('#') => return fail("unknown directive"),
                     _ if is_taken => {
                         self.text += line;
@@ -316,7 +318,7 @@ mod compile {
         Ok((module, info))
     }
 
-    /// Bounds checks, loop guards and zeroed workgroup memory cost 2 to 14 % here and guard nothing: every index is
+    /// Bounds checks, loop guards, checks of ray queries and zeroed workgroup memory cost 2 to 14 % here and guard nothing: every index is
     /// bounded by a count that the host knows.
     fn emit(module: &Module, info: &ModuleInfo) -> Result<Vec<u32>, String> {
         let [entry] = module.entry_points.as_slice() else {
@@ -336,6 +338,7 @@ mod compile {
             zero_initialize_workgroup_memory: spv::ZeroInitializeWorkgroupMemoryMode::None,
             force_loop_bounding: false,
             emit_int_div_checks: false,
+            ray_query_initialization_tracking: false,
             ..Default::default()
         };
         let pipeline = spv::PipelineOptions {
@@ -372,6 +375,7 @@ mod compile {
                     naga::ImageClass::Storage { .. } => "STORAGE_IMAGE",
                     _ => "SAMPLED_IMAGE",
                 },
+                (TypeInner::AccelerationStructure { .. }, _) => "ACCELERATION_STRUCTURE_KHR",
                 (inner, _) => return Err(format!("{name}: binding of kind {inner:?}")),
             };
             let label = variable.name.clone().unwrap_or_default();

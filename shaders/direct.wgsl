@@ -3,7 +3,7 @@
 #import brdf
 #import light
 #import hit
-#if PACKET SINGLE
+#if PACKET SINGLE QUERY
 #import trace
 #else
 #import light_map
@@ -23,7 +23,7 @@ var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 var<immediate> parameters: DirectParameters;
 
 // Pixels that a workgroup takes.
-#if PACKET SINGLE
+#if PACKET SINGLE QUERY
 const TILE_COLUMNS: u32 = 32u;
 const TILE_ROWS: u32 = 16u;
 #else
@@ -70,7 +70,7 @@ fn add_light(place: vec2<u32>, pixel: Pixel) {
     textureStore(direct_radiance, place, vec4<f32>(sum, 0.0));
 }
 
-#if PACKET SINGLE
+#if PACKET SINGLE QUERY
 // A packet of eight lanes takes 8 x 8 pixels, of which each ray of its lanes takes 4 x 2: neighbours part late.
 fn place_of(group: vec2<u32>, local: u32, ray: u32) -> vec2<u32> {
     let packet = vec2<u32>(local >> 3u & 3u, local >> 5u);

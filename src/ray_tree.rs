@@ -26,7 +26,7 @@ const GRID_STEPS: f32 = 32_000.0;
 /// 16 of 2.
 const BOX_SLACK: f32 = 6e-6;
 
-type Texel = [f32; 4];
+pub(crate) type Texel = [f32; 4];
 
 /// Texels of so many triangles at most. Boxes have fewer.
 pub(crate) fn max_triangle_texels(triangle_count: u64) -> u64 {
@@ -54,17 +54,8 @@ pub(crate) struct RayTree {
 }
 
 impl RayTree {
-    /// The tree over a valid scene's surfaces.
-    pub fn of(scene: &Scene, space: &LocalSpace) -> RayTree {
-        let mut corners: Vec<[Vec3; 3]> = Vec::new();
-        for mesh in &scene.meshes {
-            let local = |corner: u32| space.to_local(mesh.positions_m[corner as usize]).into();
-            corners.extend(mesh.triangles.iter().map(|corners| corners.map(local)));
-        }
-        RayTree::over(&corners)
-    }
-
-    fn over(corners: &[[Vec3; 3]]) -> RayTree {
+    /// The tree over triangles.
+    pub fn over(corners: &[[Vec3; 3]]) -> RayTree {
         let (facets, others) = facets_and_others(corners);
         let mut triangles = Vec::new();
         for &place in &facets {
@@ -180,6 +171,25 @@ fn box_words(bounds: &Aabb, low: Vec3, step: Vec3) -> [f32; 3] {
     let to = ((max + BOX_SLACK - low) / safe_step).ceil();
     let on_grid = |v: f32| v.clamp(0.0, GRID_STEPS + 2.0) as u32;
     std::array::from_fn(|axis| f32::from_bits(on_grid(from[axis]) | on_grid(to[axis]) << 16))
+}
+
+/// The corners of a valid scene's triangles.
+pub(crate) fn corners_of(scene: &Scene, space: &LocalSpace) -> Vec<[Vec3; 3]> {
+    let mut corners = Vec::new();
+    for mesh in &scene.meshes {
+        let local = |corner: u32| space.to_local(mesh.positions_m[corner as usize]).into();
+        corners.extend(mesh.triangles.iter().map(|corners| corners.map(local)));
+    }
+    corners
+}
+
+/// All triangles in the order of the scene, for rays that need no tree.
+pub(crate) fn all_triangle_texels(corners: &[[Vec3; 3]]) -> Vec<Texel> {
+    let places = 0..corners.len() as u32;
+    let texels = places
+        .zip(corners)
+        .map(|(place, &corners)| triangle_texels(corners, place));
+    texels.flatten().collect()
 }
 
 fn triangle_texels(corners: [Vec3; 3], place: u32) -> [Texel; TRIANGLE_TEXELS] {

@@ -133,7 +133,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
     surface::declare(&of_scene(), scene, plan)?;
     let triangles = scene.triangle_count();
     of_scene().check("the number of triangles", triangles, |_| MAX_TRIANGLES)?;
-    if plan.has_rays() {
+    if let Some(kernel) = plan.ray_kernel() {
         let without_rays = [
             (scene.direct.shadow == Some(Shadow::Rays), "shadow maps"),
             (plan.has_final_gather(), "the instant-radiosity estimator"),
@@ -142,7 +142,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         let without_rays: Vec<&str> = without_rays.map(|&(_, without)| without).collect();
         let without_rays = without_rays.join(" and ");
         let hint = format!("use {without_rays}, simplify the meshes, or choose another device");
-        rays::declare(&of_scene().with_hint(hint), scene)?;
+        rays::declare(&of_scene().with_hint(hint), scene, kernel)?;
     }
     if plan.has_final_gather() {
         let hint =

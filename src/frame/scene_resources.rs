@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::cache::Cached;
 use crate::{
-    Error, LocalSpace, Result,
+    Error, LocalSpace, RayKernel, Result,
     passes::{
         Context,
         hits::HitSurfaces,
-        rays::RayTreeImages,
+        rays::RayTriangles,
         surface::{Surfaces, Textures},
     },
     scene::{Material, Mesh, Shared, Texture},
@@ -20,7 +20,7 @@ pub(crate) struct SceneResources {
     textures: Cached<TexturesKey, Arc<Textures>>,
     surfaces: Cached<SurfacesKey, Surfaces>,
     /// Only where something casts rays.
-    ray_tree: Cached<RayTreeKey, RayTreeImages>,
+    ray_tree: Cached<RayTreeKey, RayTriangles>,
     /// Only where final gathering does.
     hit_surfaces: Cached<SurfacesKey, HitSurfaces>,
     /// Of the surfaces: another number, other surfaces.
@@ -44,6 +44,7 @@ struct SurfacesKey {
 
 #[derive(PartialEq)]
 struct RayTreeKey {
+    kernel: Option<RayKernel>,
     space: LocalSpace,
     meshes: SameValues<Mesh>,
 }
@@ -82,7 +83,9 @@ impl SceneResources {
             meshes: meshes.clone(),
             textures: textures_key.clone(),
         };
+        let kernel = plan.ray_kernel();
         let ray_tree_key = RayTreeKey {
+            kernel,
             space: *space,
             meshes,
         };
@@ -90,7 +93,7 @@ impl SceneResources {
         self.surfaces.drop_unless(&surfaces_key);
         self.ray_tree.drop_unless(&ray_tree_key);
         self.hit_surfaces.drop_unless(&surfaces_key);
-        if !plan.has_rays() {
+        if kernel.is_none() {
             self.ray_tree.take();
         }
         if !plan.has_final_gather() {
@@ -104,8 +107,8 @@ impl SceneResources {
             Surfaces::upload(commands, scene, plan, space, textures)
         })?;
         self.generation += u64::from(is_new);
-        if plan.has_rays() {
-            let tree = || RayTreeImages::of(commands, scene, space);
+        if let Some(kernel) = kernel {
+            let tree = || RayTriangles::of(commands, scene, space, kernel);
             self.ray_tree.get_or_make(ray_tree_key, tree)?;
         }
         if plan.has_final_gather() {
@@ -120,7 +123,7 @@ impl SceneResources {
         surfaces.ok_or_else(|| Error::internal("the surfaces are not on the device"))
     }
 
-    pub fn ray_tree(&self) -> Result<&RayTreeImages> {
+    pub fn ray_tree(&self) -> Result<&RayTriangles> {
         let tree = self.ray_tree.get();
         tree.ok_or_else(|| Error::internal("there are no triangles for rays"))
     }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::{
     Device, LocalSpace, RayKernel, Result, Scene,
-    passes::rays::RayTreeImages,
+    passes::rays::RayTriangles,
     vulkan::{Buffer, BufferUse, CommandPool, Pipelines, TexelList, shaders::RayProbeParameters},
 };
 
@@ -45,7 +45,7 @@ pub struct RayProbe {
     pipelines: Pipelines,
     commands: CommandPool,
     space: LocalSpace,
-    tree: RayTreeImages,
+    tree: RayTriangles,
     kernel: RayKernel,
 }
 
@@ -58,14 +58,15 @@ impl RayProbe {
     pub fn new(device: &Device, scene: &Scene, kernel: RayKernel) -> Result<RayProbe> {
         let space = LocalSpace::of(scene.bounding_box());
         let commands = CommandPool::new(device);
-        let tree = RayTreeImages::of(&commands, scene, &space)?;
+        let kernel = kernel.checked_for(device.info())?;
+        let tree = RayTriangles::of(&commands, scene, &space, kernel)?;
         Ok(RayProbe {
             device: device.clone(),
             pipelines: Pipelines::new(device),
             commands,
             space,
             tree,
-            kernel: kernel.checked_for(device.info())?,
+            kernel,
         })
     }
 

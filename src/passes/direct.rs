@@ -1,8 +1,6 @@
 //! Direct pass: the direct radiance of one light, added to the direct image.
 
-use super::{
-    Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTreeImages, surface::Surfaces,
-};
+use super::{Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, surface::Surfaces};
 use crate::{
     RayKernel, Result,
     vulkan::{Image, Recorder, Resource, shaders::DirectParameters},
@@ -14,7 +12,7 @@ pub(crate) enum Occluders<'r> {
     /// The positions and triangles that the light sees.
     Map(&'r Image),
     /// All triangles.
-    Rays(RayKernel, &'r RayTreeImages),
+    Rays(RayKernel, &'r RayTriangles),
 }
 
 /// Shades the G-buffer.

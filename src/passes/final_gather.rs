@@ -9,7 +9,7 @@ use super::{
     light::DeviceLight,
     light_rays::{LightRays, MAX_RAYS},
     random::hash,
-    rays::RayTreeImages,
+    rays::RayTriangles,
     receivers::{ReceiverRange, Receivers},
     sample_counts::PACKET_SAMPLES,
     vpl_sampler::{Pilot, RayTable, VplSampler},
@@ -46,7 +46,7 @@ const PACKET_ITERATIONS: f64 = 800.0;
 pub(crate) struct FinalGather<'b> {
     pub context: &'b Context<'b>,
     pub gbuffer: &'b GBuffer,
-    pub tree: &'b RayTreeImages,
+    pub tree: &'b RayTriangles,
     pub surfaces: &'b HitSurfaces,
     lights: Vec<&'b DeviceLight>,
     light_list: TexelList,
@@ -97,7 +97,7 @@ impl<'b> FinalGather<'b> {
     pub fn new(
         context: &'b Context<'b>,
         gbuffer: &'b GBuffer,
-        (tree, surfaces): (&'b RayTreeImages, &'b HitSurfaces),
+        (tree, surfaces): (&'b RayTriangles, &'b HitSurfaces),
         lights: Vec<&'b DeviceLight>,
         kernel: RayKernel,
     ) -> Result<FinalGather<'b>> {

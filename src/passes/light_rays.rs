@@ -1,7 +1,7 @@
 //! Light rays pass: the VPLs of final gathering, where rays from the lights meet the scene.
 
 use super::{
-    Context, cost::Work, hits::HitSurfaces, light::DeviceLight, rays::RayTreeImages,
+    Context, cost::Work, hits::HitSurfaces, light::DeviceLight, rays::RayTriangles,
     vpl_sampler::RayTable,
 };
 use crate::{
@@ -51,7 +51,7 @@ impl LightRays {
     pub fn trace(
         &self,
         context: &Context,
-        (tree, surfaces): (&RayTreeImages, &HitSurfaces),
+        (tree, surfaces): (&RayTriangles, &HitSurfaces),
         (lights, light_list): (&[&DeviceLight], &TexelList),
         table: &RayTable,
         (set_count, seed): (u32, u32),

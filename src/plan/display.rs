@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{GatherPlan, LightPlan, Plan, ShadowPlan};
+use super::{GatherPlan, LightPlan, Plan, RayKernel, ShadowPlan};
 use crate::scene::ErrorNorm;
 
 impl fmt::Display for Plan {
@@ -96,7 +96,14 @@ impl fmt::Display for Plan {
                 "textures: no material on a mesh with texcoords has one",
             ),
             (has_maps, "shadow maps: [direct] asks for rays"),
-            (self.has_rays(), "tree of boxes: nothing casts rays"),
+            (
+                self.ray_kernel().is_some(),
+                "tree of boxes: nothing casts rays",
+            ),
+            (
+                self.ray_kernel() != Some(RayKernel::Query),
+                "tree of boxes: the device has its own",
+            ),
             (
                 self.indirect.is_some(),
                 "RSM, VPLs and gather: the scene has no [indirect]",

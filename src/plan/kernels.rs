@@ -5,40 +5,58 @@ use crate::{
     vulkan::{DeviceInfo, DeviceKind},
 };
 
-/// How rays meet the scene's large triangles; through the tree of boxes each lane goes by itself in any case.
+/// How rays find triangles. Large ones stand alone in two of these, and each lane goes by itself through a tree over the others.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RayKernel {
     /// The rays of a subgroup together, for which it takes eight lanes: each works one triangle out and broadcasts it.
     Packet,
     /// The rays of each lane by themselves: any device of Vulkan 1.3.
     Single,
+    /// By units of the device's own (`VK_KHR_ray_query`), each ray by itself, among all triangles.
+    Query,
 }
 
 impl RayKernel {
-    pub const ALL: [RayKernel; 2] = [RayKernel::Packet, RayKernel::Single];
+    pub const ALL: [RayKernel; 3] = [RayKernel::Packet, RayKernel::Single, RayKernel::Query];
 
     /// The word of the shader permutation.
     pub fn name(self) -> &'static str {
         match self {
             RayKernel::Packet => "packet",
             RayKernel::Single => "single",
+            RayKernel::Query => "query",
         }
     }
 
     /// Whether the kernel gives right results on the device: a packet is that of eight lanes.
     pub fn runs_on(self, device: &DeviceInfo) -> bool {
-        self == RayKernel::Single || device.limits.broadcast_lanes == Some(8)
+        match self {
+            RayKernel::Packet => device.limits.broadcast_lanes == Some(8),
+            RayKernel::Single => true,
+            RayKernel::Query => device.has_ray_query,
+        }
     }
 
     /// This kernel, if it runs on the device.
     pub(crate) fn checked_for(self, device: &DeviceInfo) -> Result<Self> {
+        if self == RayKernel::Query && !device.has_ray_query {
+            return Err(Error::NoDevice {
+                problem: format!(
+                    "{} has no VK_KHR_ray_query for the tracer query",
+                    device.name
+                ),
+                hint: "leave the choice to the renderer, or choose another device".into(),
+            });
+        }
         fitting(self, self.runs_on(device), "ray", self.name(), device)
     }
 
-    /// The faster one of those that run on the device.
+    /// The fastest one of those that run on the device: what a GPU has units for, but CPU drivers do without those.
     pub fn best_for(device: &DeviceInfo) -> Self {
-        let running = Self::ALL.into_iter().find(|kernel| kernel.runs_on(device));
-        running.unwrap_or(RayKernel::Single)
+        let own = [RayKernel::Query, RayKernel::Packet, RayKernel::Single];
+        let first = usize::from(device.kind == DeviceKind::Cpu);
+        let running = own[first..].iter().find(|kernel| kernel.runs_on(device));
+        running.copied().unwrap_or(RayKernel::Single)
     }
 }
 

@@ -224,9 +224,16 @@ impl Plan {
         self.lights.iter().any(is_by_rays)
     }
 
-    /// Whether anything casts rays.
-    pub(crate) fn has_rays(&self) -> bool {
-        self.has_shadow_rays() || self.has_final_gather()
+    /// How rays find triangles; `None`: nothing casts rays.
+    pub fn ray_kernel(&self) -> Option<RayKernel> {
+        let of_light = |light: &LightPlan| match light.shadow {
+            ShadowPlan::Rays(kernel) => Some(kernel),
+            _ => None,
+        };
+        match self.indirect.map(|indirect| indirect.gather) {
+            Some(GatherPlan::FinalGather { kernel }) => Some(kernel),
+            _ => self.lights.iter().find_map(of_light),
+        }
     }
 
     /// Whether the standard error of each pixel's indirect light is wanted.

@@ -4,16 +4,22 @@ use glam::DVec3;
 
 use super::{path::Transport, pixel::view_ray, rays::Hit, surface::Surface};
 
-/// How near an edge is that a renderer may see on the other side of a pixel's centre: twice the grid of 1/256 pixel to which
-/// rasterisers round corners.
-const NEAR_PX: f64 = 1.0 / 128.0;
+/// To how many bits of a pixel rasterisers round corners.
+pub const SUB_PIXEL_BITS: u32 = 8;
 /// Two directions from here on are another surface's: 10°.
 const LEAST_COSINE: f64 = 0.984_807_753_012_208;
 /// How far apart corners of one plane may be, over the scene's size: meshes come in f32.
 const PLANE_ROUNDING: f64 = 1e-6;
 
-/// Whether the places next to a point of the image plane do not all show what that point shows.
-pub fn is_edge(transport: &Transport, [x_px, y_px]: [f64; 2], centre: Option<&Hit>) -> bool {
+/// Whether the places next to a point of the image plane do not all show what that point shows, twice as far off as a rasteriser
+/// rounds corners.
+pub fn is_edge(
+    transport: &Transport,
+    [x_px, y_px]: [f64; 2],
+    centre: Option<&Hit>,
+    sub_pixel_bits: u32,
+) -> bool {
+    let near_px = 2.0 * f64::from(sub_pixel_bits).exp2().recip();
     let camera = &transport.surfaces.scene.camera;
     let origin = transport.to_local(camera.position_m);
     let surface_at = |hit: &Hit, [x_px, y_px]: [f64; 2]| {
@@ -22,10 +28,10 @@ pub fn is_edge(transport: &Transport, [x_px, y_px]: [f64; 2], centre: Option<&Hi
     };
     let mut at_centre = None;
     let steps = [
-        [-NEAR_PX, 0.0],
-        [NEAR_PX, 0.0],
-        [0.0, -NEAR_PX],
-        [0.0, NEAR_PX],
+        [-near_px, 0.0],
+        [near_px, 0.0],
+        [0.0, -near_px],
+        [0.0, near_px],
     ];
     steps.into_iter().any(|[dx, dy]| {
         let near_px = [x_px + dx, y_px + dy];

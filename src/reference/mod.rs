@@ -102,6 +102,22 @@ impl Reference {
         }
     }
 
+    /// With pixels on [edges](Layer::Edge) as wide as a device needs that rasterises more coarsely than most, which is to 8 bits of a
+    /// pixel: [`DeviceLimits::sub_pixel_bits`](crate::DeviceLimits::sub_pixel_bits).
+    pub fn with_sub_pixel_bits(mut self, bits: u32) -> Reference {
+        if bits >= edge::SUB_PIXEL_BITS {
+            return self;
+        }
+        let width = self.scene.camera.resolution_px[0] as usize;
+        let transport = &self.transport;
+        let pixels = self.pixels.par_iter_mut().enumerate();
+        pixels.for_each(|(index, pixel)| {
+            let (x, y) = (index % width, index / width);
+            pixel.mark_edge(transport, [x as f64 + 0.5, y as f64 + 0.5], bits);
+        });
+        self
+    }
+
     /// Goes on from a file with the image of a [`Reference::frame`]: further rounds add to its own.
     ///
     /// The file holds f32, so going on is the same as never having stopped up to 1e-7 of a value.

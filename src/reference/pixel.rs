@@ -3,7 +3,7 @@
 use glam::DVec3;
 use sobol_burley::sample_4d;
 
-use super::edge::is_edge;
+use super::edge::{SUB_PIXEL_BITS, is_edge};
 use super::path::{Draws, Receiver, Transport};
 use crate::scene::{Bands, Camera, Lens};
 
@@ -68,7 +68,7 @@ impl Pixel {
         let (direction, per_depth) = view_ray(&scene.camera, x_px, y_px);
         let origin = transport.to_local(scene.camera.position_m);
         let hit = transport.trace(origin, direction);
-        let is_edge = is_edge(transport, [x_px, y_px], hit.as_ref());
+        let is_edge = is_edge(transport, [x_px, y_px], hit.as_ref(), SUB_PIXEL_BITS);
         let background = Pixel {
             point: None,
             mesh_id: 0,
@@ -95,6 +95,14 @@ impl Pixel {
             direct: transport.direct(&receiver).to_array(),
             ..background
         }
+    }
+
+    /// Looks for edges as far from the point as a device that rasterises to so many bits of a pixel needs.
+    pub fn mark_edge(&mut self, transport: &Transport, [x_px, y_px]: [f64; 2], bits: u32) {
+        let camera = &transport.surfaces.scene.camera;
+        let origin = transport.to_local(camera.position_m);
+        let hit = transport.trace(origin, view_ray(camera, x_px, y_px).0);
+        self.is_edge = is_edge(transport, [x_px, y_px], hit.as_ref(), bits);
     }
 
     /// P where it reflects light.

@@ -1,6 +1,7 @@
 //! The logical device, its queue and its memory allocator.
 
 use std::{
+    ffi::CStr,
     mem::ManuallyDrop,
     sync::{Arc, Mutex, MutexGuard},
 };
@@ -14,7 +15,7 @@ use super::{
     MemoryUse, failed,
     faults::Faults,
     host::{HostVulkan, QueueLock},
-    instance::{DeviceInfo, Instance},
+    instance::{DeviceInfo, Instance, RAY_QUERY_EXTENSIONS},
     lock,
     memory::Memory,
     no_device,
@@ -94,6 +95,8 @@ struct Shared {
     condition: Mutex<Condition>,
     faults: Faults,
     info: DeviceInfo,
+    /// Where rays go through the device's own units.
+    acceleration_structures: Option<khr::acceleration_structure::Device>,
     instance: Arc<Instance>,
 }
 
@@ -198,22 +201,33 @@ impl Device {
             .queue_family_index(queue_family)
             .queue_priorities(&[1.0])];
         // Of Vulkan 1.2, where every device has it.
-        let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
+        let mut features12 = vk::PhysicalDeviceVulkan12Features::default()
+            .timeline_semaphore(true)
+            .buffer_device_address(info.has_ray_query);
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
             .dynamic_rendering(true)
             .synchronization2(true);
+        let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default()
+            .acceleration_structure(true);
+        let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
         // To be enabled where it is there, which is where something of Vulkan 1.3 is not.
         let portability = khr::portability_subset::NAME;
-        let extensions: Vec<_> = [portability]
+        let mut extensions: Vec<_> = [portability]
             .iter()
             .filter(|name| instance.has_extension(physical, name))
             .map(|name| name.as_ptr())
             .collect();
-        let create = vk::DeviceCreateInfo::default()
+        if info.has_ray_query {
+            extensions.extend(RAY_QUERY_EXTENSIONS.map(CStr::as_ptr));
+        }
+        let mut create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
             .push_next(&mut features12)
             .push_next(&mut features13);
+        if info.has_ray_query {
+            create = create.push_next(&mut structures).push_next(&mut queries);
+        }
         // SAFETY: the features were found by `Instance::lacks`; all pointers live until after the call.
         let raw = unsafe { instance.raw.create_device(physical, &create, None) }
             .map_err(failed("vkCreateDevice"))?;
@@ -233,7 +247,11 @@ impl Device {
     pub unsafe fn of_host(host: &HostVulkan) -> Result<Device> {
         // SAFETY: promised by the caller.
         let (instance, raw) = unsafe { host.load() }?;
-        let info = instance.describe(0, host.physical_device);
+        let info = DeviceInfo {
+            // The host may not have turned it on.
+            has_ray_query: false,
+            ..instance.describe(0, host.physical_device)
+        };
         if let Some(lack) = &info.unusable {
             let problem = format!("{} lacks {lack}", info.name);
             return Err(no_device(problem, "choose another device"));
@@ -254,7 +272,7 @@ impl Device {
             device: raw.clone(),
             physical_device: physical,
             debug_settings: Default::default(),
-            buffer_device_address: false,
+            buffer_device_address: info.has_ray_query,
             allocation_sizes: Default::default(),
         });
         let allocator = allocator.map_err(|error| {
@@ -268,8 +286,12 @@ impl Device {
                 problem: error.to_string(),
             }
         })?;
+        let acceleration_structures = info
+            .has_ray_query
+            .then(|| khr::acceleration_structure::Device::new(&instance.raw, &raw));
         let shared = Shared {
             raw,
+            acceleration_structures,
             queue: Mutex::new(queue),
             queue_family,
             queue_lock,
@@ -383,6 +405,11 @@ impl Device {
 
     pub(super) fn raw(&self) -> &ash::Device {
         &self.shared.raw
+    }
+
+    /// `None` where the device has no rays of its own.
+    pub(super) fn acceleration_structures(&self) -> Option<&khr::acceleration_structure::Device> {
+        self.shared.acceleration_structures.as_ref()
     }
 
     /// Runs `submit` on the queue, which nobody else uses meanwhile.

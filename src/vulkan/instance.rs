@@ -40,6 +40,8 @@ pub struct DeviceInfo {
     pub driver: String,
     /// Vulkan version that the device offers.
     pub api_version: String,
+    /// Whether kernels can trace rays by units of the device's own (`VK_KHR_ray_query`).
+    pub has_ray_query: bool,
     pub limits: DeviceLimits,
     pub quirks: Quirks,
     /// What camlux needs and this device lacks; `None`: it can be used.
@@ -67,6 +69,13 @@ impl fmt::Display for DeviceKind {
         })
     }
 }
+
+/// What rays by units of the device's own take.
+pub(super) const RAY_QUERY_EXTENSIONS: [&CStr; 3] = [
+    khr::acceleration_structure::NAME,
+    khr::deferred_host_operations::NAME,
+    khr::ray_query::NAME,
+];
 
 /// The limits that bound what can be rendered.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -263,6 +272,7 @@ impl Instance {
                 vk::api_version_patch(version)
             ),
             quirks: Quirks::of(driver.driver_id),
+            has_ray_query: self.has_ray_query(device),
             limits: DeviceLimits {
                 max_image_px: limits
                     .max_image_dimension2_d
@@ -317,6 +327,31 @@ impl Instance {
             .unwrap_or_default()
             .iter()
             .any(|extension| extension.extension_name_as_c_str() == Ok(name))
+    }
+
+    /// Whether kernels can trace rays by units of the device's own.
+    fn has_ray_query(&self, device: vk::PhysicalDevice) -> bool {
+        if !RAY_QUERY_EXTENSIONS
+            .iter()
+            .all(|name| self.has_extension(device, name))
+        {
+            return false;
+        }
+        let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+        let mut queries = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+        let mut features12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default()
+            .push_next(&mut structures)
+            .push_next(&mut queries)
+            .push_next(&mut features12);
+        // SAFETY: the instance is live and the device is its own.
+        unsafe {
+            self.raw
+                .get_physical_device_features2(device, &mut features)
+        };
+        structures.acceleration_structure != 0
+            && queries.ray_query != 0
+            && features12.buffer_device_address != 0
     }
 
     /// What camlux needs and the device does not have.

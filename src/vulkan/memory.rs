@@ -36,14 +36,18 @@ impl Buffer {
     /// A buffer of at least `bytes` bytes; never empty, for Vulkan has no empty buffers.
     pub fn new(device: &Device, what: &str, bytes: u64, usage: BufferUse) -> Result<Buffer> {
         let bytes = bytes.max(16);
+        let mut usages = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::UNIFORM_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        if usage == BufferUse::Device && device.info().has_ray_query {
+            usages |= vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
+                | vk::BufferUsageFlags::ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_KHR
+                | vk::BufferUsageFlags::ACCELERATION_STRUCTURE_STORAGE_KHR;
+        }
         let info = vk::BufferCreateInfo::default()
             .size(bytes)
-            .usage(
-                vk::BufferUsageFlags::STORAGE_BUFFER
-                    | vk::BufferUsageFlags::UNIFORM_BUFFER
-                    | vk::BufferUsageFlags::TRANSFER_SRC
-                    | vk::BufferUsageFlags::TRANSFER_DST,
-            )
+            .usage(usages)
             .sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is live.
         let raw = device.call("vkCreateBuffer", |device| unsafe {
@@ -70,6 +74,13 @@ impl Buffer {
             device.bind_buffer_memory(raw, memory.memory(), memory.offset())
         })?;
         Ok(buffer)
+    }
+
+    /// Where the device finds a buffer that is for it alone. Only where it has rays of its own.
+    pub(super) fn address(&self) -> u64 {
+        let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
+        // SAFETY: the buffer is live and was made with this usage.
+        unsafe { self.device.raw().get_buffer_device_address(&info) }
     }
 
     /// A buffer filled with values, for shaders.

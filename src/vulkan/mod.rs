@@ -3,6 +3,7 @@
 //! Conventions that keep it small: one queue; every image lives in layout GENERAL; passes are separated by full memory
 //! barriers; resources are bound by the names that the shaders give their bindings.
 
+mod acceleration_structure;
 mod allocate;
 mod command_pool;
 mod device;
@@ -22,6 +23,7 @@ mod recorder;
 pub(crate) mod shaders;
 mod texel_list;
 
+pub(crate) use acceleration_structure::AccelerationStructure;
 pub(crate) use allocate::{Allocate, GrowsWith, Requirements};
 pub(crate) use command_pool::CommandPool;
 pub use device::{Device, DeviceChoice, DeviceOptions};

@@ -1,12 +1,13 @@
 //! One command buffer: recorded, submitted, waited for.
 
-use std::{marker::PhantomData, mem::ManuallyDrop, sync::Arc};
+use std::{marker::PhantomData, mem::ManuallyDrop, slice, sync::Arc};
 
+use ash::khr::acceleration_structure;
 use ash::vk::{self, AccessFlags2 as Access, DescriptorType as Kind, PipelineStageFlags2 as On};
 use bytemuck::Pod;
 
 use super::{
-    Buffer, Device, Image,
+    AccelerationStructure, Buffer, Device, Image,
     command_pool::{CommandBuffer, CommandPool, MAX_TIMED_PASSES, Upload, UploadTarget},
     pipeline::Pipeline,
     shaders::Binding,
@@ -30,6 +31,7 @@ pub(crate) fn groups_in_rows(groups: u32) -> [u32; 3] {
 pub(crate) enum Resource<'r> {
     Buffer(&'r Buffer),
     Image(&'r Image),
+    AccelerationStructure(&'r AccelerationStructure),
 }
 
 /// What a draw writes to.
@@ -243,6 +245,22 @@ impl<'r> Recorder<'r> {
         Ok(())
     }
 
+    /// Builds an acceleration structure, after what a barrier puts before it.
+    pub(super) fn build(
+        &mut self,
+        functions: &acceleration_structure::Device,
+        info: &vk::AccelerationStructureBuildGeometryInfoKHR,
+        primitive_count: u32,
+    ) {
+        let range =
+            vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(primitive_count);
+        // SAFETY: the command buffer is being recorded; what the info names was made for this and lives until the submission.
+        unsafe {
+            let infos = slice::from_ref(info);
+            functions.cmd_build_acceleration_structures(self.commands, infos, &[&[range]]);
+        }
+    }
+
     /// Clears the target and draws into it what `record` draws.
     pub fn render(
         &mut self,
@@ -385,8 +403,16 @@ impl<'r> Recorder<'r> {
             let is_image = matches!(*kind, Kind::SAMPLED_IMAGE | Kind::STORAGE_IMAGE);
             let mut buffer_info = vk::DescriptorBufferInfo::default();
             let mut image_info = vk::DescriptorImageInfo::default();
+            let mut structure = vk::AccelerationStructureKHR::null();
             match resources.iter().find(|(other, _)| other == name) {
-                Some((_, Resource::Buffer(buffer))) if !is_image => {
+                Some((_, Resource::AccelerationStructure(found)))
+                    if *kind == Kind::ACCELERATION_STRUCTURE_KHR =>
+                {
+                    structure = found.raw();
+                }
+                Some((_, Resource::Buffer(buffer)))
+                    if matches!(*kind, Kind::UNIFORM_BUFFER | Kind::STORAGE_BUFFER) =>
+                {
                     buffer_info = buffer_info.buffer(buffer.raw).range(vk::WHOLE_SIZE);
                 }
                 Some((_, Resource::Image(image))) if is_image => {
@@ -396,20 +422,31 @@ impl<'r> Recorder<'r> {
                 Some(_) => return fail("has a resource of the other kind"),
                 None => return fail("has no resource"),
             }
-            infos.push(([buffer_info], [image_info]));
+            infos.push(([buffer_info], [image_info], [structure]));
         }
+        let mut structures: Vec<_> = infos
+            .iter()
+            .map(|(_, _, structure)| {
+                vk::WriteDescriptorSetAccelerationStructureKHR::default()
+                    .acceleration_structures(structure)
+            })
+            .collect();
         let set = pipeline.take_set()?;
         self.bound.push((pipeline.clone(), set));
-        let writes = pipeline.bindings.iter().zip(&infos);
+        let writes = pipeline.bindings.iter().zip(&infos).zip(&mut structures);
         let writes: Vec<_> = writes
-            .map(|(binding, (buffer_info, image_info))| {
+            .map(|((binding, (buffer_info, image_info, _)), structure)| {
                 // Vulkan reads the one that is of this type.
-                vk::WriteDescriptorSet::default()
+                let write = vk::WriteDescriptorSet::default()
                     .dst_set(set)
                     .dst_binding(binding.binding)
                     .descriptor_type(binding.kind)
                     .buffer_info(buffer_info)
-                    .image_info(image_info)
+                    .image_info(image_info);
+                match binding.kind {
+                    Kind::ACCELERATION_STRUCTURE_KHR => write.push_next(structure),
+                    _ => write,
+                }
             })
             .collect();
         let (raw, layout) = (self.device.raw(), pipeline.layout);

@@ -1,6 +1,6 @@
 //! A renderer under the Khronos validation layer, for every test that needs a device.
 
-use std::path::Path;
+use std::{path::Path, sync::OnceLock};
 
 use camlux::{
     Device, DeviceOptions, GatherKernel, RayKernel, RenderOptions, Renderer, Scene,
@@ -58,6 +58,16 @@ impl Drop for Gpu {
             assert!(messages.is_empty(), "validation: {messages:#?}");
         }
     }
+}
+
+/// To how many bits of a pixel the device rounds corners where it rasterises.
+pub fn sub_pixel_bits() -> u32 {
+    static BITS: OnceLock<u32> = OnceLock::new();
+    *BITS.get_or_init(|| {
+        let device = Device::open(&DeviceOptions::default());
+        let device = device.expect("scripts/test installs a driver");
+        device.info().limits.sub_pixel_bits
+    })
 }
 
 /// Where two images are held against each other, one of them must not be black: an engine that draws nothing draws the same twice.

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene};
+use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, sub_pixel_bits};
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Error, Progress, RenderOptions, Scene,
@@ -21,7 +21,8 @@ fn final_gather(mut scene: Scene, target_error: f64) -> Scene {
 
 /// A reference of eight rounds.
 fn reference_of(scene: &Scene, samples_per_round: u32) -> Frame {
-    let mut reference = Reference::new(scene, samples_per_round).expect("the scene is valid");
+    let reference = Reference::new(scene, samples_per_round).expect("the scene is valid");
+    let mut reference = reference.with_sub_pixel_bits(sub_pixel_bits());
     for _ in 0..8 {
         let go_on = &mut |_| ControlFlow::Continue(());
         reference.add_round(go_on).expect("nothing cancels it");

@@ -2,7 +2,7 @@
 
 use std::{f64::consts::PI, ops::ControlFlow};
 
-use crate::common::gpu::Gpu;
+use crate::common::gpu::{Gpu, sub_pixel_bits};
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     metrics::{Comparison, Pixels},
@@ -51,7 +51,8 @@ fn error_falls_with_the_square_of_the_resolution() {
 
     let goal = Goal::StandardError(1e-4);
     let go_on = &mut |_| ControlFlow::Continue(());
-    let mut reference = Reference::start(&scene, goal, go_on).expect("the scene is valid");
+    let reference = Reference::start(&scene, goal, go_on).expect("the scene is valid");
+    let mut reference = reference.with_sub_pixel_bits(sub_pixel_bits());
     while !reference.meets(goal) {
         reference.add_round(go_on).expect("nothing cancels it");
     }
@@ -60,6 +61,8 @@ fn error_falls_with_the_square_of_the_resolution() {
         .expect("there are rounds");
     let truth = reference.frame();
     let layer = |layer: Layer| truth.values(layer).expect("it is there");
+    let edges = truth.ids(Layer::Edge).expect("a reference marks edges");
+    let edges: Vec<bool> = edges.iter().map(|&edge| edge != 0).collect();
     let (truth, truth_error) = (layer(Layer::Indirect), layer(Layer::StandardError));
 
     let mut gpu = Gpu::open();
@@ -74,7 +77,7 @@ fn error_falls_with_the_square_of_the_resolution() {
             image_standard_error: None,
             reference_standard_error: Some(truth_error),
             valid: &vec![true; truth.len() / 3],
-            edges: None,
+            edges: Some(&edges),
             channels: 3,
         });
         let comparison = comparison.expect("images of one size");

@@ -95,7 +95,7 @@ fn rasteriser(limits: &DeviceLimits) -> String {
 fn kernels(device: &DeviceInfo) -> String {
     let (rays, gather) = (RayKernel::best_for(device), GatherKernel::best_for(device));
     let cost = match rays {
-        RayKernel::Packet => "",
+        RayKernel::Packet | RayKernel::Query => "",
         RayKernel::Single => {
             "; packets of rays, which are faster among large triangles, take subgroups of 8 lanes"
         }

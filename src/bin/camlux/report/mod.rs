@@ -102,6 +102,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let steps = Steps::new();
     let scratch = folder.join("timing.exr");
+    let sub_pixel_bits = device.info().limits.sub_pixel_bits;
     for subject in &subjects {
         if args.growth {
             let mut stopwatch = Stopwatch::new(&mut renderer, &scratch, &steps, args.quick);
@@ -110,7 +111,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             continue;
         }
         let stopwatch = Stopwatch::new(&mut renderer, &scratch, &steps, args.quick);
-        let scene = examine(args, subject, stopwatch, &measured)?;
+        let scene = examine(args, subject, stopwatch, &measured, sub_pixel_bits)?;
         print(&format!("{}: {}\n", scene.name, summary::summary(&scene)))?;
         report.scenes.push(scene);
     }
@@ -173,6 +174,7 @@ fn examine(
     subject: &Subject,
     stopwatch: Stopwatch,
     measured: &Measured,
+    sub_pixel_bits: u32,
 ) -> Result<SceneReport, Failure> {
     let Subject { name, file, scene } = subject;
     let options = SweepOptions::new(args.quick);
@@ -180,7 +182,13 @@ fn examine(
 
     let truth_file = format!("truth/{name}-{width}x{height}.exr");
     let standard_error = args.stderr.unwrap_or(if args.quick { 0.03 } else { 0.01 });
-    let (image, truth) = truth::obtain(scene, &args.output, truth_file, standard_error)?;
+    let (image, truth) = truth::obtain(
+        scene,
+        &args.output,
+        truth_file,
+        standard_error,
+        sub_pixel_bits,
+    )?;
 
     let inputs = (&truth.scene_hash, truth.samples_per_pixel, options);
     let measured = measured.group(&format!("{name}-{width}x{height}"), inputs);

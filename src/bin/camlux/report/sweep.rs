@@ -30,7 +30,7 @@ impl SweepOptions {
     pub fn new(is_quick: bool) -> Self {
         SweepOptions {
             is_quick,
-            longest_s: if is_quick { 3.0 } else { 60.0 },
+            longest_s: if is_quick { 3.0 } else { 100.0 },
             longest_reference_s: if is_quick { 0.6 } else { 15.0 },
             kernel_pixels: if is_quick { 128 } else { 512 },
         }
@@ -71,11 +71,13 @@ impl Sweep<'_> {
     /// # Errors
     /// Those of rendering and writing.
     pub fn settings(&mut self) -> Result<(Vec<Entry>, Vec<String>), Failure> {
-        let (mut entries, mut skipped) = (Vec::new(), Vec::new());
+        let (mut entries, mut skipped): (Vec<Entry>, Vec<String>) = (Vec::new(), Vec::new());
         for settings in settings::series(self.options.is_quick) {
-            let mut expected_s = 0.0;
+            let first = entries.len();
             for setting in &settings {
                 let what = format!("{} {}", setting.series, setting.label);
+                let last = entries[first..].last();
+                let expected_s = last.map_or(0.0, |last| next_seconds(last, setting));
                 if expected_s > self.options.longest_s {
                     let limit = self.options.longest_s;
                     skipped.push(format!(
@@ -89,10 +91,7 @@ impl Sweep<'_> {
                     self.setting(setting)
                 });
                 match measured {
-                    Ok(entry) => {
-                        expected_s = next_seconds(&entry);
-                        entries.push(entry);
-                    }
+                    Ok(entry) => entries.push(entry),
                     Err(failure) => match failure.downcast_ref::<Error>() {
                         Some(Error::DeviceLimit { .. } | Error::Memory { .. }) => {
                             skipped.push(format!("{what} and finer: {failure}"));
@@ -198,11 +197,17 @@ fn spread(kept: &Intermediates, count: usize) -> Vec<usize> {
     fastrand::Rng::with_seed(0).choose_multiple(seen, count)
 }
 
-/// What the next setting of the series will take, at least. A plain sum at every pixel: four times the pairs, and the rest as it is.
-fn next_seconds(entry: &Entry) -> f64 {
-    let sums = entry.engine.iter().filter(|e| e.target_error.is_none());
-    let gather_ms = sums
-        .flat_map(|engine| &engine.gpu_passes)
-        .filter(|pass| pass.name == "gather");
+/// What `next` will take, at least, by the setting before it. A plain sum at every pixel: four times the pairs, and the rest as it is.
+/// Final gathering: its error falls with the power 0.72 of its rays.
+fn next_seconds(entry: &Entry, next: &Setting) -> f64 {
+    let Some(engine) = &entry.engine else {
+        return 0.0;
+    };
+    if let (Some(asked), Some(next)) = (engine.target_error, next.indirect.target_error()) {
+        let reached = entry.indirect.as_ref().map_or(asked, |e| e.relative_rmse);
+        return entry.seconds.median * (reached.min(asked) / next).max(1.0).powf(1.0 / 0.72);
+    }
+    let passes = engine.gpu_passes.iter();
+    let gather_ms = passes.filter(|pass| pass.name == "gather");
     entry.seconds.median + 3e-3 * gather_ms.map(|pass| pass.milliseconds).sum::<f64>()
 }

@@ -32,7 +32,8 @@ pub struct TruthImage {
     white: f32,
 }
 
-/// Takes the image at `file` in the folder where it is the scene's, refines it to the standard error, and writes it.
+/// Takes the image at `file` in the folder where it is the scene's, refines it to the standard error, and writes it. Its edges are as
+/// wide as the device needs.
 ///
 /// # Errors
 /// Those of sampling and writing; cancelled after a signal.
@@ -41,6 +42,7 @@ pub fn obtain(
     folder: &Path,
     file: String,
     standard_error: f64,
+    sub_pixel_bits: u32,
 ) -> Result<(TruthImage, Truth), Failure> {
     let path = &folder.join(&file);
     // Before anything that takes time: a place that cannot be written is said at once.
@@ -58,6 +60,7 @@ pub fn obtain(
     let was_there = resumed.is_some();
     let goal = Goal::StandardError(standard_error);
     let reference = reference::refine(scene, goal, resumed, path)?;
+    let reference = reference.with_sub_pixel_bits(sub_pixel_bits);
     let image = TruthImage::new(reference.frame())?;
     let surface_pixels = image.valid.iter().filter(|&&valid| valid).count();
     let pixels = image.valid.iter().zip(&image.edges);

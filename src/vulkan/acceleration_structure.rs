@@ -1,0 +1,197 @@
+//! Triangles as the device's own rays meet them (`VK_KHR_acceleration_structure`, `VK_KHR_ray_query`).
+
+use std::slice;
+
+use ash::{khr::acceleration_structure::Device as Functions, vk};
+
+use super::{Buffer, BufferUse, CommandPool, Device};
+use crate::{Error, Result};
+
+/// Every device takes an alignment of scratch memory of this or less.
+const SCRATCH_ALIGNMENT: u64 = 256;
+/// An instance's row of its matrix, bits of its mask, its flags: where it is, seen by every ray, from both sides.
+const IDENTITY: [[f32; 4]; 3] = [
+    [1.0, 0.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0, 0.0],
+    [0.0, 0.0, 1.0, 0.0],
+];
+const MASK_ALL: u32 = 0xff << 24;
+const NO_CULLING: u32 = vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw() << 24;
+
+/// Two levels over a list of triangles, of which the upper one holds the lower one once, in place.
+pub(crate) struct AccelerationStructure {
+    top: Level,
+    _bottom: Level,
+}
+
+impl AccelerationStructure {
+    /// Over triangles with these corners; a ray that hits one tells its place in the list. Builds and waits.
+    pub fn over(commands: &CommandPool, corners: &[[[f32; 3]; 3]]) -> Result<Self> {
+        let device = commands.device();
+        let flat = corners.as_flattened();
+        let vertices = commands.upload("corners for rays", flat)?;
+        let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+            .vertex_format(vk::Format::R32G32B32_SFLOAT)
+            .vertex_data(vk::DeviceOrHostAddressConstKHR {
+                device_address: vertices.address(),
+            })
+            .vertex_stride(size_of::<[f32; 3]>() as u64)
+            .max_vertex((flat.len() as u32).max(1) - 1)
+            .index_type(vk::IndexType::NONE_KHR);
+        let triangles = vk::AccelerationStructureGeometryKHR::default()
+            .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
+            .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
+            .flags(vk::GeometryFlagsKHR::OPAQUE);
+        let bottom_level = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
+        let bottom = Build::new(device, bottom_level, triangles, corners.len() as u32)?;
+
+        let mut words: Vec<u32> = IDENTITY
+            .as_flattened()
+            .iter()
+            .map(|x| x.to_bits())
+            .collect();
+        let reference = bottom.level.address()?;
+        words.extend([
+            MASK_ALL,
+            NO_CULLING,
+            reference as u32,
+            (reference >> 32) as u32,
+        ]);
+        let instances = commands.upload("the instance for rays", &words)?;
+        let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(
+            vk::DeviceOrHostAddressConstKHR {
+                device_address: instances.address(),
+            },
+        );
+        let instances = vk::AccelerationStructureGeometryKHR::default()
+            .geometry_type(vk::GeometryTypeKHR::INSTANCES)
+            .geometry(vk::AccelerationStructureGeometryDataKHR { instances });
+        let top = Build::new(
+            device,
+            vk::AccelerationStructureTypeKHR::TOP_LEVEL,
+            instances,
+            1,
+        )?;
+
+        let mut recorder = commands.begin()?;
+        for build in [&bottom, &top] {
+            recorder.barrier();
+            recorder.build(functions(device)?, &build.info(), build.primitive_count);
+        }
+        recorder.submit()?;
+        Ok(AccelerationStructure {
+            top: top.level,
+            _bottom: bottom.level,
+        })
+    }
+
+    /// What shaders traverse.
+    pub(super) fn raw(&self) -> vk::AccelerationStructureKHR {
+        self.top.raw
+    }
+}
+
+/// A level that is about to be built.
+struct Build {
+    level: Level,
+    kind: vk::AccelerationStructureTypeKHR,
+    geometry: vk::AccelerationStructureGeometryKHR<'static>,
+    primitive_count: u32,
+    scratch: Buffer,
+}
+
+impl Build {
+    fn new(
+        device: &Device,
+        kind: vk::AccelerationStructureTypeKHR,
+        geometry: vk::AccelerationStructureGeometryKHR<'static>,
+        primitive_count: u32,
+    ) -> Result<Build> {
+        let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
+        let info = build_info(kind, &geometry);
+        let on = vk::AccelerationStructureBuildTypeKHR::DEVICE;
+        // SAFETY: the device is live, and the geometry has as many primitives.
+        unsafe {
+            let counts = [primitive_count];
+            functions(device)?
+                .get_acceleration_structure_build_sizes(on, &info, &counts, &mut sizes);
+        }
+        let bytes = sizes.acceleration_structure_size;
+        let scratch_bytes = sizes.build_scratch_size + SCRATCH_ALIGNMENT;
+        Ok(Build {
+            level: Level::new(device, kind, bytes)?,
+            kind,
+            geometry,
+            primitive_count,
+            scratch: Buffer::new(device, "scratch for rays", scratch_bytes, BufferUse::Device)?,
+        })
+    }
+
+    fn info(&self) -> vk::AccelerationStructureBuildGeometryInfoKHR<'_> {
+        build_info(self.kind, &self.geometry)
+            .dst_acceleration_structure(self.level.raw)
+            .scratch_data(vk::DeviceOrHostAddressKHR {
+                device_address: self.scratch.address().next_multiple_of(SCRATCH_ALIGNMENT),
+            })
+    }
+}
+
+fn build_info<'g>(
+    kind: vk::AccelerationStructureTypeKHR,
+    geometry: &'g vk::AccelerationStructureGeometryKHR<'static>,
+) -> vk::AccelerationStructureBuildGeometryInfoKHR<'g> {
+    vk::AccelerationStructureBuildGeometryInfoKHR::default()
+        .ty(kind)
+        .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
+        .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
+        .geometries(slice::from_ref(geometry))
+}
+
+/// One level and its memory.
+struct Level {
+    device: Device,
+    raw: vk::AccelerationStructureKHR,
+    _buffer: Buffer,
+}
+
+impl Level {
+    fn new(device: &Device, kind: vk::AccelerationStructureTypeKHR, bytes: u64) -> Result<Level> {
+        let buffer = Buffer::new(device, "acceleration structure", bytes, BufferUse::Device)?;
+        let info = vk::AccelerationStructureCreateInfoKHR::default()
+            .buffer(buffer.raw)
+            .size(bytes)
+            .ty(kind);
+        let functions = functions(device)?;
+        // SAFETY: the buffer is live, large enough, and was made for this.
+        let raw = device.call("vkCreateAccelerationStructureKHR", |_| unsafe {
+            functions.create_acceleration_structure(&info, None)
+        })?;
+        Ok(Level {
+            device: device.clone(),
+            raw,
+            _buffer: buffer,
+        })
+    }
+
+    fn address(&self) -> Result<u64> {
+        let info = vk::AccelerationStructureDeviceAddressInfoKHR::default()
+            .acceleration_structure(self.raw);
+        let functions = functions(&self.device)?;
+        // SAFETY: the structure is live.
+        Ok(unsafe { functions.get_acceleration_structure_device_address(&info) })
+    }
+}
+
+impl Drop for Level {
+    fn drop(&mut self) {
+        if let Ok(functions) = functions(&self.device) {
+            // SAFETY: recorders wait for their submissions, so the device no longer uses it.
+            unsafe { functions.destroy_acceleration_structure(self.raw, None) };
+        }
+    }
+}
+
+fn functions(device: &Device) -> Result<&Functions> {
+    let missing = || Error::internal("rays of a device that has none of its own");
+    device.acceleration_structures().ok_or_else(missing)
+}
