@@ -9,7 +9,7 @@ use std::{
 
 use crate::{
     Device, DeviceFrame, Error, GatherKernel, GatherPlan, LocalSpace, Plan, RayKernel, Result,
-    Scene, ShadowPlan,
+    Scene,
     frame::{
         self, BufferPool, Cached, DrawnFrame, FrameCache, Observer, Progress, ProgressReport,
         RenderedFrame,
@@ -48,7 +48,7 @@ pub struct RenderOptions<'a> {
     pub submission_target: Duration,
     /// The gather kernel; `None`: the fastest for the device.
     pub gather_kernel: Option<GatherKernel>,
-    /// The kernel of shadow rays; `None`: the fastest for the device.
+    /// The kernel of all rays; `None`: the fastest for the device.
     pub ray_kernel: Option<RayKernel>,
     /// Another number: other samples of final gathering, whose image has other noise and another error.
     pub seed: u32,
@@ -181,15 +181,7 @@ impl Renderer {
             *kernel = chosen.checked_for(info)?;
         }
         if let Some(chosen) = options.ray_kernel {
-            let chosen = chosen.checked_for(info)?;
-            if let Some(GatherPlan::FinalGather { kernel }) = gather {
-                *kernel = chosen;
-            }
-            for light in &mut plan.lights {
-                if let ShadowPlan::Rays(kernel) = &mut light.shadow {
-                    *kernel = chosen;
-                }
-            }
+            plan.trace_by(chosen, info)?;
         }
         let space = LocalSpace::of(scene.bounding_box());
         let cost = RefCell::new(Cost::new(options.submission_target));

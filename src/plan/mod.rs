@@ -191,6 +191,25 @@ impl Plan {
         })
     }
 
+    /// Has rays find triangles in another way.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`](crate::Error::NoDevice) where that does not run on the device.
+    pub fn trace_by(&mut self, chosen: RayKernel, device: &DeviceInfo) -> Result<()> {
+        let chosen = chosen.checked_for(device)?;
+        if let Some(GatherPlan::FinalGather { kernel }) =
+            self.indirect.as_mut().map(|indirect| &mut indirect.gather)
+        {
+            *kernel = chosen;
+        }
+        for light in &mut self.lights {
+            if let ShadowPlan::Rays(kernel) = &mut light.shadow {
+                *kernel = chosen;
+            }
+        }
+        Ok(())
+    }
+
     /// The word of the shader permutations that tells whether there is a specular term.
     pub(crate) fn brdf_word(&self) -> &'static str {
         if self.is_specular { "phong" } else { "lambert" }

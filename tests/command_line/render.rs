@@ -372,6 +372,21 @@ fn the_plan_goes_to_stdout_unless_there_is_an_image_to_make() {
 }
 
 #[test]
+fn a_tracer_is_forced() {
+    let folder = tempfile::tempdir().unwrap();
+    let more = [
+        "--estimator",
+        "final-gather",
+        "--plan",
+        "--tracer",
+        "single",
+    ];
+    let plan = assert_succeeds(&render(folder.path(), "cornell", &more));
+    // Direct and indirect light.
+    assert_eq!(plan.matches("kernel single").count(), 2, "{plan}");
+}
+
+#[test]
 fn a_device_is_picked_by_index_or_part_of_its_name() {
     let folder = tempfile::tempdir().unwrap();
     let info = program(folder.path(), &["info"]).output().unwrap();

@@ -40,7 +40,11 @@ fn assert_fails(arguments: &[&str], exit_code: i32, says: &str) {
 
 #[test]
 fn wrong_usage_is_said_with_exit_code_2() {
-    let cases: [(&[&str], &str); 11] = [
+    let cases: [(&[&str], &str); 12] = [
+        (
+            &["render", "scene.toml", "-o", "a.exr", "--tracer", "quick"],
+            "packet, single, query",
+        ),
         (&["render", "scene.toml"], "--output"),
         (&["render", "-o", "a.exr"], "SCENE.toml"),
         (

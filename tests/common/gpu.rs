@@ -96,17 +96,20 @@ pub fn several_gather_kernels(device: &Device) -> Vec<GatherKernel> {
     kernels
 }
 
-/// The ray kernels that the device runs: all of them with eight lanes, else `Single`.
+/// The ray kernels that the device runs: packets with eight lanes, queries where it has them.
 pub fn ray_kernels(device: &Device) -> Vec<RayKernel> {
     let kernels = RayKernel::ALL.into_iter();
     let kernels: Vec<_> = kernels
         .filter(|kernel| kernel.runs_on(device.info()))
         .collect();
-    let expected = match device.info().limits.subgroup_lanes {
-        8 => &RayKernel::ALL[..],
-        _ => &[RayKernel::Single],
-    };
-    assert_eq!(kernels, expected, "{:?}", device.info());
+    let info = device.info();
+    let is_there = |kernel: &RayKernel| kernels.contains(kernel);
+    let expected = [info.limits.subgroup_lanes == 8, true, info.has_ray_query];
+    assert_eq!(
+        RayKernel::ALL.each_ref().map(is_there),
+        expected,
+        "{info:?}"
+    );
     kernels
 }
 

@@ -149,6 +149,7 @@ pub fn device() -> DeviceInfo {
         kind: DeviceKind::Cpu,
         driver: String::new(),
         api_version: "1.3".into(),
+        has_ray_query: false,
         limits: DeviceLimits {
             max_image_px: 16_384,
             max_image_layers: 2048,

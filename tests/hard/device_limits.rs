@@ -4,7 +4,7 @@ use std::{ops::ControlFlow, time::Instant};
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
-    DeviceInfo, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
+    DeviceInfo, DeviceKind, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
     output::{Frame, Layer},
     scene::{IndirectLight, Light, Mesh, Shadow, Texture, VplSum},
 };
@@ -254,6 +254,28 @@ fn other_lanes_take_no_packets() {
     }
 }
 
+/// A GPU has units for them; a CPU driver does them more slowly than our own kernels.
+#[test]
+fn a_gpu_with_ray_queries_takes_them() {
+    let gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [8, 8]);
+    scene.direct.shadow = Some(Shadow::Rays);
+    let mut device = small_device(&gpu);
+    device.limits.broadcast_lanes = Some(8);
+    device.has_ray_query = true;
+    for (kind, kernel) in [
+        (DeviceKind::Discrete, RayKernel::Query),
+        (DeviceKind::Cpu, RayKernel::Packet),
+    ] {
+        device.kind = kind;
+        let mut plan = Plan::new(&scene, &device).expect("the scene is valid");
+        assert_eq!(plan.lights[0].shadow, ShadowPlan::Rays(kernel));
+        let single = plan.trace_by(RayKernel::Single, &device);
+        single.expect("it runs anywhere");
+        assert_eq!(plan.ray_kernel(), Some(RayKernel::Single));
+    }
+}
+
 /// The renderer asks the plan first, so that nothing is allocated.
 #[test]
 fn the_renderer_refuses_what_the_plan_refuses() {
@@ -306,8 +328,12 @@ fn a_kernel_for_other_subgroups_is_refused() {
             true => assert!(result.is_ok()),
             false => {
                 let message = result.expect_err("it cannot run").to_string();
+                let lack = match kernel {
+                    RayKernel::Query => "VK_KHR_ray_query",
+                    _ => "lanes",
+                };
                 assert!(
-                    message.contains(kernel.name()) && message.contains("lanes"),
+                    message.contains(kernel.name()) && message.contains(lack),
                     "{message}"
                 );
             }

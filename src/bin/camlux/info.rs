@@ -100,5 +100,10 @@ fn kernels(device: &DeviceInfo) -> String {
             "; packets of rays, which are faster among large triangles, take subgroups of 8 lanes"
         }
     };
-    format!("rays {}, gather {}{cost}", rays.name(), gather.name())
+    let own = if device.has_ray_query && rays != RayKernel::Query {
+        " (query on request)"
+    } else {
+        ""
+    };
+    format!("rays {}{own}, gather {}{cost}", rays.name(), gather.name())
 }

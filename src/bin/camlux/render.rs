@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_png};
-use camlux::{Device, Plan, RenderOptions, Renderer, Scene};
+use camlux::{Device, Plan, RayKernel, RenderOptions, Renderer, Scene};
 
 use crate::indirect::IndirectArgs;
 use crate::options::{DeviceArgs, SizeArgs, check_layers};
@@ -36,11 +36,20 @@ pub struct Args {
     /// Print what will be computed and how; without --output, compute nothing
     #[arg(long)]
     pub plan: bool,
+    /// How rays find triangles: by packets of a subgroup, each lane by itself, or by the device's own units; what does not run on the
+    /// device is refused [default: the fastest]
+    #[arg(long, value_name = "packet|single|query", value_parser = parse_tracer)]
+    pub tracer: Option<RayKernel>,
     /// Store radiance, direct, indirect and N as 16-bit float
     #[arg(long, requires = "output")]
     pub half: bool,
     #[arg(long, help = layers_help(), value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer, requires = "output")]
     pub layers: Option<Vec<Layer>>,
+}
+
+fn parse_tracer(name: &str) -> Result<RayKernel, String> {
+    let kernel = RayKernel::ALL.into_iter().find(|k| k.name() == name);
+    kernel.ok_or_else(|| "the tracers are packet, single, query".into())
 }
 
 fn layers_help() -> String {
@@ -76,7 +85,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     let device = Device::open(&args.device.options())?;
     if args.plan {
-        let plan = Plan::new(&scene, device.info())?.to_string();
+        let mut plan = Plan::new(&scene, device.info())?;
+        if let Some(kernel) = args.tracer {
+            plan.trace_by(kernel, device.info())?;
+        }
+        let plan = plan.to_string();
         match outputs {
             Some(_) => tell(plan.trim_end()),
             None => print(&format!("{}\n", plan.trim_end()))?,
@@ -92,6 +105,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut show = |progress| display.show(progress);
     let mut options = RenderOptions {
         progress: Some(&mut show),
+        ray_kernel: args.tracer,
         ..RenderOptions::default()
     };
     let rendered = renderer.render(&scene, &mut options);
