@@ -13,7 +13,7 @@ use crate::{Failure, print, tell, warn};
 /// Frames that are tried beside the first, whose time holds what is made once.
 const TRIED_FRAMES: usize = 3;
 
-pub fn run(frames: &mut Frames, indices: &[u64], device: &DeviceOptions) -> Result<(), Failure> {
+pub fn run(frames: &Frames, indices: &[u64], device: &DeviceOptions) -> Result<(), Failure> {
     let mut text = String::new();
     for &index in indices {
         let planned = frames.plan(index);
@@ -55,10 +55,10 @@ pub fn run(frames: &mut Frames, indices: &[u64], device: &DeviceOptions) -> Resu
 }
 
 /// The time that a frame takes, and its bytes.
-fn take(index: u64, frames: &mut Frames, engine: &mut Engine) -> Result<(Duration, u64), Failure> {
+fn take(index: u64, frames: &Frames, engine: &mut Engine) -> Result<(Duration, u64), Failure> {
     let start = Instant::now();
     let planned = frames.plan(index);
-    let frame = engine.render(frames, &planned)?;
+    let frame = engine.render(&planned)?;
     let mut exr = frames.job.exr.clone();
     exr.attributes = planned.attributes();
     let path = std::env::temp_dir().join(format!("camlux-dry-run-{}.exr", std::process::id()));

@@ -21,9 +21,11 @@ pub struct Frames {
     pub scenes: Vec<LoadedScene>,
     /// Of everything that all frames share.
     shared_hash: blake3::Hasher,
-    /// Meshes as they were posed last, so that one that rests is not made anew.
-    posed: HashMap<(usize, usize), (DVec3, DQuat, Shared<Mesh>)>,
 }
+
+/// Meshes as they were posed last, so that one that rests is not made anew.
+#[derive(Default)]
+pub struct PosedMeshes(HashMap<(usize, usize), (DVec3, DQuat, Shared<Mesh>)>);
 
 pub struct LoadedScene {
     /// As the job has it.
@@ -82,7 +84,6 @@ impl Frames {
             job,
             scenes,
             shared_hash,
-            posed: HashMap::new(),
         })
     }
 
@@ -168,26 +169,26 @@ impl Frames {
             mesh_poses,
         }
     }
+}
 
+impl Planned {
     /// The scene to render, with its meshes in their places.
-    pub fn scene(&mut self, planned: &Planned) -> Scene {
-        let mut scene = planned.scene.clone();
-        for &(index, position_m, rotation) in &planned.mesh_poses {
-            let key = (planned.scene_index, index);
-            let kept = self.posed.get(&key);
+    pub fn scene(&self, posed: &mut PosedMeshes) -> Scene {
+        let mut scene = self.scene.clone();
+        for &(index, position_m, rotation) in &self.mesh_poses {
+            let key = (self.scene_index, index);
+            let kept = posed.0.get(&key);
             let kept = kept.filter(|(p, r, _)| *p == position_m && *r == rotation);
             let mesh = match kept {
                 Some((.., mesh)) => mesh.clone(),
                 None => scene.meshes[index].posed(rotation, position_m).into(),
             };
-            self.posed.insert(key, (position_m, rotation, mesh.clone()));
+            posed.0.insert(key, (position_m, rotation, mesh.clone()));
             scene.meshes[index] = mesh;
         }
         scene
     }
-}
 
-impl Planned {
     /// What the header of its file says beyond the frame itself.
     pub fn attributes(&self) -> Vec<(String, Attribute)> {
         let frame = i32::try_from(self.index).unwrap_or(i32::MAX);

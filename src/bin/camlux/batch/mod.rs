@@ -74,11 +74,11 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> Result<ExitCode, Failure> {
-    let mut frames = Frames::load(Job::load(&args.job)?)?;
+    let frames = Frames::load(Job::load(&args.job)?)?;
     let indices = selection::frames(args.frames.clone(), args.shard, frames.count())?;
     let device = args.device.options();
     if args.dry_run {
-        dry_run::run(&mut frames, &indices, &device)?;
+        dry_run::run(&frames, &indices, &device)?;
         return Ok(ExitCode::SUCCESS);
     }
     // clap requires it.
@@ -127,7 +127,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
         fail_fast: args.fail_fast,
     };
     let start = Instant::now();
-    let (done, journal) = work::render(&mut frames, &missing, journal, options)?;
+    let (done, journal) = work::render(&frames, &missing, journal, options)?;
     work::tell_summary(&done, start.elapsed());
     journal.finish()?;
     show(&frames)?;

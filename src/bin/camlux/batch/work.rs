@@ -1,15 +1,17 @@
-//! Renders frames and writes them: while one renders, the last is packed and written by a thread of its own.
+//! Renders frames and writes them: while some render, those before are packed and written by a thread of its own.
 
 use std::path::Path;
-use std::sync::mpsc::{channel, sync_channel};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{SyncSender, channel, sync_channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use camlux::output::{ExrOptions, Frame, OutputFile, StopReason, write_exr_hashed};
-use camlux::{Device, DeviceOptions, Error, RenderOptions, Renderer};
+use camlux::{Device, DeviceInfo, DeviceKind, DeviceOptions, Error, RenderOptions, Renderer};
 use serde_json::json;
 
-use super::frames::{Frames, Planned};
+use super::frames::{Frames, Planned, PosedMeshes};
 use super::manifest::Journal;
 use super::progress::FrameProgress;
 use crate::progress::is_interrupted;
@@ -46,21 +48,26 @@ pub struct Engine {
     options: DeviceOptions,
     device: Device,
     renderer: Renderer,
+    posed: PosedMeshes,
 }
 
 impl Engine {
     pub fn open(options: &DeviceOptions) -> Result<Engine, Error> {
-        let device = Device::open(options)?;
+        Engine::on(Device::open(options)?, options)
+    }
+
+    fn on(device: Device, options: &DeviceOptions) -> Result<Engine, Error> {
         let renderer = Renderer::new(&device)?;
         Ok(Engine {
             options: options.clone(),
             device,
             renderer,
+            posed: PosedMeshes::default(),
         })
     }
 
-    pub fn render(&mut self, frames: &mut Frames, planned: &Planned) -> Result<Frame, Error> {
-        let scene = frames.scene(planned);
+    pub fn render(&mut self, planned: &Planned) -> Result<Frame, Error> {
+        let scene = planned.scene(&mut self.posed);
         let rendered = self.renderer.render(&scene, &mut RenderOptions::default());
         if let Err(Error::DeviceLost { .. }) = rendered {
             // It is of no more use; the frames behind this one need another.
@@ -77,43 +84,68 @@ struct Rendered {
     time: Duration,
 }
 
+/// Frames that are rendered at a time. While the host decides what one needs next, a GPU works on the other; a CPU driver's threads
+/// are the host's.
+fn frames_in_flight(device: &DeviceInfo) -> usize {
+    match device.kind {
+        DeviceKind::Cpu => 1,
+        _ => 2,
+    }
+}
+
 /// Renders these frames.
 ///
 /// # Errors
 /// Where files cannot be written, and where no device can be opened: nothing else ends the work before its end.
 pub fn render(
-    frames: &mut Frames,
+    frames: &Frames,
     indices: &[u64],
     journal: Journal,
     options: WorkOptions,
 ) -> Result<(Done, Journal), Failure> {
-    let mut engine = Engine::open(options.device)?;
+    let device = Device::open(options.device)?;
+    let in_flight = match options.queue {
+        0 => 1,
+        _ => frames_in_flight(device.info()),
+    };
+    let engines = (0..in_flight).map(|_| Engine::on(device.clone(), options.device));
+    let engines = engines.collect::<Result<Vec<_>, Error>>()?;
+    render_by(engines, frames, indices, journal, options)
+}
+
+/// Renders frames, each engine one at a time.
+fn render_by(
+    engines: Vec<Engine>,
+    frames: &Frames,
+    indices: &[u64],
+    journal: Journal,
+    options: WorkOptions,
+) -> Result<(Done, Journal), Failure> {
+    let device = engines
+        .first()
+        .map(|engine| engine.device.info().name.clone());
     let mut writer = Writer {
         exr: frames.job.exr.clone(),
         folder: options.folder,
-        device: engine.device.info().name.clone(),
+        device: device.unwrap_or_default(),
         journal,
         progress: FrameProgress::new(indices.len() as u64),
         done: Done::default(),
     };
     let (sender, rendered) = sync_channel(options.queue);
     let (give_back, written) = channel();
-    thread::scope(|scope| {
-        let writing = scope.spawn(move || {
-            for rendered in rendered {
-                // The renderer may be at its end.
-                let _ = give_back.send(writer.write(rendered)?);
-            }
-            Ok::<_, Error>(writer)
-        });
-        let mut rendered_count = 0;
-        for &index in indices {
-            if is_interrupted() {
+    let written = Mutex::new(written);
+    let next = AtomicUsize::new(0);
+    let rendered_count = AtomicUsize::new(0);
+    let is_stopped = AtomicBool::new(false);
+    let work = |mut engine: Engine, sender: SyncSender<Rendered>| {
+        while !is_interrupted() && !is_stopped.load(Ordering::Relaxed) {
+            let Some(&index) = indices.get(next.fetch_add(1, Ordering::Relaxed)) else {
                 break;
-            }
+            };
             let planned = frames.plan(index);
             let start = Instant::now();
-            let frame = engine.render(frames, &planned);
+            let frame = engine.render(&planned);
             let time = start.elapsed();
             let stops = frame.is_err() && options.fail_fast;
             let rendered = Rendered {
@@ -123,9 +155,11 @@ pub fn render(
             };
             // Where nobody takes it, the error that ended the writer comes below.
             if sender.send(rendered).is_err() || stops {
+                is_stopped.store(true, Ordering::Relaxed);
                 break;
             }
-            rendered_count += 1;
+            rendered_count.fetch_add(1, Ordering::Relaxed);
+            let written = lock(&written);
             let back = match options.queue {
                 0 => written.recv().ok().flatten(),
                 _ => written.try_iter().flatten().last(),
@@ -134,12 +168,30 @@ pub fn render(
                 engine.renderer.return_buffers(frame);
             }
         }
+    };
+    thread::scope(|scope| {
+        let writing = scope.spawn(move || {
+            for rendered in rendered {
+                // The renderers may be at their end.
+                let _ = give_back.send(writer.write(rendered)?);
+            }
+            Ok::<_, Error>(writer)
+        });
+        for engine in engines {
+            let (work, sender) = (&work, sender.clone());
+            scope.spawn(move || work(engine, sender));
+        }
         drop(sender);
         let ended = writing.join();
         let mut writer = ended.map_err(|_| "the thread that writes has ended by a bug")??;
-        writer.done.is_whole = rendered_count == indices.len();
+        writer.done.is_whole = rendered_count.load(Ordering::Relaxed) == indices.len();
         Ok((writer.done, writer.journal))
     })
+}
+
+/// Locks what a panic elsewhere cannot have left half done.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 struct Writer<'w> {
@@ -229,26 +281,63 @@ mod tests {
 
     use camlux::{DeviceOptions, Error, Fault};
 
-    use super::{Engine, Frames};
-    use crate::batch::job::Job;
+    use super::{Done, Engine, Frames, WorkOptions, render_by};
+    use crate::batch::{job::Job, manifest::Journal};
+
+    fn frames(job: &str) -> Frames {
+        let job = format!("[job]\nscene = \"cornell.toml\"\nsize = [8, 8]\n{job}");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/job.toml");
+        let frames = Job::parse(job, &file).and_then(Frames::load);
+        frames.expect("a job")
+    }
+
+    #[test]
+    fn frames_in_flight_do_not_show() {
+        let frames = frames("frames = 5\n[[light]]\nindex = 0\npower_factor_range = [0.5, 2.0]\n");
+        let written_by = |engine_count: usize| {
+            let folder = tempfile::tempdir().expect("a folder");
+            std::fs::create_dir(folder.path().join("frames")).expect("a folder");
+            let journal =
+                Journal::begin(&folder.path().join("manifest.jsonl"), &Default::default());
+            let device = DeviceOptions::default();
+            let engines = (0..engine_count).map(|_| Engine::open(&device).expect("a driver"));
+            let options = WorkOptions {
+                folder: folder.path(),
+                device: &device,
+                queue: 2,
+                fail_fast: false,
+            };
+            let indices: Vec<u64> = (0..frames.count()).collect();
+            let journal = journal.expect("a manifest");
+            let done = render_by(engines.collect(), &frames, &indices, journal, options);
+            let (
+                Done {
+                    written, is_whole, ..
+                },
+                _,
+            ) = done.expect("frames");
+            assert!(is_whole && written == 5);
+            indices
+                .iter()
+                .map(|&i| std::fs::read(frames.plan(i).path(folder.path())).expect("a frame"))
+                .collect::<Vec<_>>()
+        };
+        assert!(written_by(2) == written_by(1));
+    }
 
     #[test]
     fn a_lost_device_costs_one_frame() {
-        let job = "[job]\nscene = \"cornell.toml\"\nframes = 1\nsize = [8, 8]\n".to_owned();
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/job.toml");
-        let mut frames = Job::parse(job, &file)
-            .and_then(Frames::load)
-            .expect("a job");
+        let frames = frames("frames = 1\n");
         let planned = frames.plan(0);
         let mut engine =
             Engine::open(&DeviceOptions::default()).expect("scripts/test has a driver");
-        let before = engine.render(&mut frames, &planned).expect("a frame");
+        let before = engine.render(&planned).expect("a frame");
         engine
             .device
             .inject(Some(Fault::DeviceLostIn { pass: "gbuffer" }));
-        let lost = engine.render(&mut frames, &planned).err();
+        let lost = engine.render(&planned).err();
         assert!(matches!(lost, Some(Error::DeviceLost { .. })), "{lost:?}");
-        let after = engine.render(&mut frames, &planned).expect("a frame");
+        let after = engine.render(&planned).expect("a frame");
         assert!(after.layers == before.layers);
     }
 }
