@@ -1,6 +1,7 @@
 // The surface where a ray hits it, how its directions are packed, and where rays start beside it.
 
 #import brdf
+#import texels
 
 struct Hit {
     position: vec3<f32>,
@@ -24,13 +25,6 @@ struct Triangle {
     normal: vec3<f32>,
     brdf: Brdf,
     texture: Texture,
-}
-
-// Of k_d, as kd_texel finds it: the file that imports this one says how.
-struct Texture {
-    first_texel: u32,
-    // Columns and rows, 0 for none.
-    size: vec2<u32>,
 }
 
 // The point with these barycentric coordinates, hit from this direction.

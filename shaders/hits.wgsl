@@ -6,18 +6,9 @@
 // Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of the scene: the corners' normals
 // (0: flat), their texture coordinates, the material.
 var triangle_shading: texture_storage_2d<rgba32float, read>;
-// Three a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band, and where the texture's
-// texels begin; their columns and rows, 0 for none.
+// Four a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band; the texture's columns and rows,
+// 0 for none, its words a texel, and whether it is encoded; where its texels begin, as 2^16 times the first and the second number.
 var materials: texture_storage_2d<rgba32float, read>;
-#if TEXTURED
-var texels: texture_storage_2d<rgba32float, read>;
-#endif
-
-#if TEXTURED
-fn kd_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
-    return textureLoad(texels, list_place(texture.first_texel + column_row.y * texture.size.x + column_row.x)).rgb;
-}
-#endif
 
 // `hit_triangle` is that of ray_hit.
 fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
@@ -39,18 +30,19 @@ fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hi
     let shading1 = textureLoad(triangle_shading, list_place(index + 1u));
     let shading2 = textureLoad(triangle_shading, list_place(index + 2u));
     let shading3 = textureLoad(triangle_shading, list_place(index + 3u));
-    let material = 3u * u32(shading3.w);
+    let material = 4u * u32(shading3.w);
     let kd_shininess = textureLoad(materials, list_place(material));
-    let ks_first_texel = textureLoad(materials, list_place(material + 1u));
+    let ks = textureLoad(materials, list_place(material + 1u)).rgb;
     var triangle: Triangle;
     triangle.corners[0] = Corner(corner0.xyz, shading0.xyz, shading2.yz);
     triangle.corners[1] = Corner(corner1.xyz, vec3<f32>(shading0.w, shading1.xy), vec2<f32>(shading2.w, shading3.x));
     triangle.corners[2] = Corner(corner2.xyz, vec3<f32>(shading1.zw, shading2.x), shading3.yz);
     triangle.normal = vec3<f32>(corner0.w, corner1.w, corner2.w);
-    triangle.brdf = Brdf(kd_shininess.rgb, ks_first_texel.rgb, kd_shininess.w);
+    triangle.brdf = Brdf(kd_shininess.rgb, ks, kd_shininess.w);
 #if TEXTURED
-    let size = textureLoad(materials, list_place(material + 2u)).xy;
-    triangle.texture = Texture(u32(ks_first_texel.w), vec2<u32>(size));
+    let texture = vec4<u32>(textureLoad(materials, list_place(material + 2u)));
+    let first = vec2<u32>(textureLoad(materials, list_place(material + 3u)).xy);
+    triangle.texture = Texture(texture.xy, first.x << 16u | first.y, texture.z, texture.w);
 #endif
     return hit_at(triangle, vec3<f32>(1.0 - b1 - b2, b1, b2), direction);
 }

@@ -4,8 +4,6 @@
 //
 // Lengths are local units (see LocalSpace): the scene is about 1 large and lies around 0.
 
-#import hit
-
 struct View {
     // Clip position of an offset from the origin; reversed depth, no far plane.
     clip_from_offset: mat4x4<f32>,
@@ -35,6 +33,7 @@ struct Draw {
     shininess: f32,
     // 1 + index of the material.
     material_id: f32,
+    texture: Texture,
 }
 
 var<uniform> view: View;
@@ -42,8 +41,10 @@ var<storage, read> positions: array<vec4<f32>>;
 var<storage, read> indices: array<u32>;
 var<storage, read> normals: array<vec4<f32>>;
 var<storage, read> texcoords: array<vec2<f32>>;
-var kd_texture: texture_2d<f32>;
 var<immediate> draw: Draw;
+
+// Here, so that what it binds comes after what both stages have.
+#import hit
 
 struct Raster {
     @builtin(position) position: vec4<f32>,
@@ -84,12 +85,6 @@ fn corner(index: u32) -> Corner {
     return corner;
 }
 
-#if TEXTURED
-fn kd_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
-    return textureLoad(kd_texture, column_row, 0).rgb;
-}
-#endif
-
 fn hit_surface(raster: Raster) -> Hit {
     let pixel = vec3<f32>(1.0, raster.position.xy);
     let ray_offset = view.ray_offset * pixel;
@@ -101,7 +96,7 @@ fn hit_surface(raster: Raster) -> Hit {
     triangle.corners[2] = corner(indices[3u * raster.triangle + 2u]);
     triangle.brdf = Brdf(draw.kd, draw.ks, draw.shininess);
 #if TEXTURED
-    triangle.texture.size = textureDimensions(kd_texture);
+    triangle.texture = draw.texture;
 #endif
     let corner0 = triangle.corners[0].position - view.origin;
     let corner1 = triangle.corners[1].position - view.origin;

@@ -3,7 +3,7 @@
 use std::ffi::{c_char, c_void};
 
 use super::*;
-use crate::scene::{Texture, linear_from_srgb};
+use crate::scene::{Encoding, Texels, Texture};
 
 /// Components of 8 bits: 0 to 255 stand for 0 to 1.
 pub const CAMLUX_COMPONENT_U8: i32 = 0;
@@ -85,29 +85,20 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
         )));
     }
     let encodings = args::choices![
-        CAMLUX_ENCODING_DEFAULT => texture.component != CAMLUX_COMPONENT_F32,
-        CAMLUX_ENCODING_LINEAR => false,
-        CAMLUX_ENCODING_SRGB => true,
+        CAMLUX_ENCODING_DEFAULT => match texture.component {
+            CAMLUX_COMPONENT_F32 => Encoding::Linear,
+            _ => Encoding::Srgb,
+        },
+        CAMLUX_ENCODING_LINEAR => Encoding::Linear,
+        CAMLUX_ENCODING_SRGB => Encoding::Srgb,
     ];
-    let is_encoded = args::one_of("encoding", texture.encoding, &encodings)?;
-    let decode = |value: f64| {
-        if is_encoded {
-            linear_from_srgb(value) as f32
-        } else {
-            value as f32
-        }
-    };
+    let encoding = args::one_of("encoding", texture.encoding, &encodings)?;
     let rows = Rows {
         name: "pixels",
         data: texture.pixels,
         stride_bytes: texture.row_stride_bytes,
         count: texture.height_px as usize,
         length: texture.width_px as usize * channels,
-    };
-    // Powers are slow: one for every value that there is, instead of one for every pixel.
-    let table = |last: u16| -> Vec<f32> {
-        let values = (0..=last).map(|value| f64::from(value) / f64::from(last));
-        values.map(decode).collect()
     };
     let components = args::choices![
         CAMLUX_COMPONENT_U8 => 0,
@@ -116,23 +107,20 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
     ];
     let component = args::one_of("component", texture.component, &components)?;
     // SAFETY: the caller's word.
-    let linear_rgb = unsafe {
+    let texels = unsafe {
         match component {
-            0 => {
-                let table = table(u8::MAX.into());
-                texels(&rows, channels, |value: u8| table[usize::from(value)])
+            0 => Texels::U8(texels(&rows, channels, |value| value)?, encoding),
+            1 => Texels::U16(texels(&rows, channels, |value| value)?, encoding),
+            _ => {
+                let decode = |value: f32| encoding.decode(value.into());
+                Texels::F32(texels(&rows, channels, decode)?)
             }
-            1 => {
-                let table = table(u16::MAX);
-                texels(&rows, channels, |value: u16| table[usize::from(value)])
-            }
-            _ => texels(&rows, channels, |value: f32| decode(value.into())),
         }
-    }?;
+    };
     Ok(Texture {
         name,
         size_px: [texture.width_px, texture.height_px],
-        linear_rgb,
+        texels,
     })
 }
 
@@ -141,13 +129,13 @@ unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {
 unsafe fn texels<C: Copy>(
     rows: &Rows,
     channels: usize,
-    linear: impl Fn(C) -> f32,
-) -> Outcome<Vec<[f32; 3]>> {
+    decode: impl Fn(C) -> C,
+) -> Outcome<Vec<[C; 3]>> {
     let texel = |pixel: &[C]| match *pixel {
-        [r, g, b, ..] => [linear(r), linear(g), linear(b)],
-        _ => [linear(pixel[0]); 3],
+        [r, g, b, ..] => [r, g, b].map(&decode),
+        _ => [decode(pixel[0]); 3],
     };
-    let of_row = |row: &[C]| -> Vec<[f32; 3]> { row.chunks_exact(channels).map(texel).collect() };
+    let of_row = |row: &[C]| -> Vec<[C; 3]> { row.chunks_exact(channels).map(texel).collect() };
     // SAFETY: the caller's word.
     Ok(unsafe { rows.read(of_row) }?.concat())
 }

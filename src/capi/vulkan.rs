@@ -23,7 +23,7 @@ pub type camlux_vulkan_lock_callback = Option<unsafe extern "C" fn(user: *mut c_
 pub struct camlux_vulkan_device {
     /// sizeof(camlux_vulkan_device)
     pub struct_size: u32,
-    /// The queue's family: one that draws, computes and takes timestamps.
+    /// The queue's family: one that draws and computes.
     pub queue_family: u32,
     /// (camlux_vulkan_function)vkGetInstanceProcAddr
     pub get_instance_proc_addr: camlux_vulkan_function,

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     Result, Scene,
-    scene::{Lens, Material, Texture},
+    scene::{Lens, Material, Texels, Texture},
 };
 
 pub const CASES: &[Case] = &[
@@ -172,12 +172,12 @@ fn textures(exam: &mut Examiner) -> Result<()> {
     let checker = Texture {
         name: "checker".into(),
         size_px: [2, 2],
-        linear_rgb: vec![black, white, white, black],
+        texels: Texels::F32(vec![black, white, white, black]),
     };
     let one_texel = Texture {
         name: "one texel".into(),
         size_px: [1, 1],
-        linear_rgb: vec![[1.0, 0.5, 0.0]],
+        texels: Texels::F32(vec![[1.0, 0.5, 0.0]]),
     };
     scene.textures = vec![checker.into(), one_texel.into()];
     for index in [0, 1] {

@@ -8,7 +8,8 @@ use crate::{
     Result,
     output::Layer,
     passes::{
-        final_gather, hits, light, rays, rsm::Rsm, shadow::ShadowMap, surface, vpl::VplLists,
+        final_gather, hits, light, rays, rsm::Rsm, shadow::ShadowMap, surface, textures,
+        vpl::VplLists,
     },
     plan::Plan,
     scene::{Scene, Shadow},
@@ -131,6 +132,10 @@ fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
 fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()> {
     let of_scene = || requirements.of(GrowsWith::Scene);
     surface::declare(&of_scene(), scene, plan)?;
+    if plan.is_textured {
+        let smaller = "scale the textures down, or choose another device";
+        textures::declare(&of_scene().with_hint(smaller), scene)?;
+    }
     let triangles = scene.triangle_count();
     of_scene().check("the number of triangles", triangles, |_| MAX_TRIANGLES)?;
     if let Some(kernel) = plan.ray_kernel() {
@@ -154,8 +159,6 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         )?;
         let fewer = hint("simplify the meshes, use fewer materials, ");
         hits::declare(&of_scene().with_hint(fewer), scene)?;
-        let smaller = hint("scale the textures down, ");
-        hits::declare_textures(&of_scene().with_hint(smaller), scene, plan)?;
     }
     Ok(())
 }

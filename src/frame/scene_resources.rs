@@ -6,10 +6,7 @@ use super::cache::Cached;
 use crate::{
     Error, LocalSpace, RayKernel, Result,
     passes::{
-        Context,
-        hits::HitSurfaces,
-        rays::RayTriangles,
-        surface::{Surfaces, Textures},
+        Context, hits::HitSurfaces, rays::RayTriangles, surface::Surfaces, textures::Textures,
     },
     scene::{Material, Mesh, Shared, Texture},
 };
@@ -112,7 +109,7 @@ impl SceneResources {
             self.ray_tree.get_or_make(ray_tree_key, tree)?;
         }
         if plan.has_final_gather() {
-            let hits = || HitSurfaces::upload(commands, scene, plan);
+            let hits = || HitSurfaces::upload(commands, scene, textures);
             self.hit_surfaces.get_or_make(surfaces_key, hits)?;
         }
         Ok(())

@@ -1,9 +1,10 @@
 //! What rays find on the scene's triangles, on the device: shading normals, texture coordinates and materials.
 
-use super::surface::brdf_texels;
+use std::sync::Arc;
+
+use super::{surface::brdf_texels, textures::Textures};
 use crate::{
-    Plan, Result, Scene,
-    scene::{Shared, Texture},
+    Result, Scene,
     vulkan::{Allocate, CommandPool, Resource, TexelList},
 };
 
@@ -12,54 +13,46 @@ pub(crate) struct HitSurfaces {
     /// Sixteen words a triangle, in the order of the scene: three normals (0: flat), three texture coordinates, the material.
     triangles: TexelList,
     materials: TexelList,
-    texels: TexelList,
+    textures: Arc<Textures>,
 }
 
 /// What a scene's triangles and materials take.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
     TexelList::declare(allocate, "shading of triangles", 4 * scene.triangle_count())?;
-    // Each material with and without its texture, in three texels.
-    TexelList::declare(allocate, "materials", 6 * scene.materials.len() as u64)
-}
-
-/// What a scene's textures take, all together.
-pub(crate) fn declare_textures(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> Result<()> {
-    let texels = |texture: &Shared<Texture>| {
-        let [width, height] = texture.size_px.map(u64::from);
-        width * height
-    };
-    let texels = scene.textures.iter().map(texels).sum();
-    let texels = if plan.is_textured { texels } else { 0 };
-    TexelList::declare(allocate, "textures that rays hit", texels)
+    // Each material with and without its texture, in four texels.
+    TexelList::declare(allocate, "materials", 8 * scene.materials.len() as u64)
 }
 
 impl HitSurfaces {
     /// Copies what a valid scene's surfaces are like.
-    pub fn upload(commands: &CommandPool, scene: &Scene, plan: &Plan) -> Result<HitSurfaces> {
-        let mut texels: Vec<[f32; 4]> = Vec::new();
-        let mut first_texels = Vec::new();
-        for texture in scene.textures.iter().filter(|_| plan.is_textured) {
-            first_texels.push(texels.len() as u32);
-            texels.extend(texture.linear_rgb.iter().map(|&[r, g, b]| [r, g, b, 1.0]));
-        }
-        let mut materials: Vec<[[f32; 4]; 3]> = scene
+    pub fn upload(
+        commands: &CommandPool,
+        scene: &Scene,
+        textures: &Arc<Textures>,
+    ) -> Result<HitSurfaces> {
+        let mut materials: Vec<[[f32; 4]; 4]> = scene
             .materials
             .iter()
             .map(|material| {
-                let texture = material.kd_texture.filter(|_| plan.is_textured);
-                let [width, height] = texture.map_or([0, 0], |i| scene.textures[i].size_px);
-                let first_texel = texture.map_or(0, |index| first_texels[index]);
+                let texture = textures.place_of(material);
+                let [width, height] = texture.size;
                 let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
+                let first = [texture.first_word >> 16, texture.first_word & 0xffff];
                 [
                     [kd[0], kd[1], kd[2], shininess],
-                    [kr, kg, kb, first_texel as f32],
-                    [width as f32, height as f32, 0.0, 0.0],
+                    [kr, kg, kb, 0.0],
+                    [width, height, texture.words, texture.is_srgb].map(|n| n as f32),
+                    [first[0] as f32, first[1] as f32, 0.0, 0.0],
                 ]
             })
             .collect();
         // A mesh without texture coordinates shows its materials plain.
         let plain = materials.clone();
-        materials.extend(plain.iter().map(|&[kd, ks, _]| [kd, ks, [0.0; 4]]));
+        materials.extend(
+            plain
+                .iter()
+                .map(|&[kd, ks, ..]| [kd, ks, [0.0; 4], [0.0; 4]]),
+        );
         let mut triangles: Vec<[f32; 16]> = Vec::new();
         for mesh in &scene.meshes {
             let plain = if mesh.texcoords.is_empty() {
@@ -85,18 +78,19 @@ impl HitSurfaces {
         let words = triangles.as_flattened();
         let triangles = words.as_chunks().0.to_vec();
         Ok(HitSurfaces {
+            textures: textures.clone(),
             triangles: TexelList::new(commands, "shading of triangles", triangles)?,
             materials: TexelList::new(commands, "materials", materials.into_flattened())?,
-            texels: TexelList::new(commands, "textures that rays hit", texels)?,
         })
     }
 
     /// The images under the names that the shaders give them.
-    pub fn resources(&self) -> [(&'static str, Resource<'_>); 3] {
-        [
+    pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let mut resources = vec![
             ("triangle_shading", self.triangles.resource()),
             ("materials", self.materials.resource()),
-            ("texels", self.texels.resource()),
-        ]
+        ];
+        resources.extend(self.textures.resource());
+        resources
     }
 }

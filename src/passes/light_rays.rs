@@ -8,7 +8,7 @@ use crate::{
     RayKernel, Result,
     plan::Plan,
     vulkan::{
-        Allocate, BufferUse, Device, ImageShape, Resource, TexelList, groups_in_rows,
+        Allocate, BufferUse, Device, ImageShape, PixelKind, Resource, TexelList, groups_in_rows,
         shaders::{LightRayParameters, Module},
     },
 };
@@ -36,7 +36,7 @@ impl<A: Allocate> LightRays<A> {
         let shape = ImageShape {
             size_px: [columns, rays.div_ceil(columns)],
             layers: Some(module.constant(layers)?),
-            is_depth: false,
+            pixel: PixelKind::Color,
         };
         let bytes = u64::from(rays) * size_of::<[u32; 2]>() as u64;
         Ok(LightRays {

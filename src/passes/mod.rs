@@ -36,6 +36,7 @@ pub(crate) mod shadow;
 pub(crate) mod smooth;
 pub(crate) mod stderr;
 pub(crate) mod surface;
+pub(crate) mod textures;
 pub(crate) mod view;
 pub(crate) mod vpl;
 pub(crate) mod vpl_sampler;

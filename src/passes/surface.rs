@@ -2,34 +2,17 @@
 
 use std::sync::Arc;
 
-use super::Context;
+use super::{Context, textures::Textures};
 use crate::{
     Result,
     local_space::LocalSpace,
     plan::Plan,
-    scene::{Material, Mesh, Scene, Shared, Texture},
+    scene::{Material, Mesh, Scene},
     vulkan::{
-        Allocate, Buffer, BufferUse, CommandPool, Device, ImageShape, Recorder, Resource, Target,
-        TexelList,
-        shaders::{Draw, View},
+        Allocate, Buffer, BufferUse, CommandPool, Device, Recorder, Resource, Target,
+        shaders::{self, Draw, View},
     },
 };
-
-/// The textures of a scene.
-pub(crate) struct Textures(Vec<TexelList>);
-
-impl Textures {
-    /// Copies them to the device; none where no surface shows one.
-    pub fn upload(commands: &CommandPool, scene: &Scene, plan: &Plan) -> Result<Textures> {
-        let textures = scene.textures.iter().filter(|_| plan.is_textured);
-        let upload = |texture: &Shared<Texture>| {
-            let rgba = |&[r, g, b]: &[f32; 3]| [r, g, b, 1.0];
-            let texels: Vec<[f32; 4]> = texture.linear_rgb.iter().map(rgba).collect();
-            TexelList::with_size(commands, "texture", &texels, texture.size_px)
-        };
-        textures.map(upload).collect::<Result<_>>().map(Textures)
-    }
-}
 
 /// Vertices, triangles and textures of a scene, in device memory.
 pub(crate) struct Surfaces {
@@ -53,11 +36,10 @@ struct Range {
     first_triangle: u32,
     triangle_count: u32,
     is_smooth: bool,
-    texture: Option<usize>,
     draw: Draw,
 }
 
-/// What a scene's surfaces and textures take.
+/// What a scene's surfaces take but for their textures.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> Result<()> {
     let list = |name, count: u64, bytes| {
         allocate.buffer(name, count * bytes, BufferUse::Device)?;
@@ -74,13 +56,6 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> R
     }
     if plan.is_textured {
         list("texture coordinates", vertices, 8)?;
-        for texture in &scene.textures {
-            let name = format!("texture \"{}\"", texture.name);
-            let [width, height] = texture.size_px;
-            allocate.image(&name, ImageShape::plain(texture.size_px))?;
-            let bytes = u64::from(width) * u64::from(height) * 16;
-            allocate.buffer(&name, bytes, BufferUse::Staging)?;
-        }
     }
     Ok(())
 }
@@ -96,7 +71,7 @@ impl Surfaces {
     ) -> Result<Surfaces> {
         let mut lists = Lists::default();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
-            lists.add(scene, plan, space, mesh_index, mesh);
+            lists.add(scene, plan, (space, textures), mesh_index, mesh);
         }
         Ok(Surfaces {
             positions: commands.upload("positions", &lists.positions)?,
@@ -131,8 +106,10 @@ impl Surfaces {
         recorder.render(target, |recorder| {
             for range in &self.ranges {
                 let shading = if range.is_smooth { "smooth" } else { "flat" };
-                let texture = range.texture.and_then(|index| self.textures.0.get(index));
-                let is_textured = texture.map_or("", |_| "textured");
+                let is_textured = match range.draw.texture.size {
+                    [0, _] => "",
+                    _ => "textured",
+                };
                 let words = brdf.map(|brdf| [brdf, shading, is_textured]);
                 let words = words.as_ref().map_or(&[][..], |words| words);
                 let pipeline = pipelines.raster(pass, words, target.colors.len())?;
@@ -142,7 +119,7 @@ impl Surfaces {
                     ("texcoords", Resource::Buffer(&self.texcoords)),
                 ];
                 resources.extend(self.triangles());
-                resources.extend(texture.map(|texture| ("kd_texture", texture.resource())));
+                resources.extend(self.textures.resource());
                 resources.extend_from_slice(more_resources);
                 recorder.bind_raster(&pipeline, &resources)?;
                 let (first, count) = (range.first_triangle, range.triangle_count);
@@ -174,7 +151,7 @@ impl Lists {
         &mut self,
         scene: &Scene,
         plan: &Plan,
-        space: &LocalSpace,
+        (space, textures): (&LocalSpace, &Textures),
         mesh_index: usize,
         mesh: &Mesh,
     ) {
@@ -211,13 +188,17 @@ impl Lists {
                 first_triangle,
                 triangle_count: same.len() as u32,
                 is_smooth: !mesh.normals.is_empty(),
-                texture: material.kd_texture.filter(|_| !mesh.texcoords.is_empty()),
                 draw: Draw {
                     kd,
                     mesh_id: (mesh_index + 1) as f32,
                     ks: [kr, kg, kb],
                     shininess,
                     material_id: (material_index + 1) as f32,
+                    texture: if mesh.texcoords.is_empty() {
+                        shaders::Texture::default()
+                    } else {
+                        textures.place_of(material)
+                    },
                     ..Draw::default()
                 },
             });

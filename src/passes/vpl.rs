@@ -5,7 +5,7 @@ use crate::{
     Result,
     plan::Plan,
     vulkan::{
-        Allocate, Device, ImageShape, Recorder, Resource,
+        Allocate, Device, ImageShape, PixelKind, Recorder, Resource,
         shaders::{ListLengths, Module},
     },
 };
@@ -35,7 +35,7 @@ impl<A: Allocate> VplLists<A> {
             let shape = ImageShape {
                 size_px: [columns, light_count * rows_per_light],
                 layers: Some(module.constant(layers)?),
-                is_depth: false,
+                pixel: PixelKind::Color,
             };
             allocate.image(what, shape)
         };

@@ -151,7 +151,12 @@ fn sample_bilinear(texture: &Texture, [u, v]: [f64; 2]) -> DVec3 {
     let (left, right, x) = place(u, width);
     let (top, bottom, y) = place(1.0 - v, height);
     let texel = |column: usize, row: usize| {
-        DVec3::from(texture.linear_rgb[row * width + column].map(f64::from))
+        DVec3::from(
+            texture
+                .texels
+                .reflectance(row * width + column)
+                .map(f64::from),
+        )
     };
     let [above, below] = [top, bottom].map(|row| texel(left, row).lerp(texel(right, row), x));
     above.lerp(below, y)

@@ -140,11 +140,14 @@ fn digest_of_texture(texture: &Texture) -> [u8; 32] {
     let Texture {
         name: _,
         size_px,
-        linear_rgb,
+        texels,
     } = texture;
     let mut bytes = Bytes::default();
     bytes.numbers(size_px.map(f64::from));
-    bytes.list(linear_rgb, |texel| texel.map(f64::from));
+    bytes.numbers([texels.len() as f64]);
+    texels
+        .reflectances()
+        .for_each(|texel| bytes.numbers(texel.map(f64::from)));
     bytes.0.finalize().into()
 }
 

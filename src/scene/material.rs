@@ -1,6 +1,7 @@
 //! Surface reflectance: modified Phong with an optional diffuse texture.
 
 use super::Bands;
+use super::Texels;
 
 /// Modified Phong BRDF: f = k_d/π + k_s·(s+2)/(2π)·max(0, r·v)^s.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,13 +35,12 @@ impl Material {
     }
 }
 
-/// A diffuse texture, linear reflectance (already decoded from sRGB), sampled bilinearly with repetition and without
-/// mip levels: pixels are point samples, as they are in the reference.
+/// A diffuse texture, sampled bilinearly with repetition and without mip levels: pixels are point samples, as they are in the reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     pub name: String,
     /// Width, height.
     pub size_px: [u32; 2],
-    /// Row by row from the top (v = 1 − row/height, the OBJ convention); width × height values.
-    pub linear_rgb: Vec<[f32; 3]>,
+    /// Row by row from the top (v = 1 − row/height, the OBJ convention); width × height texels.
+    pub texels: Texels,
 }

@@ -18,6 +18,7 @@ mod mtl;
 mod obj;
 mod obj_check;
 mod shared;
+mod texels;
 mod texture;
 mod validate;
 mod validate_surface;
@@ -32,8 +33,8 @@ pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;
 pub use shared::Shared;
+pub use texels::{Encoding, Texels};
 #[cfg(feature = "capi")]
-pub(crate) use texture::linear_from_srgb;
 #[cfg(feature = "capi")]
 pub(crate) use validate_surface::validate_instance;
 

@@ -5,10 +5,10 @@ use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 
-use super::Texture;
+use super::{Encoding, Texels, Texture};
 use crate::{Error, Result, input_file};
 
-/// Loads an image as linear reflectance: 8 or 16 bit, grey or RGB; an alpha channel is ignored.
+/// Loads an image of 8 or 16 bits, grey or RGB; an alpha channel is ignored.
 ///
 /// # Errors
 /// At `named_at`: a file that is missing, is no PNG or JPEG, or claims more pixels than its bytes can stand for.
@@ -21,16 +21,20 @@ pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
         )
     };
     let bytes = input_file::read(file).map_err(|error| unreadable(error.to_string()))?;
-    // 8-bit values become v·257, so that v·257/65535 is v/255 exactly.
-    let pixels = decode(&bytes).map_err(unreadable)?.into_rgb16();
-    let decode = srgb_decoding_table();
+    let image = decode(&bytes).map_err(unreadable)?;
+    let size_px = [image.width(), image.height()];
+    let bits = image.color().bits_per_pixel() / u16::from(image.color().channel_count());
+    let texels = if bits <= 8 {
+        let texels = image.into_rgb8().into_raw();
+        Texels::U8(texels.as_chunks().0.to_vec(), Encoding::Srgb)
+    } else {
+        let texels = image.into_rgb16().into_raw();
+        Texels::U16(texels.as_chunks().0.to_vec(), Encoding::Srgb)
+    };
     Ok(Texture {
         name: file.display().to_string(),
-        size_px: [pixels.width(), pixels.height()],
-        linear_rgb: pixels
-            .pixels()
-            .map(|pixel| pixel.0.map(|value| decode[usize::from(value)]))
-            .collect(),
+        size_px,
+        texels,
     })
 }
 
@@ -72,20 +76,5 @@ fn most_pixels(file: &[u8]) -> u64 {
         }
         // JPEG: a block of 8 x 8 pixels takes a bit at least.
         _ => file_bits * 64,
-    }
-}
-
-fn srgb_decoding_table() -> Vec<f32> {
-    (0..=u16::MAX)
-        .map(|value| linear_from_srgb(f64::from(value) / 65535.0) as f32)
-        .collect()
-}
-
-/// The sRGB transfer function, IEC 61966-2-1: encoded value 0 to 1 to linear value 0 to 1.
-pub(crate) fn linear_from_srgb(encoded: f64) -> f64 {
-    if encoded <= 0.04045 {
-        encoded / 12.92
-    } else {
-        ((encoded + 0.055) / 1.055).powf(2.4)
     }
 }

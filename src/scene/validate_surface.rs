@@ -4,7 +4,7 @@
 use glam::DVec3;
 
 use super::validate::{Part, has_direction, is_near};
-use super::{Material, Mesh, Texture};
+use super::{Material, Mesh, Texels, Texture};
 use crate::Result;
 
 /// The largest Phong exponent: beyond, a lobe is narrower than f32 directions.
@@ -16,14 +16,17 @@ impl Texture {
     pub(crate) fn validate(&self, index: usize) -> Result<()> {
         let part = Part(format!("texture {index} (\"{}\")", self.name));
         let [width, height] = self.size_px;
-        let texels = self.linear_rgb.len();
+        let texels = self.texels.len();
         part.require(
             width > 0 && height > 0 && u64::from(width) * u64::from(height) == texels as u64,
             format_args!("size_px is {width} x {height}, but there are {texels} texels"),
             "give width x height texels, at least one",
         )?;
+        let Texels::F32(texels) = &self.texels else {
+            return Ok(());
+        };
         part.require_each(
-            &self.linear_rgb,
+            texels,
             |texel| texel.iter().all(|value| (0.0..=1.0).contains(value)),
             |index, texel| format!("texel {index} is {texel:?}"),
             "give reflectances from 0 to 1",

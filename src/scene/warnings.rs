@@ -74,7 +74,7 @@ impl Scene {
         let Some(texture) = material.kd_texture else {
             return material.kd;
         };
-        let texels = self.textures[texture].linear_rgb.iter();
+        let texels = self.textures[texture].texels.reflectances();
         let brightest = texels.fold([0.0_f32; 3], |most, texel| {
             std::array::from_fn(|band| most[band].max(texel[band]))
         });

@@ -219,11 +219,10 @@ impl Allocate for Declarations<'_> {
             let what = format!("{name}, {axis} (px)");
             self.check(&what, size_px.into(), |limits| limits.max_image_px.into())?;
         }
-        let pixel_bytes = if shape.is_depth { 4 } else { 16 };
         let [width, height] = shape
             .size_px
             .map(|px| u64::from(px).next_multiple_of(IMAGE_TILE_PX));
-        let bytes = (u64::from(shape.layer_count()) * pixel_bytes)
+        let bytes = (u64::from(shape.layer_count()) * shape.pixel.bytes())
             .saturating_mul(width)
             .saturating_mul(height);
         self.add(self.bytes, name, bytes, |_| u64::MAX)

@@ -247,11 +247,11 @@ impl Device {
     pub unsafe fn of_host(host: &HostVulkan) -> Result<Device> {
         // SAFETY: promised by the caller.
         let (instance, raw) = unsafe { host.load() }?;
-        let info = DeviceInfo {
-            // The host may not have turned it on.
-            has_ray_query: false,
-            ..instance.describe(0, host.physical_device)
-        };
+        let mut info = instance.describe(0, host.physical_device);
+        // The host may not have turned it on.
+        info.has_ray_query = false;
+        info.limits.timestamp_period_ns =
+            instance.timestamp_period_ns(host.physical_device, host.queue_family);
         if let Some(lack) = &info.unusable {
             let problem = format!("{} lacks {lack}", info.name);
             return Err(no_device(problem, "choose another device"));
@@ -351,6 +351,12 @@ impl Device {
         let instance = self.shared.instance.clone();
         drop(Arc::into_inner(self.shared)?);
         Some(instance.messages())
+    }
+
+    /// `None`: passes cannot be timed one by one.
+    pub(super) fn timestamp_period_ns(&self) -> Option<f32> {
+        let period_ns = self.info().limits.timestamp_period_ns;
+        period_ns.filter(|_| !self.shared.faults.has_no_timestamps())
     }
 
     pub(super) fn faults(&self) -> &Faults {

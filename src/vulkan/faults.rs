@@ -17,6 +17,8 @@ pub enum Fault {
     DeviceLost { submission: u64, pass: usize },
     /// The same in the first pass of a name.
     DeviceLostIn { pass: &'static str },
+    /// The queue takes no timestamps.
+    NoTimestamps,
 }
 
 /// What there was since a fault was last asked for.
@@ -76,6 +78,10 @@ impl Faults {
     /// Whether the device is to be lost in this pass.
     pub fn ends_in(&self, name: &str) -> bool {
         self.with(|fault, _| matches!(fault, Some(Fault::DeviceLostIn { pass }) if *pass == name))
+    }
+
+    pub fn has_no_timestamps(&self) -> bool {
+        self.with(|fault, _| *fault == Some(Fault::NoTimestamps))
     }
 
     fn with<T>(&self, use_it: impl FnOnce(&mut Option<Fault>, &mut FaultCount) -> T) -> T {

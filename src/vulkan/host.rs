@@ -15,7 +15,7 @@ use crate::{Error, Result};
 ///
 /// The instance must have been made for Vulkan 1.3, and the device with
 /// - the features `dynamicRendering`, `synchronization2` and `timelineSemaphore`,
-/// - a queue of a family that draws, computes and takes timestamps.
+/// - a queue of a family that draws and computes.
 ///
 /// All of this but the instance's version is checked. Everything that came from the camlux device must be gone before the host
 /// destroys its own.
@@ -87,7 +87,7 @@ impl HostVulkan {
         let families = instance.queue_families(self.physical_device);
         if !families.contains(&family) {
             return Err(lacking(format!(
-                "queue family {family} does not draw, compute and take timestamps"
+                "queue family {family} does not draw and compute"
             )));
         }
         Ok((instance, device))

@@ -100,8 +100,8 @@ pub struct DeviceLimits {
     pub broadcast_lanes: Option<u32>,
     /// Corners of triangles are rounded to 2⁻ᵇⁱᵗˢ of a pixel where they are rasterised.
     pub sub_pixel_bits: u32,
-    /// Nanoseconds of one tick of a GPU timestamp.
-    pub timestamp_period_ns: f32,
+    /// Nanoseconds of one tick of a GPU timestamp. `None`: there are none, and passes share the time of their submission.
+    pub timestamp_period_ns: Option<f32>,
 }
 
 /// A live instance; with validation it collects what the Khronos layer has to say.
@@ -292,7 +292,10 @@ impl Instance {
                 subgroup_lanes: subgroup.subgroup_size,
                 broadcast_lanes: broadcast_lanes(&subgroup, &vulkan13),
                 sub_pixel_bits: limits.sub_pixel_precision_bits,
-                timestamp_period_ns: limits.timestamp_period,
+                timestamp_period_ns: self
+                    .queue_families(device)
+                    .first()
+                    .and_then(|&family| self.timestamp_period_ns(device, family)),
             },
             unusable: self.lacks(device, properties.api_version).map(String::from),
         }
@@ -368,7 +371,7 @@ impl Instance {
             return Some("dynamic rendering and synchronization2");
         }
         if self.queue_families(device).is_empty() {
-            return Some("a queue for graphics and compute with timestamps");
+            return Some("a queue for graphics and compute");
         }
         let offers = |format, wanted| {
             // SAFETY: as above.
@@ -381,16 +384,24 @@ impl Instance {
         (!offers_both).then_some("rendering to 32-bit float images")
     }
 
-    /// The queue families that draw, compute and take timestamps.
+    /// The queue families that draw and compute, those first that take timestamps.
     pub fn queue_families(&self, device: vk::PhysicalDevice) -> Vec<u32> {
         // SAFETY: the instance is live and the device is its own.
         let families = unsafe { self.raw.get_physical_device_queue_family_properties(device) };
         let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
-        let families = families.into_iter().enumerate();
-        families
-            .filter(|(_, f)| f.queue_flags.contains(wanted) && f.timestamp_valid_bits > 0)
-            .map(|(index, _)| index as u32)
-            .collect()
+        let mut fitting: Vec<usize> = (0..families.len()).collect();
+        fitting.retain(|&index| families[index].queue_flags.contains(wanted));
+        fitting.sort_by_key(|&index| families[index].timestamp_valid_bits == 0);
+        fitting.into_iter().map(|index| index as u32).collect()
+    }
+
+    /// Nanoseconds of a tick of the timestamps that a queue family takes; `None`: it takes none.
+    pub fn timestamp_period_ns(&self, device: vk::PhysicalDevice, family: u32) -> Option<f32> {
+        // SAFETY (both calls): the instance is live and the device is its own.
+        let families = unsafe { self.raw.get_physical_device_queue_family_properties(device) };
+        let limits = unsafe { self.raw.get_physical_device_properties(device) }.limits;
+        let takes = families.get(family as usize)?.timestamp_valid_bits > 0;
+        takes.then_some(limits.timestamp_period)
     }
 }
 

@@ -137,8 +137,26 @@ pub(crate) struct ImageShape {
     pub size_px: [u32; 2],
     /// `None`: a plain 2D image; `Some(n)`: an array of n layers.
     pub layers: Option<u32>,
-    /// Depth instead of four floats.
-    pub is_depth: bool,
+    pub pixel: PixelKind,
+}
+
+/// What a pixel of an image is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum PixelKind {
+    /// Four floats.
+    Color,
+    Depth,
+    /// A word, which only shaders read.
+    Word,
+}
+
+impl PixelKind {
+    pub fn bytes(self) -> u64 {
+        match self {
+            PixelKind::Color => 16,
+            PixelKind::Depth | PixelKind::Word => 4,
+        }
+    }
 }
 
 impl ImageShape {
@@ -146,7 +164,7 @@ impl ImageShape {
         ImageShape {
             size_px,
             layers: None,
-            is_depth: false,
+            pixel: PixelKind::Color,
         }
     }
 
@@ -154,7 +172,7 @@ impl ImageShape {
         ImageShape {
             size_px: [size, size],
             layers: Some(layers),
-            is_depth: false,
+            pixel: PixelKind::Color,
         }
     }
 
@@ -162,7 +180,7 @@ impl ImageShape {
     pub fn depth(self) -> Self {
         ImageShape {
             layers: None,
-            is_depth: true,
+            pixel: PixelKind::Depth,
             ..self
         }
     }
@@ -196,18 +214,17 @@ impl ImageShape {
     }
 
     pub(super) fn aspect(&self) -> vk::ImageAspectFlags {
-        if self.is_depth {
-            vk::ImageAspectFlags::DEPTH
-        } else {
-            vk::ImageAspectFlags::COLOR
+        match self.pixel {
+            PixelKind::Depth => vk::ImageAspectFlags::DEPTH,
+            PixelKind::Color | PixelKind::Word => vk::ImageAspectFlags::COLOR,
         }
     }
 
     pub(super) fn format(&self) -> vk::Format {
-        if self.is_depth {
-            DEPTH_FORMAT
-        } else {
-            COLOR_FORMAT
+        match self.pixel {
+            PixelKind::Color => COLOR_FORMAT,
+            PixelKind::Depth => DEPTH_FORMAT,
+            PixelKind::Word => vk::Format::R32_UINT,
         }
     }
 }
@@ -228,14 +245,16 @@ pub(crate) struct Image {
 
 impl Image {
     pub fn new(device: &Device, what: &str, shape: ImageShape) -> Result<Image> {
-        let usage = if shape.is_depth {
-            vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT
-        } else {
-            vk::ImageUsageFlags::COLOR_ATTACHMENT
-                | vk::ImageUsageFlags::SAMPLED
-                | vk::ImageUsageFlags::STORAGE
-                | vk::ImageUsageFlags::TRANSFER_SRC
-                | vk::ImageUsageFlags::TRANSFER_DST
+        let usage = match shape.pixel {
+            PixelKind::Color => {
+                vk::ImageUsageFlags::COLOR_ATTACHMENT
+                    | vk::ImageUsageFlags::SAMPLED
+                    | vk::ImageUsageFlags::STORAGE
+                    | vk::ImageUsageFlags::TRANSFER_SRC
+                    | vk::ImageUsageFlags::TRANSFER_DST
+            }
+            PixelKind::Depth => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
+            PixelKind::Word => vk::ImageUsageFlags::STORAGE | vk::ImageUsageFlags::TRANSFER_DST,
         };
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)

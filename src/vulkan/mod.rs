@@ -22,9 +22,10 @@ mod readback;
 mod recorder;
 pub(crate) mod shaders;
 mod texel_list;
+mod word_list;
 
 pub(crate) use acceleration_structure::AccelerationStructure;
-pub(crate) use allocate::{Allocate, GrowsWith, Requirements};
+pub(crate) use allocate::{Allocate, Declarations, GrowsWith, Requirements};
 pub(crate) use command_pool::CommandPool;
 pub use device::{Device, DeviceChoice, DeviceOptions};
 #[cfg(feature = "test-hooks")]
@@ -34,7 +35,7 @@ pub(crate) use host::Timeline;
 pub use host::{HostVulkan, QueueLock};
 pub use instance::{DeviceInfo, DeviceKind, DeviceLimits};
 pub use memory::MemoryUse;
-pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape};
+pub(crate) use memory::{Buffer, BufferUse, Image, ImageShape, PixelKind};
 pub(crate) use pipeline::Pipelines;
 pub use quirks::Quirks;
 pub(crate) use readback::Readback;
@@ -42,6 +43,7 @@ pub(crate) use recorder::{MAX_GROUPS, PassTimes, Recorder, Resource, Target, gro
 
 pub use shaders::engine_hash;
 pub(crate) use texel_list::TexelList;
+pub(crate) use word_list::WordList;
 
 use std::sync::{Mutex, MutexGuard, PoisonError};
 

@@ -12,6 +12,10 @@ impl Faults {
         None
     }
 
+    pub fn has_no_timestamps(&self) -> bool {
+        false
+    }
+
     pub fn ends_in(&self, _name: &str) -> bool {
         false
     }

@@ -1,6 +1,6 @@
 //! One command buffer: recorded, submitted, waited for.
 
-use std::{marker::PhantomData, mem::ManuallyDrop, slice, sync::Arc};
+use std::{marker::PhantomData, mem::ManuallyDrop, slice, sync::Arc, time::Instant};
 
 use ash::khr::acceleration_structure;
 use ash::vk::{self, AccessFlags2 as Access, DescriptorType as Kind, PipelineStageFlags2 as On};
@@ -55,6 +55,8 @@ pub(crate) struct Recorder<'r> {
     buffer: ManuallyDrop<CommandBuffer>,
     /// All that were recorded; the first of them are timed.
     passes: Vec<&'static str>,
+    /// Of timestamps, where there are any.
+    period_ns: Option<f32>,
     /// A fault asked for: the last pass that runs before the device is lost.
     ends_in: Option<usize>,
     stage: Stage,
@@ -90,6 +92,7 @@ impl<'r> Recorder<'r> {
             commands,
             buffer: ManuallyDrop::new(buffer),
             passes: Vec::new(),
+            period_ns: device.timestamp_period_ns(),
             ends_in: device.faults().next_submission_ends_in(),
             stage: Stage::Recorded,
             bound: Vec::new(),
@@ -192,7 +195,7 @@ impl<'r> Recorder<'r> {
         let query = 2 * self.passes.len() as u32;
         self.passes.push(name);
         self.note_begin();
-        let is_timed = query < 2 * MAX_TIMED_PASSES;
+        let is_timed = query < 2 * MAX_TIMED_PASSES && self.period_ns.is_some();
         if is_timed {
             self.timestamp(query);
         }
@@ -360,6 +363,23 @@ impl<'r> Recorder<'r> {
         self.transition(to, layout, vk::ImageLayout::GENERAL);
     }
 
+    /// Copies a buffer's first bytes into a layer of an image, whose layers are filled one after the other, this way alone.
+    pub fn copy_to_layer(&mut self, from: &'r Buffer, to: &'r Image, layer: u32) {
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        if layer == 0 {
+            self.transition(to, vk::ImageLayout::UNDEFINED, layout);
+        }
+        let mut region = image_copy(to);
+        region.image_subresource.base_array_layer = layer;
+        region.image_subresource.layer_count = 1;
+        let raw = self.device.raw();
+        // SAFETY: the buffer holds as many pixels as the layer, both live until the submission.
+        unsafe { raw.cmd_copy_buffer_to_image(self.commands, from.raw, to.raw, layout, &[region]) };
+        if layer + 1 == to.shape.layer_count() {
+            self.transition(to, layout, vk::ImageLayout::GENERAL);
+        }
+    }
+
     /// Copies the whole of an image to the start of a buffer.
     pub fn copy_from_image(&mut self, from: &'r Image, to: &'r Buffer) {
         let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
@@ -462,6 +482,7 @@ impl<'r> Recorder<'r> {
 
     /// Hands the work to the device and waits until it is done. What was written can then be read by the host.
     pub fn submit(mut self) -> Result<PassTimes> {
+        let start = Instant::now();
         let ticks = self.run().map_err(|error| match error {
             Error::DeviceLost { call, .. } => self.device.lose(call, self.last_begun()),
             other => other,
@@ -469,10 +490,14 @@ impl<'r> Recorder<'r> {
         if let Some(last) = self.passes.last() {
             self.device.note_pass(last);
         }
-        let period_ms = f64::from(self.device.info().limits.timestamp_period_ns) * 1e-6;
-        let milliseconds = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * period_ms;
-        let times = ticks.chunks_exact(2).map(milliseconds);
-        Ok(self.passes.iter().copied().zip(times).collect())
+        let names = self.passes.iter().copied();
+        let Some(period_ns) = self.period_ns else {
+            let share_ms = start.elapsed().as_secs_f64() * 1e3 / self.passes.len().max(1) as f64;
+            return Ok(names.map(|name| (name, share_ms)).collect());
+        };
+        let milliseconds =
+            |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * f64::from(period_ns) * 1e-6;
+        Ok(names.zip(ticks.chunks_exact(2).map(milliseconds)).collect())
     }
 
     /// The last pass that has begun, as the device tells.
@@ -509,7 +534,8 @@ impl<'r> Recorder<'r> {
             }
         })?;
         self.stage = Stage::Complete;
-        let mut ticks = vec![0u64; 2 * self.passes.len().min(MAX_TIMED_PASSES as usize)];
+        let timed = self.period_ns.map_or(0, |_| self.passes.len());
+        let mut ticks = vec![0u64; 2 * timed.min(MAX_TIMED_PASSES as usize)];
         if !ticks.is_empty() {
             let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
             // SAFETY: the submission is complete, so the queries that it wrote are available.

@@ -2,7 +2,7 @@
 
 use camlux::scene::{
     Camera, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Material, Mesh, Scene,
-    Sensor, SpotCone, Texture, VplSum,
+    Sensor, SpotCone, Texels, Texture, VplSum,
 };
 use glam::DVec3;
 
@@ -39,7 +39,7 @@ fn scene() -> Scene {
             Texture {
                 name: "wood".into(),
                 size_px: [1, 1],
-                linear_rgb: vec![[0.5; 3]],
+                texels: Texels::F32(vec![[0.5; 3]]),
             }
             .into(),
         ],
@@ -359,14 +359,14 @@ fn scenes_from_slices_are_validated() {
                 s.textures[0] = Texture {
                     name: "wood".into(),
                     size_px: [0, 0],
-                    linear_rgb: vec![],
+                    texels: Texels::F32(vec![]),
                 }
                 .into()
             }),
             "texture 0 (\"wood\"): size_px is 0 x 0",
         ),
         (
-            Box::new(|s| s.textures[0].linear_rgb[0][1] = f32::NAN),
+            Box::new(|s| s.textures[0].texels = Texels::F32(vec![[0.5, f32::NAN, 0.5]])),
             "texture 0 (\"wood\"): texel 0 is [0.5, NaN, 0.5]",
         ),
     ];

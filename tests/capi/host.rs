@@ -259,12 +259,13 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
             ok(camlux_scene_set_indirect(built, &c_indirect));
         }
         for texture in &scene.textures {
+            let texels: Vec<[f32; 3]> = texture.texels.reflectances().collect();
             let texture = init!(camlux_texture {
                 width_px: texture.size_px[0],
                 height_px: texture.size_px[1],
                 component: CAMLUX_COMPONENT_F32,
                 encoding: CAMLUX_ENCODING_LINEAR,
-                pixels: texture.linear_rgb.as_ptr().cast(),
+                pixels: texels.as_ptr().cast(),
             });
             ok(camlux_scene_add_texture(built, &texture, null_mut()));
         }

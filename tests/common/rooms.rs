@@ -60,7 +60,7 @@ fn sample(texture: &Texture, u: f64, v: f64) -> Bands {
         let (column, row) = (x.floor() as i64 + dx, y.floor() as i64 + dy);
         let weight = (1.0 - (x - column as f64).abs()) * (1.0 - (y - row as f64).abs());
         let index = row.rem_euclid(height) * width + column.rem_euclid(width);
-        let texel = texture.linear_rgb[index as usize];
+        let texel = texture.texels.reflectance(index as usize);
         for band in 0..3 {
             sum[band] += weight * f64::from(texel[band]);
         }

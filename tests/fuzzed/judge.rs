@@ -162,7 +162,7 @@ pub fn device() -> DeviceInfo {
             subgroup_lanes: 8,
             broadcast_lanes: Some(8),
             sub_pixel_bits: 8,
-            timestamp_period_ns: 1.0,
+            timestamp_period_ns: Some(1.0),
         },
         quirks: Default::default(),
         unusable: None,

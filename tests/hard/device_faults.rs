@@ -247,6 +247,29 @@ fn a_device_can_be_lost_in_every_pass_of_the_bounce() {
     }
 }
 
+/// Vulkan does not guarantee them. The passes of a submission share its time then, and the image is the same.
+#[test]
+fn a_queue_without_timestamps_renders_the_same() {
+    let mut gpu = Gpu::open();
+    let mut scene = bounce("cornell", [32, 32]);
+    scene.direct.shadow = Some(Shadow::Map);
+    let timed = gpu.render(&scene);
+    let mut gpu = Gpu::open();
+    gpu.device.inject(Some(Fault::NoTimestamps));
+    let untimed = gpu.render(&scene);
+    assert!(untimed.layers == timed.layers);
+    let names = |frame: &Frame| -> Vec<_> { frame.stats.passes.iter().map(|p| p.name).collect() };
+    assert_eq!(names(&untimed), names(&timed));
+    // Both are in one submission, and in no other.
+    let time = |frame: &Frame, name| {
+        let pass = frame.stats.passes.iter().find(|pass| pass.name == name);
+        pass.expect("it ran").milliseconds
+    };
+    assert!(time(&untimed, "shadow") > 0.0);
+    assert_eq!(time(&untimed, "shadow"), time(&untimed, "direct"));
+    assert_ne!(time(&timed, "shadow"), time(&timed, "direct"));
+}
+
 /// A device that the caller keeps while it opens another one is in nobody's way.
 #[test]
 fn a_new_device_works_beside_a_lost_one() {

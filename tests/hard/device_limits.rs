@@ -6,7 +6,7 @@ use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
     DeviceInfo, DeviceKind, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
     output::{Frame, Layer},
-    scene::{IndirectLight, Light, Mesh, Shadow, Texture, VplSum},
+    scene::{Encoding, IndirectLight, Light, Mesh, Shadow, Shared, Texels, Texture, VplSum},
 };
 
 /// The device, but with lavapipe's limits: a real GPU's may be so large that nothing here is over them.
@@ -83,15 +83,53 @@ fn reflective_shadow_maps_over_the_limits_are_refused_by_the_plan() {
 #[test]
 fn textures_over_the_limits_are_refused_by_the_plan() {
     let gpu = Gpu::open();
+    let mut device = small_device(&gpu);
     let mut scene = demo_scene("textured", [8, 8]);
-    scene.textures[0] = Texture {
-        size_px: [20_000, 1],
-        linear_rgb: vec![[0.5; 3]; 20_000],
+    scene.indirect = None;
+    scene.direct.shadow = Some(Shadow::Rays);
+    let wide = Texture {
+        // Wider than images of the device: texels lie in a list.
+        size_px: [1 << 20, 1],
+        texels: Texels::U8(vec![[128; 3]; 1 << 20], Encoding::Srgb),
         ..Texture::clone(&scene.textures[0])
+    };
+    scene.textures = vec![wide.into(); scene.textures.len()];
+    assert_eq!(scene.textures.len(), 2);
+    // 2 097 152 texels of a word.
+    device.limits.max_allocation_bytes = 4 << 21;
+    assert!(Plan::new(&scene, &device).is_ok());
+    device.limits.max_allocation_bytes -= 1;
+    let refused = Plan::new(&scene, &device).expect_err("that is too much");
+    let message = refused.to_string();
+    for part in [
+        "textures (bytes) is 8388608, over",
+        "scale the textures down",
+    ] {
+        assert!(message.contains(part), "{part:?} is missing in: {message}");
+    }
+}
+
+#[test]
+fn two_million_triangles_and_sixteen_textures_fit_2_gib() {
+    let gpu = Gpu::open();
+    let mut scene = demo_scene("textured", [640, 480]);
+    let many = with_triangles(2_000_000).meshes;
+    scene.meshes.extend(many.last().cloned());
+    scene.indirect = Some(IndirectLight::final_gather(0.02));
+    let texture: Shared<Texture> = Texture {
+        name: "large".into(),
+        size_px: [4096, 4096],
+        texels: Texels::U8(vec![[128; 3]; 1 << 24], Encoding::Srgb),
     }
     .into();
-    let says = ["texture", &scene.textures[0].name, "20000", "16384"];
-    assert_over_limit(&gpu, &scene, &says, "scale the textures down");
+    scene.textures = vec![texture; 16];
+    let mut device = gpu.device.info().clone();
+    device.limits.memory_bytes = 2 << 30;
+    Plan::new(&scene, &device).expect("it fits");
+    // The textures alone take half of it.
+    device.limits.memory_bytes = 3 << 29;
+    let refused = Plan::new(&scene, &device).expect_err("that is too little");
+    println!("{refused}");
 }
 
 /// The demo room filled up with triangles to a number of them.
@@ -181,28 +219,6 @@ fn what_rays_hit_over_the_limits_is_refused_by_the_plan() {
     scene.direct.shadow = Some(Shadow::Rays);
     scene.indirect = None;
     assert!(Plan::new(&scene, &device).is_ok());
-
-    let mut device = small_device(&gpu);
-    let mut scene = demo_scene("textured", [8, 8]);
-    scene.indirect = bounce_by_rays(8);
-    let texture = Texture {
-        size_px: [725, 725],
-        linear_rgb: vec![[0.5; 3]; 725 * 725],
-        ..Texture::clone(&scene.textures[0])
-    };
-    scene.textures = vec![texture.into(); scene.textures.len()];
-    assert_eq!(scene.textures.len(), 2);
-    // 1 051 250 texels, 1024 a row.
-    device.limits.max_image_px = 1027;
-    assert!(Plan::new(&scene, &device).is_ok());
-    device.limits.max_image_px = 1026;
-    let says = "textures that rays hit, height (px) is 1027, over the limit of 1026";
-    let hint = "use the instant-radiosity estimator, scale the textures down";
-    assert_refused(&scene, &device, &[says, hint]);
-    device.limits.max_image_px = 1027;
-    device.limits.max_allocation_bytes = 1028 * 1024 * 16 - 1;
-    let says = "textures that rays hit (bytes) is 16842752, over";
-    assert_refused(&scene, &device, &[says, hint]);
 }
 
 /// The lights' VPLs lie in one list.

@@ -6,7 +6,7 @@ use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
 use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
     output::Layer,
-    scene::{IndirectLight, Mesh, Shadow, VplSum},
+    scene::{IndirectLight, Mesh, Shadow, Texels, VplSum},
 };
 
 /// By how much the figure may be over what was held: there are fewer boxes for rays where triangles stand alone, and the list of all
@@ -159,13 +159,15 @@ fn each_list_and_image_is_checked() {
         scene.direct.shadow = Some(Shadow::Rays);
         let texture = &mut scene.textures[0];
         texture.size_px = [400, 400];
-        texture.linear_rgb = vec![[0.5; 3]; 160_000];
-        texture.name = "large".into();
+        texture.texels = Texels::F32(vec![[0.5; 3]; 160_000]);
     });
-    let texture_bytes = 400 * 400 * 16;
-    let what = "texture \"large\" (bytes)";
+    // Three words a texel, one of the other texture; 4096 words a row.
+    let words = 3 * 400 * 400 + textured.textures[1].texels.len() as u64;
+    let staging_bytes = words.next_multiple_of(4096) * 4;
+    let texture_bytes = words.next_multiple_of(4 * 4096) * 4;
+    let what = "textures (bytes)";
     assert_checked(what, &textured, texture_bytes, allocation);
-    assert_checked(what, &textured, texture_bytes, |device, value| {
+    assert_checked(what, &textured, staging_bytes, |device, value| {
         device.limits.max_buffer_bytes = value;
     });
     let many = |vertices: usize, triangles: usize| {
@@ -183,13 +185,13 @@ fn each_list_and_image_is_checked() {
     let rays = with(&scene, |scene| {
         scene.indirect = FINAL_GATHER;
     });
-    // Each twice, in three texels; 1024 a row.
+    // Each twice, in four texels; 1024 a row.
     let materials = with(&rays, |scene| {
         scene.indirect = Some(final_gather(8));
         scene.materials.resize(175_000, scene.materials[0].clone());
     });
     let what = "materials, height (px)";
-    assert_checked(what, &materials, 1026, |device, value| {
+    assert_checked(what, &materials, 1368, |device, value| {
         device.limits.max_image_px = value as u32;
     });
     // A grid of every pixel of 32 bytes.

@@ -4,7 +4,7 @@ use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, plain_sum}
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{IndirectLight, Sensor, Texture},
+    scene::{IndirectLight, Sensor, Texels, Texture},
 };
 
 /// A demo scene whose indirect light need not be exact.
@@ -125,7 +125,7 @@ fn an_even_texture_is_a_factor() {
     for texture in &mut textured.textures {
         *texture = Texture {
             size_px: [3, 2],
-            linear_rgb: vec![[0.5, 0.25, 1.0]; 6],
+            texels: Texels::F32(vec![[0.5, 0.25, 1.0]; 6]),
             ..Texture::clone(texture)
         }
         .into();

@@ -2,7 +2,8 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Lens, Light, Scene, Shadow, SpotCone, VplSum,
+    DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, IndirectLight, Lens, Light, Scene, Shadow, SpotCone,
+    Texels, VplSum,
 };
 use glam::DVec3;
 
@@ -101,7 +102,7 @@ fn hash_changes_with_everything_but_names() {
         |s| s.materials[0].shininess = 2.0,
         |s| s.materials[1].kd_texture = None,
         |s| s.textures[0].size_px = [1, 2],
-        |s| s.textures[0].linear_rgb[1][2] += 0.1,
+        |s| s.textures[0].texels = Texels::U8(vec![[9; 3], [9, 9, 10]], Encoding::Srgb),
         |s| s.meshes[0].positions_m[2].x += 1e-12,
         |s| s.meshes[0].normals[2].x += 1e-12,
         |s| s.meshes[0].texcoords[2][0] += 1e-12,

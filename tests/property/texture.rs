@@ -1,6 +1,7 @@
 //! Textures arrive as linear reflectance, and each file once.
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
+use camlux::scene::{Encoding, Texels};
 
 /// sRGB values of IEC 61966-2-1: 0 and 1, one on the linear part, one on the power part.
 #[test]
@@ -33,9 +34,8 @@ fn textures_are_decoded_to_linear() {
 
     let texture = decoded("rgb8.png");
     assert_eq!(texture.size_px, [2, 1]);
-    let [first, second] = texture.linear_rgb[..] else {
-        panic!("two texels")
-    };
+    assert!(matches!(&texture.texels, Texels::U8(texels, Encoding::Srgb) if texels.len() == 2));
+    let [first, second] = [0, 1].map(|i| texture.texels.reflectance(i));
     assert_eq!(first[..2], [0.0, 1.0]);
     assert!(close(first[2], 10.0 / 255.0 / 12.92), "{first:?}");
     assert!(close(second[0], mid), "{second:?}");
@@ -43,12 +43,14 @@ fn textures_are_decoded_to_linear() {
     // 32896 = 128·257: the same grey in 16 bit; rows come from the top.
     let texture = decoded("grey16.png");
     assert_eq!(texture.size_px, [1, 2]);
-    assert!(texture.linear_rgb[0].iter().all(|&value| close(value, mid)));
-    assert_eq!(texture.linear_rgb[1], [0.0; 3]);
+    assert!(matches!(&texture.texels, Texels::U16(texels, Encoding::Srgb) if texels.len() == 2));
+    let [first, second] = [0, 1].map(|i| texture.texels.reflectance(i));
+    assert!(first.iter().all(|&value| close(value, mid)));
+    assert_eq!(second, [0.0; 3]);
 
     // An even grey survives JPEG to within one 8-bit step, which is 0.004 here.
     let texture = decoded("grey8.jpg");
-    assert!((f64::from(texture.linear_rgb[9][1]) - mid).abs() < 0.004);
+    assert!((f64::from(texture.texels.reflectance(9)[1]) - mid).abs() < 0.004);
 }
 
 #[test]

@@ -67,7 +67,10 @@ fn describe(device: &DeviceInfo) -> String {
         ("rasteriser", rasteriser(limits)),
         (
             "timestamp period",
-            format!("{} ns", limits.timestamp_period_ns),
+            match limits.timestamp_period_ns {
+                Some(ns) => format!("{ns} ns"),
+                None => "no timestamps: passes share the time of their submission".into(),
+            },
         ),
     ];
     let rows = rows.map(|(label, value)| format!("  {label:<17} {value}\n"));

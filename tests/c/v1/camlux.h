@@ -846,7 +846,7 @@ typedef void (*camlux_vulkan_lock_callback)(void *user);
 typedef struct camlux_vulkan_device {
   /** sizeof(camlux_vulkan_device) */
   uint32_t struct_size;
-  /** The queue's family: one that draws, computes and takes timestamps. */
+  /** The queue's family: one that draws and computes. */
   uint32_t queue_family;
   /** (camlux_vulkan_function)vkGetInstanceProcAddr */
   camlux_vulkan_function get_instance_proc_addr;

@@ -1,0 +1,48 @@
+// The texels of all textures, at the precision of their source.
+
+// Where a texture's texels lie.
+struct Texture {
+    // Columns and rows, 0 for none.
+    size: vec2<u32>,
+    first_word: u32,
+    // Of a texel: 1, three values of 8 bits; 2, three of 16 bits; 3, three floats.
+    words: u32,
+    // 1: integers are encoded by sRGB.
+    is_srgb: u32,
+}
+
+#if TEXTURED
+// A list of words in layers of 4096 x 4096.
+var texels: texture_storage_2d_array<r32uint, read>;
+
+fn word(index: u32) -> u32 {
+    return textureLoad(texels, vec2<u32>(index & 4095u, index >> 12u & 4095u), index >> 24u).x;
+}
+
+fn kd_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
+    let place = texture.first_word + texture.words * (column_row.y * texture.size.x + column_row.x);
+    let first = word(place);
+    var values = vec3<f32>(vec3<u32>(first & 0xffu, first >> 8u & 0xffu, first >> 16u)) * (1.0 / 255.0);
+    if (texture.words == 2u) {
+        values = vec3<f32>(vec3<u32>(first & 0xffffu, first >> 16u, word(place + 1u))) * (1.0 / 65535.0);
+    } else if (texture.words == 3u) {
+        values = bitcast<vec3<f32>>(vec3<u32>(first, word(place + 1u), word(place + 2u)));
+    }
+    return select(values, linear_from_srgb(values), texture.is_srgb == 1u);
+}
+
+// IEC 61966-2-1, within 1e-6: x^2.4 = t^8 t^1.6 with t = x^(1/4), and t^1.6 by a polynomial. Vulkan promises less of pow.
+fn linear_from_srgb(encoded: vec3<f32>) -> vec3<f32> {
+    let t = sqrt(sqrt((encoded + 0.055) * (1.0 / 1.055)));
+    var power = vec3<f32>(0.02136562);
+    power = power * t - 0.12632361;
+    power = power * t + 0.33817163;
+    power = power * t - 0.57991767;
+    power = power * t + 1.13354766;
+    power = power * t + 0.22339775;
+    power = power * t - 0.0102413986;
+    let t2 = t * t;
+    let t4 = t2 * t2;
+    return select(t4 * t4 * power, encoded * (1.0 / 12.92), encoded <= vec3<f32>(0.04045));
+}
+#endif

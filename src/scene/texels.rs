@@ -1,0 +1,94 @@
+//! The texels of textures, kept at the precision of their source, and the reflectances that they stand for.
+
+use std::sync::OnceLock;
+
+/// Red, green and blue of each texel, in one of three precisions.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Texels {
+    /// 255 is a reflectance of 1.
+    U8(Vec<[u8; 3]>, Encoding),
+    /// 65 535 is a reflectance of 1.
+    U16(Vec<[u16; 3]>, Encoding),
+    /// Reflectances, 0 to 1.
+    F32(Vec<[f32; 3]>),
+}
+
+/// How integers stand for reflectances.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Encoding {
+    Linear,
+    Srgb,
+}
+
+impl Texels {
+    pub fn len(&self) -> usize {
+        match self {
+            Texels::U8(texels, _) => texels.len(),
+            Texels::U16(texels, _) => texels.len(),
+            Texels::F32(texels) => texels.len(),
+        }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The reflectances of a texel.
+    ///
+    /// # Panics
+    /// Where there is no texel of this index.
+    pub fn reflectance(&self, index: usize) -> [f32; 3] {
+        match self {
+            Texels::U8(texels, encoding) => {
+                let decoded = encoding.decoded_u8();
+                texels[index].map(|value| decoded[usize::from(value)])
+            }
+            Texels::U16(texels, encoding) => {
+                let decoded = encoding.decoded_u16();
+                texels[index].map(|value| decoded[usize::from(value)])
+            }
+            Texels::F32(texels) => texels[index],
+        }
+    }
+
+    /// The reflectances of all texels.
+    pub fn reflectances(&self) -> impl Iterator<Item = [f32; 3]> {
+        (0..self.len()).map(|index| self.reflectance(index))
+    }
+}
+
+impl Encoding {
+    /// The reflectance that each 8-bit value stands for.
+    pub(crate) fn decoded_u8(self) -> &'static [f32] {
+        static DECODED: [OnceLock<Vec<f32>>; 2] = [const { OnceLock::new() }; 2];
+        DECODED[self as usize].get_or_init(|| self.decoded(u8::MAX.into()))
+    }
+
+    /// The reflectance that each 16-bit value stands for.
+    pub(crate) fn decoded_u16(self) -> &'static [f32] {
+        static DECODED: [OnceLock<Vec<f32>>; 2] = [const { OnceLock::new() }; 2];
+        DECODED[self as usize].get_or_init(|| self.decoded(u16::MAX))
+    }
+
+    fn decoded(self, last: u16) -> Vec<f32> {
+        let values = (0..=last).map(|value| f64::from(value) / f64::from(last));
+        values.map(|value| self.decode(value)).collect()
+    }
+
+    /// A value from 0 to 1.
+    pub(crate) fn decode(self, encoded: f64) -> f32 {
+        match self {
+            Encoding::Linear => encoded as f32,
+            Encoding::Srgb => linear_from_srgb(encoded) as f32,
+        }
+    }
+}
+
+/// The sRGB transfer function, IEC 61966-2-1: encoded value 0 to 1 to linear value 0 to 1.
+fn linear_from_srgb(encoded: f64) -> f64 {
+    if encoded <= 0.04045 {
+        encoded / 12.92
+    } else {
+        ((encoded + 0.055) / 1.055).powf(2.4)
+    }
+}
