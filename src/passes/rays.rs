@@ -30,7 +30,7 @@ enum Finder {
         node_count: u32,
         group_count: u32,
     },
-    Device(AccelerationStructure),
+    Device(Box<AccelerationStructure>),
 }
 
 /// What the triangles of a scene take.
@@ -68,7 +68,10 @@ impl RayTriangles {
             return Ok(RayTriangles {
                 triangles: list(all_triangle_texels(&corners))?,
                 triangle_count: corners.len() as u32,
-                found_by: Finder::Device(AccelerationStructure::over(commands, &corners_of_each)?),
+                found_by: Finder::Device(Box::new(AccelerationStructure::over(
+                    commands,
+                    &corners_of_each,
+                )?)),
             });
         }
         let tree = RayTree::over(&corners);

@@ -253,7 +253,7 @@ fn surfaces_differ_on_edges_only() {
         println!("{name}: {marked} edge pixels; {differ} other surfaces so far");
         assert!(unmarked.is_empty(), "{name}: {unmarked:?}");
         // Twice as many for each bit less.
-        let most = edges.len() / 100 << (8 - sub_pixel_bits().min(8));
+        let most = (edges.len() / 100) << (8 - sub_pixel_bits().min(8));
         assert!(marked < most, "{name}");
     }
     assert!(differ > 0);
