@@ -9,7 +9,7 @@ use crate::{Error, Result};
 
 /// Every device takes an alignment of scratch memory of this or less.
 const SCRATCH_ALIGNMENT: u64 = 256;
-/// An instance's row of its matrix, bits of its mask, its flags: where it is, seen by every ray, from both sides.
+/// The instance is where its triangles are; every ray sees it, from both sides.
 const IDENTITY: [[f32; 4]; 3] = [
     [1.0, 0.0, 0.0, 0.0],
     [0.0, 1.0, 0.0, 0.0],

@@ -4,7 +4,7 @@ use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, plain_sum}
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{IndirectLight, Sensor, Texels, Texture},
+    scene::{Encoding, IndirectLight, Sensor, Texels, Texture},
 };
 
 /// A demo scene whose indirect light need not be exact.
@@ -116,33 +116,44 @@ fn background_is_black_and_infinitely_far() {
     }
 }
 
-/// A texture of one colour is that colour.
+/// A texture of one colour is that colour, at each precision and by each encoding.
 #[test]
 fn an_even_texture_is_a_factor() {
     let mut gpu = Gpu::open();
-    let mut textured = plain_sum(demo_scene("textured", [32, 32]), 32);
-    let mut plain = textured.clone();
-    for texture in &mut textured.textures {
-        *texture = Texture {
-            size_px: [3, 2],
-            texels: Texels::F32(vec![[0.5, 0.25, 1.0]; 6]),
-            ..Texture::clone(texture)
+    let scene = plain_sum(demo_scene("textured", [32, 32]), 32);
+    // Of sRGB one value on the linear part.
+    let in_8_bits = [188, 9, 255];
+    let in_16_bits = [40_000, 2_000, 65_535];
+    for texels in [
+        Texels::F32(vec![[0.5, 0.25, 1.0]; 6]),
+        Texels::U8(vec![in_8_bits; 6], Encoding::Srgb),
+        Texels::U8(vec![in_8_bits; 6], Encoding::Linear),
+        Texels::U16(vec![in_16_bits; 6], Encoding::Srgb),
+        Texels::U16(vec![in_16_bits; 6], Encoding::Linear),
+    ] {
+        let factors = texels.reflectance(0).map(f64::from);
+        let (mut textured, mut plain) = (scene.clone(), scene.clone());
+        for texture in &mut textured.textures {
+            *texture = Texture {
+                size_px: [3, 2],
+                texels: texels.clone(),
+                ..Texture::clone(texture)
+            }
+            .into();
         }
-        .into();
-    }
-    for material in &mut plain.materials {
-        if material.kd_texture.take().is_some() {
-            let factors = [0.5, 0.25, 1.0];
-            material.kd = std::array::from_fn(|band| material.kd[band] * factors[band]);
+        for material in &mut plain.materials {
+            if material.kd_texture.take().is_some() {
+                material.kd = std::array::from_fn(|band| material.kd[band] * factors[band]);
+            }
         }
-    }
-    let [textured, plain] = [&textured, &plain].map(|scene| gpu.render(scene));
-    assert_is_lit(&plain, Layer::Radiance);
-    let radiances = values(&textured, Layer::Radiance).iter();
-    for (textured, plain) in radiances.zip(values(&plain, Layer::Radiance)) {
-        assert!(
-            (textured - plain).abs() <= 1e-6 * plain,
-            "{textured} {plain}"
-        );
+        let [textured, plain] = [&textured, &plain].map(|scene| gpu.render(scene));
+        assert_is_lit(&plain, Layer::Radiance);
+        let radiances = values(&textured, Layer::Radiance).iter();
+        for (textured, plain) in radiances.zip(values(&plain, Layer::Radiance)) {
+            assert!(
+                (textured - plain).abs() <= 1e-6 * plain,
+                "{texels:?}: {textured} {plain}"
+            );
+        }
     }
 }
