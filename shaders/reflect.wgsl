@@ -20,9 +20,14 @@ fn reflect(pixel: vec2<u32>, diffuse: vec3<f32>, specular: vec3<f32>) -> vec3<f3
     return radiance;
 }
 
-// Sums of squared differences, diffuse and specular, as squares of what is reflected, as if their bands were alike.
+// Sums of squared differences, diffuse and specular, as squares of what is reflected, as if their bands were alike. Where no material is
+// specular the second of them was never written: it may be NaN.
 fn reflect_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
     let diffuse = reflect(pixel, vec3<f32>(0.57735027), vec3<f32>(0.0));
+    var reflected = dot(diffuse, diffuse) * squares.x;
+#if PHONG
     let specular = reflect(pixel, vec3<f32>(0.0), vec3<f32>(0.57735027));
-    return dot(vec2<f32>(dot(diffuse, diffuse), dot(specular, specular)), squares);
+    reflected += dot(specular, specular) * squares.y;
+#endif
+    return reflected;
 }

@@ -336,6 +336,13 @@ impl Device {
         (usage.peak_bytes, usage.largest_bytes) = (usage.bytes, 0);
     }
 
+    /// From here on new buffers and images hold NaN until something is written to them: who reads them before that is found out.
+    #[cfg(feature = "test-hooks")]
+    #[doc(hidden)]
+    pub fn poison_memory(&self) {
+        self.shared.faults.poison_memory();
+    }
+
     /// What there was since a fault was last asked for.
     #[cfg(feature = "test-hooks")]
     #[doc(hidden)]

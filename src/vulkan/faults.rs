@@ -1,6 +1,9 @@
 //! Failures on purpose: what a driver may answer to any call, so that tests can see what becomes of it.
 
-use std::sync::Mutex;
+use std::sync::{
+    Mutex,
+    atomic::{AtomicBool, Ordering::Relaxed},
+};
 
 use super::lock;
 
@@ -30,7 +33,10 @@ pub struct FaultCount {
 }
 
 #[derive(Debug, Default)]
-pub(super) struct Faults(Mutex<(Option<Fault>, FaultCount)>);
+pub(super) struct Faults {
+    asked: Mutex<(Option<Fault>, FaultCount)>,
+    poisons_memory: AtomicBool,
+}
 
 impl Faults {
     /// Asks for a fault, or for none, and counts from here on.
@@ -84,8 +90,17 @@ impl Faults {
         self.with(|fault, _| *fault == Some(Fault::NoTimestamps))
     }
 
+    /// From here on new buffers and images hold NaN in place of what a driver leaves there, which most often is 0.
+    pub fn poison_memory(&self) {
+        self.poisons_memory.store(true, Relaxed);
+    }
+
+    pub fn poisons_memory(&self) -> bool {
+        self.poisons_memory.load(Relaxed)
+    }
+
     fn with<T>(&self, use_it: impl FnOnce(&mut Option<Fault>, &mut FaultCount) -> T) -> T {
-        let mut state = lock(&self.0);
+        let mut state = lock(&self.asked);
         let (fault, count) = &mut *state;
         use_it(fault, count)
     }

@@ -63,6 +63,8 @@ impl Buffer {
         // SAFETY: device and buffer are live.
         let requirements = unsafe { device.raw().get_buffer_memory_requirements(raw) };
         let location = match usage {
+            // Where the host can fill it.
+            BufferUse::Device if device.faults().poisons_memory() => MemoryLocation::CpuToGpu,
             BufferUse::Device => MemoryLocation::GpuOnly,
             BufferUse::Upload | BufferUse::Staging => MemoryLocation::CpuToGpu,
             BufferUse::Readback => MemoryLocation::GpuToCpu,
@@ -73,6 +75,10 @@ impl Buffer {
         device.call("vkBindBufferMemory", |device| unsafe {
             device.bind_buffer_memory(raw, memory.memory(), memory.offset())
         })?;
+        if device.faults().poisons_memory() {
+            let mapped = memory.mapped_slice_mut();
+            mapped.into_iter().for_each(|bytes| bytes.fill(0xff));
+        }
         Ok(buffer)
     }
 

@@ -16,6 +16,10 @@ impl Faults {
         false
     }
 
+    pub fn poisons_memory(&self) -> bool {
+        false
+    }
+
     pub fn ends_in(&self, _name: &str) -> bool {
         false
     }

@@ -7,7 +7,7 @@ use ash::vk::{self, AccessFlags2 as Access, DescriptorType as Kind, PipelineStag
 use bytemuck::Pod;
 
 use super::{
-    AccelerationStructure, Buffer, Device, Image,
+    AccelerationStructure, Buffer, Device, Image, PixelKind,
     command_pool::{CommandBuffer, CommandPool, MAX_TIMED_PASSES, Upload, UploadTarget},
     pipeline::Pipeline,
     shaders::Binding,
@@ -129,6 +129,9 @@ impl<'r> Recorder<'r> {
     pub fn prepare_images(&mut self, images: &[&'r Image]) {
         for image in images {
             self.transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+            if self.device.faults().poisons_memory() && image.shape.pixel == PixelKind::Color {
+                self.fill(image, f32::NAN);
+            }
         }
     }
 
@@ -144,6 +147,19 @@ impl<'r> Recorder<'r> {
             .image(image.raw)
             .subresource_range(image.shape.range(0, image.shape.layer_count()))];
         self.pipeline_barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
+    }
+
+    /// After all work before and ahead of all work behind.
+    fn fill(&mut self, image: &Image, value: f32) {
+        let color = vk::ClearColorValue {
+            float32: [value; 4],
+        };
+        let all = [image.shape.range(0, image.shape.layer_count())];
+        self.barrier();
+        let (raw, layout) = (self.device.raw(), vk::ImageLayout::GENERAL);
+        // SAFETY: the command buffer is being recorded, and the image, which lives until it was submitted, is in this layout.
+        unsafe { raw.cmd_clear_color_image(self.commands, image.raw, layout, &color, &all) };
+        self.barrier();
     }
 
     /// Sets every pixel to zero. By rendering nothing, for CPU drivers clear for a rendering on all their threads.

@@ -2,7 +2,7 @@
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
-    Renderer, Scene,
+    Device, DeviceOptions, Renderer, Scene,
     glam::DVec3,
     output::{Frame, Layer},
     scene::{IndirectLight, Light, Shadow, Shared, VplSum},
@@ -148,19 +148,44 @@ fn assert_same(what: &str, frame: &Frame, other: &Frame) {
     }
     assert_eq!(frame.stats.vpl_count, other.stats.vpl_count, "{what}");
     assert_eq!(frame.stats.ray_count, other.stats.ray_count, "{what}");
+    assert_eq!(frame.stats.estimated_error, other.stats.estimated_error);
 }
 
-#[test]
-fn what_is_kept_does_not_show() {
-    let scenes = [
+fn scenes() -> [Scene; 4] {
+    [
         final_gather(demo_scene("glossy", [24, 24])),
         final_gather(two_lights(demo_scene("textured", [16, 16]))),
         plain_sum(two_lights(demo_scene("cornell", [16, 16])), 16),
         refined(two_lights(demo_scene("cornell_spot", [200, 200]))),
-    ];
+    ]
+}
+
+/// Memory that a driver hands out may hold anything.
+#[test]
+fn what_new_memory_holds_does_not_show() {
+    let mut poisoned = Gpu::open();
+    for mut scene in scenes() {
+        for shadow in [Shadow::Map, Shadow::Rays] {
+            scene.direct.shadow = Some(shadow);
+            // Of its own, for no memory to hold what was written before.
+            let mut plain =
+                Renderer::new(&Device::open(&DeviceOptions::default()).expect("a device"))
+                    .expect("a renderer");
+            let frame = plain.render(&scene, &mut Default::default());
+            assert_same(
+                "new memory",
+                &poisoned.render(&scene),
+                &frame.expect("it renders"),
+            );
+        }
+    }
+}
+
+#[test]
+fn what_is_kept_does_not_show() {
     let mut gpu = Gpu::open();
     let mut anew = Renderer::new(&gpu.device).expect("a renderer");
-    for mut scene in scenes {
+    for mut scene in scenes() {
         for (what, change) in changes() {
             change(&mut scene);
             let frame = gpu.render(&scene);
