@@ -4,8 +4,6 @@
 #import sampling
 
 struct SampleCountParameters {
-    first_receiver: u32,
-    receiver_count: u32,
     // 1: the ranges go on from those that are there; 0: from what the image has.
     goes_on: u32,
     max_packets: u32,
@@ -25,17 +23,19 @@ var gathered_diffuse: texture_storage_2d<rgba32float, read>;
 #if PHONG
 var gathered_specular: texture_storage_2d<rgba32float, read>;
 #endif
+// Matte ones first, then glossy ones, and how many there are of either.
 var<storage, read> receivers: array<u32>;
+var<storage, read> lengths: array<u32>;
 // Of each receiver the packets to take: the first one, and 65536 times the one after the last.
 var<storage, read_write> sample_ranges: array<u32>;
 var<immediate> parameters: SampleCountParameters;
 
 @compute @workgroup_size(64)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if (id.x >= parameters.receiver_count) {
+    let index = id.x;
+    if (index >= lengths[0] + lengths[1]) {
         return;
     }
-    let index = parameters.first_receiver + id.x;
     let packed = receivers[index];
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
     var specular = vec3<f32>(0.0);

@@ -277,8 +277,6 @@ const _: () = {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct SampleCountParameters {
-    pub first_receiver: u32,
-    pub receiver_count: u32,
     pub goes_on: u32,
     pub max_packets: u32,
     pub packets_scale: f32,
@@ -289,17 +287,15 @@ pub struct SampleCountParameters {
     pub own_share: f32,
 }
 const _: () = {
-    assert!(size_of::<SampleCountParameters>() == 40);
-    assert!(std::mem::offset_of!(SampleCountParameters, first_receiver) == 0);
-    assert!(std::mem::offset_of!(SampleCountParameters, receiver_count) == 4);
-    assert!(std::mem::offset_of!(SampleCountParameters, goes_on) == 8);
-    assert!(std::mem::offset_of!(SampleCountParameters, max_packets) == 12);
-    assert!(std::mem::offset_of!(SampleCountParameters, packets_scale) == 16);
-    assert!(std::mem::offset_of!(SampleCountParameters, variance_power) == 20);
-    assert!(std::mem::offset_of!(SampleCountParameters, mean_variance) == 24);
-    assert!(std::mem::offset_of!(SampleCountParameters, least_variance) == 28);
-    assert!(std::mem::offset_of!(SampleCountParameters, least_radiance) == 32);
-    assert!(std::mem::offset_of!(SampleCountParameters, own_share) == 36);
+    assert!(size_of::<SampleCountParameters>() == 32);
+    assert!(std::mem::offset_of!(SampleCountParameters, goes_on) == 0);
+    assert!(std::mem::offset_of!(SampleCountParameters, max_packets) == 4);
+    assert!(std::mem::offset_of!(SampleCountParameters, packets_scale) == 8);
+    assert!(std::mem::offset_of!(SampleCountParameters, variance_power) == 12);
+    assert!(std::mem::offset_of!(SampleCountParameters, mean_variance) == 16);
+    assert!(std::mem::offset_of!(SampleCountParameters, least_variance) == 20);
+    assert!(std::mem::offset_of!(SampleCountParameters, least_radiance) == 24);
+    assert!(std::mem::offset_of!(SampleCountParameters, own_share) == 28);
 };
 
 #[repr(C)]
@@ -3665,13 +3661,14 @@ pub static MODULES: &[Module] = &[
         name: "sample_counts_lambert",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 40,
+        immediate_bytes: 32,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 3, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 6, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 6, name: "lengths", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 7, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
         constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("sample_counts_lambert.spv"),
@@ -3680,7 +3677,7 @@ pub static MODULES: &[Module] = &[
         name: "sample_counts_phong",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 40,
+        immediate_bytes: 32,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
@@ -3688,7 +3685,8 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 9, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 9, name: "lengths", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 10, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
         constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("sample_counts_phong.spv"),

@@ -185,6 +185,7 @@ impl Renderer {
         }
         let space = LocalSpace::of(scene.bounding_box());
         let cost = RefCell::new(Cost::new(options.submission_target));
+        let recorded = RefCell::default();
         let context = Context {
             device: &self.device,
             pipelines: &self.pipelines,
@@ -195,6 +196,7 @@ impl Renderer {
             stays_on_device,
             seed: options.seed,
             cost: &cost,
+            recorded: &recorded,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
         let mut progress = ProgressReport::new(report, plan.lights.len(), plan.indirect.is_some());

@@ -71,7 +71,7 @@ impl<A: Allocate> FrameImages<A> {
 
 impl FrameImages {
     /// Zeros, to which light after light is added, and which stay where there is nothing to gather.
-    pub fn record_clears<'r>(&'r self, recorder: &mut Recorder<'r>) {
+    pub fn record_clears(&self, recorder: &mut Recorder) {
         let others = self.indirect.iter().chain(&self.indirect_stderr);
         for image in others.chain([&self.direct]) {
             recorder.prepare_images(&[image]);

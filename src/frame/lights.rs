@@ -102,7 +102,7 @@ impl Lights {
     }
 
     /// Fills what is new, before anything reads it.
-    pub fn record_clears<'r>(&'r self, recorder: &mut Recorder<'r>) {
+    pub fn record_clears(&self, recorder: &mut Recorder) {
         if let Some(vpls) = &self.vpls {
             vpls.clear(recorder);
         }

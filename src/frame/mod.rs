@@ -62,7 +62,7 @@ pub(crate) fn draw(
     progress.report("gbuffer", 0.0)?;
     let camera = view::of_camera(&context.scene.camera, context.space);
     let camera = upload_view(context.device, &camera)?;
-    context.submit(|r| {
+    context.record(|r| {
         if lights_are_new {
             lights.record_clears(r);
         }
@@ -114,9 +114,10 @@ pub(crate) fn draw(
         (Some(1.0), &images.radiance),
     ] {
         if let (Some(factor), Some(sum)) = (factor, sum) {
-            context.submit(|r| sensor::expose(r, context, factor, direct, indirect, sum))?;
+            context.record(|r| sensor::expose(r, context, factor, direct, indirect, sum))?;
         }
     }
+    context.finish()?;
     let vpl_count = lights.vpl_count() + context.cost.borrow().work_of("light_rays");
     Ok((estimates, vpl_count))
 }

@@ -17,10 +17,11 @@ fn runs_of(item_count: u32) -> Result<u32> {
 
 /// What a compaction needs beside its items and its lists.
 pub(crate) struct Compactor<A: Allocate = Device> {
-    item_count: u32,
+    pub item_count: u32,
     run_count: u32,
     runs: A::Buffer,
-    lengths: A::Buffer,
+    /// Of the two lists, matte and glossy.
+    pub lengths: A::Buffer,
     readback: A::Buffer,
 }
 
@@ -53,13 +54,13 @@ impl Compactor {
 
     /// Records the three kernels of `pass`; `count_words` and `write_words` are the words of its permutations,
     /// `grid_stride` is for the receivers pass.
-    pub fn record<'r>(
-        &'r self,
-        recorder: &mut Recorder<'r>,
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
         context: &Context,
         pass: &'static str,
         [count_words, write_words]: [&[&str]; 2],
-        resources: &[(&str, Resource<'r>)],
+        resources: &[(&str, Resource)],
         grid_stride: u32,
     ) -> Result<()> {
         let pipelines = context.pipelines;
@@ -94,7 +95,7 @@ impl Compactor {
     }
 
     /// The lengths of the lists, after the submission.
-    pub fn lengths(&self) -> Result<ListLengths> {
+    pub fn read_lengths(&self) -> Result<ListLengths> {
         let lengths = self.readback.mapped::<ListLengths>(1)?;
         Ok(lengths.first().copied().unwrap_or_default())
     }

@@ -30,6 +30,8 @@ pub(crate) struct Work {
     pub pass: &'static str,
     pub kernel: &'static str,
     pub amount: u64,
+    /// Of other passes that were recorded before, which takes as long.
+    pub along: u64,
 }
 
 impl Cost {
@@ -44,19 +46,19 @@ impl Cost {
     }
 
     /// Submits recorded passes, waits for them and counts them in.
-    pub fn submit(&mut self, recorder: Recorder) -> Result<()> {
+    pub(super) fn submit(&mut self, recorder: Recorder) -> Result<()> {
         self.times.extend(recorder.submit()?);
         self.submissions += 1;
         Ok(())
     }
 
     /// The same for work, which also tells the speed of its kernel.
-    pub fn submit_work(&mut self, recorder: Recorder, work: Work) -> Result<()> {
+    pub(super) fn submit_work(&mut self, recorder: Recorder, work: Work) -> Result<()> {
         let start = Instant::now();
         self.submit(recorder)?;
         let seconds = start.elapsed().as_secs_f64().max(1e-6);
         self.speeds
-            .insert(work.kernel, work.amount as f64 / seconds);
+            .insert(work.kernel, (work.amount + work.along) as f64 / seconds);
         self.count_work(work.pass, work.amount);
         Ok(())
     }

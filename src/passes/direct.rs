@@ -8,22 +8,22 @@ use crate::{
 
 /// What the shadow test looks into.
 #[derive(Clone, Copy)]
-pub(crate) enum Occluders<'r> {
+pub(crate) enum Occluders<'o> {
     /// The positions and triangles that the light sees.
-    Map(&'r Image),
+    Map(&'o Image),
     /// All triangles.
-    Rays(RayKernel, &'r RayTriangles),
+    Rays(RayKernel, &'o RayTriangles),
 }
 
 /// Shades the G-buffer.
-pub(crate) fn shade<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn shade(
+    recorder: &mut Recorder,
     context: &Context,
-    surfaces: &'r Surfaces,
-    gbuffer: &'r GBuffer,
-    light: &'r DeviceLight,
-    occluders: Occluders<'r>,
-    direct: &'r Image,
+    surfaces: &Surfaces,
+    gbuffer: &GBuffer,
+    light: &DeviceLight,
+    occluders: Occluders,
+    direct: &Image,
 ) -> Result<()> {
     let plan = context.plan;
     let mut words = vec![light.plan.kind, plan.brdf_word()];

@@ -8,14 +8,14 @@ use crate::{
 
 /// Compares the receivers of a list, `count` in all, whose results begin at the first of `results`, and those of a second gather
 /// at `second_result`.
-pub(crate) fn compare<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn compare(
+    recorder: &mut Recorder,
     context: &Context,
-    gbuffer: &'r GBuffer,
-    indirect_radiance: &'r Image,
-    (sample, counts): (&'r Receivers, Option<&'r SampleCounts>),
-    (results, second_result): (&'r Buffer, u32),
-    (estimates, count): (&'r Buffer, u32),
+    gbuffer: &GBuffer,
+    indirect_radiance: &Image,
+    (sample, counts): (&Receivers, Option<&SampleCounts>),
+    (results, second_result): (&Buffer, u32),
+    (estimates, count): (&Buffer, u32),
 ) -> Result<()> {
     let mut resources = gbuffer.resources();
     resources.extend([

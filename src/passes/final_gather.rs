@@ -125,10 +125,10 @@ impl<'b> FinalGather<'b> {
         })
     }
 
-    /// Sends rays from the lights for results from this one on, unless those for the same samples were sent last.
-    fn send_light_rays(&mut self, wanted: LightRaySets, first_result: u32) -> Result<()> {
+    /// Sends rays from the lights for results from this one on, unless those for the same samples were sent last. Returns how many.
+    fn send_light_rays(&mut self, wanted: LightRaySets, first_result: u32) -> Result<u64> {
         if self.sent == Some(wanted) {
-            return Ok(());
+            return Ok(0);
         }
         let sampling = &mut self.sampling[wanted.gathered_for as usize];
         let per_sample = match wanted.set_count {
@@ -147,7 +147,7 @@ impl<'b> FinalGather<'b> {
             Some(table) if table.is_for(set_size) => table,
             _ => sampling.sampler.table(self.context.commands, set_size)?,
         };
-        self.light_rays.trace(
+        let count = self.light_rays.trace(
             self.context,
             (self.tree, self.surfaces),
             (&self.lights, &self.light_list),
@@ -156,7 +156,7 @@ impl<'b> FinalGather<'b> {
             self.kernel,
         )?;
         self.sent = Some(wanted);
-        Ok(())
+        Ok(count)
     }
 
     /// Packets of a receiver, and lights, that a dispatch takes: what the iterations of its loops allow.
@@ -252,7 +252,7 @@ impl Gatherer for FinalGather<'_> {
             seed: light_rays.seed ^ own_seed,
             ..light_rays
         };
-        self.send_light_rays(wanted, results.first)?;
+        let mut light_rays_along = self.send_light_rays(wanted, results.first)?;
         let Some(table) = &self.sampling[light_rays.gathered_for as usize].table else {
             return Err(Error::internal("no rays were sent from the lights"));
         };
@@ -304,7 +304,7 @@ impl Gatherer for FinalGather<'_> {
             let (mut receiver_count, mut rays, mut most_packets) = (0, 0, 0);
             let groups = packets[done as usize..].chunks(receivers_per_group as usize);
             for group in groups.take(MAX_GROUPS as usize) {
-                if rays > 0 && rays as f64 >= budget {
+                if rays > 0 && (rays + light_rays_along) as f64 >= budget {
                     break;
                 }
                 receiver_count += group.len() as u32;
@@ -312,43 +312,44 @@ impl Gatherer for FinalGather<'_> {
                 let packets: u64 = group.iter().copied().map(u64::from).sum();
                 rays += packets * u64::from(PACKET_SAMPLES) * rays_per_sample;
             }
-            let mut recorder = self.context.commands.begin()?;
-            recorder.pass("final_gather", |recorder| {
-                let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
-                let first_packets = (0..most_packets.max(1)).step_by(packets_at_once);
-                for skipped_packets in first_packets {
-                    for first_light in (0..light_count.max(1)).step_by(lights_at_once) {
-                        let is_first = skipped_packets == 0 && first_light == 0;
-                        let parameters = FinalGatherParameters {
-                            camera_position: self.context.camera_position(),
-                            first_receiver: first + done,
-                            receiver_count,
-                            first_result: results.first + done,
-                            adds: (results.adds || !is_first).into(),
-                            skipped_packets,
-                            packet_count: packets_at_once as u32,
-                            first_light,
-                            light_count: (light_count - first_light).min(lights_at_once as u32),
-                            set_size: table.set_size,
-                            set_count: light_rays.set_count,
-                            is_pilot: self.pilot_samples.is_some().into(),
-                            seed: seed ^ own_seed,
-                            ..FinalGatherParameters::default()
-                        };
-                        if !is_first {
-                            recorder.barrier();
+            self.context.record(|recorder| {
+                recorder.pass("final_gather", |recorder| {
+                    let groups = [receiver_count.div_ceil(receivers_per_group), 1, 1];
+                    let first_packets = (0..most_packets.max(1)).step_by(packets_at_once);
+                    for skipped_packets in first_packets {
+                        for first_light in (0..light_count.max(1)).step_by(lights_at_once) {
+                            let is_first = skipped_packets == 0 && first_light == 0;
+                            let parameters = FinalGatherParameters {
+                                camera_position: self.context.camera_position(),
+                                first_receiver: first + done,
+                                receiver_count,
+                                first_result: results.first + done,
+                                adds: (results.adds || !is_first).into(),
+                                skipped_packets,
+                                packet_count: packets_at_once as u32,
+                                first_light,
+                                light_count: (light_count - first_light).min(lights_at_once as u32),
+                                set_size: table.set_size,
+                                set_count: light_rays.set_count,
+                                is_pilot: self.pilot_samples.is_some().into(),
+                                seed: seed ^ own_seed,
+                                ..FinalGatherParameters::default()
+                            };
+                            if !is_first {
+                                recorder.barrier();
+                            }
+                            recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
                         }
-                        recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
                     }
-                }
-                Ok(())
+                    Ok(())
+                })
             })?;
-            let work = Work {
+            self.context.finish_work(Work {
                 pass: "final_gather",
                 kernel: pipeline.module.name,
                 amount: rays,
-            };
-            cost.borrow_mut().submit_work(recorder, work)?;
+                along: std::mem::take(&mut light_rays_along),
+            })?;
             done += receiver_count;
             proceed(f64::from(done) / f64::from(count))?;
         }

@@ -125,34 +125,35 @@ impl<'g> Gather<'g> {
             while summed < list.count {
                 let budget = budget();
                 let mut pairs = 0;
-                let mut recorder = self.context.commands.begin()?;
-                recorder.pass("gather", |recorder| {
-                    while summed < list.count && (pairs == 0 || (pairs as f64) < budget) {
-                        let vpl_count = DISPATCH_VPLS.min(list.count - summed);
-                        let parameters = GatherParameters {
-                            camera_position: self.context.camera_position(),
-                            first_receiver: range.first + done,
-                            receiver_count,
-                            first_vpl: list.first + summed,
-                            vpl_count,
-                            first_result: results.first + done,
-                            is_first: (is_first && summed == 0).into(),
-                            ..GatherParameters::default()
-                        };
-                        // Dispatches add to the same results.
-                        recorder.barrier();
-                        recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
-                        summed += vpl_count;
-                        pairs += u64::from(receiver_count) * u64::from(vpl_count);
-                    }
-                    Ok(())
+                self.context.record(|recorder| {
+                    recorder.pass("gather", |recorder| {
+                        while summed < list.count && (pairs == 0 || (pairs as f64) < budget) {
+                            let vpl_count = DISPATCH_VPLS.min(list.count - summed);
+                            let parameters = GatherParameters {
+                                camera_position: self.context.camera_position(),
+                                first_receiver: range.first + done,
+                                receiver_count,
+                                first_vpl: list.first + summed,
+                                vpl_count,
+                                first_result: results.first + done,
+                                is_first: (is_first && summed == 0).into(),
+                                ..GatherParameters::default()
+                            };
+                            // Dispatches add to the same results.
+                            recorder.barrier();
+                            recorder.dispatch(&pipeline, &resources, &parameters, groups)?;
+                            summed += vpl_count;
+                            pairs += u64::from(receiver_count) * u64::from(vpl_count);
+                        }
+                        Ok(())
+                    })
                 })?;
-                let work = Work {
+                self.context.finish_work(Work {
                     pass: "gather",
                     kernel: module.name,
                     amount: pairs,
-                };
-                cost.borrow_mut().submit_work(recorder, work)?;
+                    along: 0,
+                })?;
                 proceed(pairs)?;
             }
             done += receiver_count;

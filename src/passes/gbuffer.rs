@@ -62,12 +62,12 @@ impl GBuffer {
 }
 
 /// Fills the G-buffer with the surfaces as seen from `view`.
-pub(crate) fn draw<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn draw(
+    recorder: &mut Recorder,
     context: &Context,
-    surfaces: &'r Surfaces,
-    view: &'r Buffer,
-    gbuffer: &'r GBuffer,
+    surfaces: &Surfaces,
+    view: &Buffer,
+    gbuffer: &GBuffer,
 ) -> Result<()> {
     let colors = gbuffer.colors();
     recorder.prepare_images(&colors);

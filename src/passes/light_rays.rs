@@ -1,8 +1,7 @@
 //! Light rays pass: the VPLs of final gathering, where rays from the lights meet the scene.
 
 use super::{
-    Context, cost::Work, hits::HitSurfaces, light::DeviceLight, rays::RayTriangles,
-    vpl_sampler::RayTable,
+    Context, hits::HitSurfaces, light::DeviceLight, rays::RayTriangles, vpl_sampler::RayTable,
 };
 use crate::{
     RayKernel, Result,
@@ -56,7 +55,7 @@ impl LightRays {
         table: &RayTable,
         (set_count, seed): (u32, u32),
         kernel: RayKernel,
-    ) -> Result<()> {
+    ) -> Result<u64> {
         let plan = context.plan;
         let pipelines = context.pipelines;
         let tree_word = tree.kernel_word();
@@ -69,51 +68,49 @@ impl LightRays {
                 if plan.is_textured { "textured" } else { "" },
             ],
         )?;
-        let mut recorder = context.commands.begin()?;
-        recorder.prepare_images(&[&self.vpls]);
-        recorder.pass("light_rays", |recorder| {
-            for (index, (light, rays)) in lights.iter().zip(&table.lights).enumerate() {
-                if rays.ray_count == 0 {
-                    continue;
+        let count = u64::from(table.set_size) * u64::from(set_count);
+        context.cost.borrow_mut().count_work("light_rays", count);
+        context.record(|recorder| {
+            recorder.prepare_images(&[&self.vpls]);
+            recorder.pass("light_rays", |recorder| {
+                for (index, (light, rays)) in lights.iter().zip(&table.lights).enumerate() {
+                    if rays.ray_count == 0 {
+                        continue;
+                    }
+                    let mut resources = tree.resources().to_vec();
+                    resources.extend(surfaces.resources());
+                    resources.extend(table.resources());
+                    resources.extend([
+                        ("lights", light_list.resource()),
+                        ("light_ray_hits", Resource::Buffer(&self.hits)),
+                        ("drawn_vpls", Resource::Image(&self.vpls)),
+                    ]);
+                    let parameters = LightRayParameters {
+                        light_index: index as u32,
+                        first_ray: rays.first_ray,
+                        ray_count: rays.ray_count,
+                        set_size: table.set_size,
+                        set_count,
+                        first_cell: rays.first_cell,
+                        cell_count: rays.cell_count,
+                        stride: rays.stride,
+                        seed,
+                    };
+                    let is_parallel = light.parameters.is_parallel == 1;
+                    let origin = if is_parallel { "parallel" } else { "central" };
+                    let words = ["trace", origin, kernel.name(), tree_word];
+                    let trace = pipelines.compute("light_rays", &words)?;
+                    let rays_per_group = 64 * trace.module.constant("RAYS")?;
+                    let ray_count = rays.ray_count * set_count;
+                    let groups = groups_in_rows(ray_count.div_ceil(rays_per_group));
+                    recorder.dispatch(&trace, &resources, &parameters, groups)?;
+                    recorder.barrier();
+                    let groups = groups_in_rows(ray_count.div_ceil(64));
+                    recorder.dispatch(&shade, &resources, &parameters, groups)?;
                 }
-                let mut resources = tree.resources().to_vec();
-                resources.extend(surfaces.resources());
-                resources.extend(table.resources());
-                resources.extend([
-                    ("lights", light_list.resource()),
-                    ("light_ray_hits", Resource::Buffer(&self.hits)),
-                    ("drawn_vpls", Resource::Image(&self.vpls)),
-                ]);
-                let parameters = LightRayParameters {
-                    light_index: index as u32,
-                    first_ray: rays.first_ray,
-                    ray_count: rays.ray_count,
-                    set_size: table.set_size,
-                    set_count,
-                    first_cell: rays.first_cell,
-                    cell_count: rays.cell_count,
-                    stride: rays.stride,
-                    seed,
-                };
-                let is_parallel = light.parameters.is_parallel == 1;
-                let origin = if is_parallel { "parallel" } else { "central" };
-                let words = ["trace", origin, kernel.name(), tree_word];
-                let trace = pipelines.compute("light_rays", &words)?;
-                let rays_per_group = 64 * trace.module.constant("RAYS")?;
-                let ray_count = rays.ray_count * set_count;
-                let groups = groups_in_rows(ray_count.div_ceil(rays_per_group));
-                recorder.dispatch(&trace, &resources, &parameters, groups)?;
-                recorder.barrier();
-                let groups = groups_in_rows(ray_count.div_ceil(64));
-                recorder.dispatch(&shade, &resources, &parameters, groups)?;
-            }
-            Ok(())
+                Ok(())
+            })
         })?;
-        let work = Work {
-            pass: "light_rays",
-            kernel: shade.module.name,
-            amount: u64::from(table.set_size) * u64::from(set_count),
-        };
-        context.cost.borrow_mut().submit_work(recorder, work)
+        Ok(count)
     }
 }

@@ -5,11 +5,11 @@ use std::cell::RefCell;
 use bytemuck::Pod;
 
 use crate::{
-    LocalSpace, Plan, Result, Scene,
+    Error, LocalSpace, Plan, Result, Scene,
     vulkan::{CommandPool, Device, Pipelines, Recorder, Resource, groups_in_rows},
 };
 
-use cost::Cost;
+use cost::{Cost, Work};
 
 pub(crate) mod compact;
 pub(crate) mod cost;
@@ -55,22 +55,48 @@ pub(crate) struct Context<'c> {
     /// Another number: other samples.
     pub seed: u32,
     pub cost: &'c RefCell<Cost>,
+    /// What was recorded and not submitted.
+    pub recorded: &'c RefCell<Option<Recorder>>,
 }
 
 impl Context<'_> {
-    /// Records passes, submits them, waits for them, and counts them in.
-    pub fn submit<'r>(&self, record: impl FnOnce(&mut Recorder<'r>) -> Result<()>) -> Result<()> {
-        let mut recorder = self.commands.begin()?;
-        record(&mut recorder)?;
-        self.cost.borrow_mut().submit(recorder)
+    /// Records passes, for the next submission.
+    pub fn record(&self, record: impl FnOnce(&mut Recorder) -> Result<()>) -> Result<()> {
+        let mut recorded = self.recorded.borrow_mut();
+        let recorder = match recorded.take() {
+            Some(recorder) => recorder,
+            None => self.commands.begin()?,
+        };
+        record(recorded.insert(recorder))
+    }
+
+    /// Records passes, submits them with what was recorded before, and waits: the host can read what they wrote.
+    pub fn submit(&self, record: impl FnOnce(&mut Recorder) -> Result<()>) -> Result<()> {
+        self.record(record)?;
+        self.finish()
+    }
+
+    /// Submits work with what was recorded before, and waits, which tells the speed of its kernel.
+    pub fn finish_work(&self, work: Work) -> Result<()> {
+        let recorded = self.recorded.take();
+        let recorder = recorded.ok_or_else(|| Error::internal("work was not recorded"))?;
+        self.cost.borrow_mut().submit_work(recorder, work)
+    }
+
+    /// Submits what was recorded and waits.
+    pub fn finish(&self) -> Result<()> {
+        match self.recorded.take() {
+            Some(recorder) => self.cost.borrow_mut().submit(recorder),
+            None => Ok(()),
+        }
     }
 
     /// Records a pass of one kernel with an invocation for each item, or for each pixel of an image.
-    pub fn dispatch<'r, T: Pod>(
+    pub fn dispatch<T: Pod>(
         &self,
-        recorder: &mut Recorder<'r>,
+        recorder: &mut Recorder,
         (pass, words): (&'static str, &[&str]),
-        resources: &[(&str, Resource<'r>)],
+        resources: &[(&str, Resource)],
         parameters: &T,
         [columns, rows]: [u32; 2],
     ) -> Result<()> {

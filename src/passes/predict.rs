@@ -17,12 +17,12 @@ use crate::{
 
 /// Interpolates pixels of a step; the others become candidates that were not gathered before. The coarsest grid has no
 /// neighbours to be predicted from: for it this does nothing.
-pub(crate) fn predict<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn predict(
+    recorder: &mut Recorder,
     context: &Context,
-    gbuffer: &'r GBuffer,
-    images: &'r RefinementImages,
-    receivers: &'r Receivers,
+    gbuffer: &GBuffer,
+    images: &RefinementImages,
+    receivers: &Receivers,
     step: GridStep,
     criteria: RefinementCriteria,
 ) -> Result<()> {

@@ -41,9 +41,18 @@ impl Receivers {
         self.compactor.set_item_count(count)
     }
 
+    pub fn candidate_count(&self) -> u32 {
+        self.compactor.item_count
+    }
+
+    /// How many receivers there are, on the device.
+    pub fn lengths(&self) -> &Buffer {
+        &self.compactor.lengths
+    }
+
     /// The matte receivers and the glossy ones, after the submission.
     pub fn ranges(&self) -> Result<[ReceiverRange; 2]> {
-        let ListLengths { matte, glossy } = self.compactor.lengths()?;
+        let ListLengths { matte, glossy } = self.compactor.read_lengths()?;
         let range = |is_glossy, first, count| ReceiverRange {
             is_glossy,
             first,
@@ -62,14 +71,6 @@ pub(crate) struct ReceiverRange {
 }
 
 impl ReceiverRange {
-    /// All receivers of a list.
-    pub fn all([matte, glossy]: [ReceiverRange; 2]) -> ReceiverRange {
-        ReceiverRange {
-            count: matte.count + glossy.count,
-            ..matte
-        }
-    }
-
     /// The same receivers in ranges of at most `max_count`.
     pub fn split(self, max_count: u32) -> impl Iterator<Item = ReceiverRange> + Clone {
         let starts = (0..self.count).step_by(max_count as usize);
@@ -82,11 +83,11 @@ impl ReceiverRange {
 }
 
 /// Lists the receivers among the candidates: the points of a grid of every `grid_stride`-th pixel, or those of the list.
-pub(crate) fn list<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn list(
+    recorder: &mut Recorder,
     context: &Context,
-    gbuffer: &'r GBuffer,
-    receivers: &'r Receivers,
+    gbuffer: &GBuffer,
+    receivers: &Receivers,
     grid_stride: Option<u32>,
 ) -> Result<()> {
     let brdf = [context.plan.brdf_word()];

@@ -47,19 +47,19 @@ impl<A: Allocate> RefinementImages<A> {
 
 impl RefinementImages {
     /// Nothing is known but what was sampled.
-    pub fn clear<'r>(&'r self, recorder: &mut Recorder<'r>) {
+    pub fn clear(&self, recorder: &mut Recorder) {
         RefinementImages::clear_all(recorder, self.specular.iter().chain([&self.diffuse]));
     }
 
     /// Nothing was sampled.
-    pub fn clear_samples<'r>(&'r self, recorder: &mut Recorder<'r>) {
+    pub fn clear_samples(&self, recorder: &mut Recorder) {
         if let Some(images) = &self.sampling {
             let sums = [&images.sums_diffuse, &images.sampling];
             RefinementImages::clear_all(recorder, images.sums_specular.iter().chain(sums));
         }
     }
 
-    fn clear_all<'r>(recorder: &mut Recorder<'r>, images: impl Iterator<Item = &'r Image>) {
+    fn clear_all<'i>(recorder: &mut Recorder, images: impl Iterator<Item = &'i Image>) {
         for image in images {
             recorder.prepare_images(&[image]);
             recorder.clear_image(image);

@@ -11,12 +11,12 @@ use crate::{
 };
 
 /// L_{P→C} by the bounce, for every pixel with a surface, and its expected error.
-pub(crate) fn resolve<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn resolve(
+    recorder: &mut Recorder,
     context: &Context,
-    gbuffer: &'r GBuffer,
-    images: &'r RefinementImages,
-    indirect_radiance: &'r Image,
+    gbuffer: &GBuffer,
+    images: &RefinementImages,
+    indirect_radiance: &Image,
     criteria: RefinementCriteria,
 ) -> Result<()> {
     let mut resources = gbuffer.resources();

@@ -66,12 +66,12 @@ impl Rsm {
 }
 
 /// Draws the surfaces as seen through each of the light's faces.
-pub(crate) fn draw<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn draw(
+    recorder: &mut Recorder,
     context: &Context,
-    surfaces: &'r Surfaces,
-    light: &'r DeviceLight,
-    rsm: &'r Rsm,
+    surfaces: &Surfaces,
+    light: &DeviceLight,
+    rsm: &Rsm,
 ) -> Result<()> {
     let colors = rsm.colors();
     recorder.prepare_images(&colors);

@@ -58,26 +58,25 @@ impl SampleCounts {
         })
     }
 
-    /// What each receiver takes, from the variances that the image knows.
-    pub fn count<'r>(
-        &'r self,
-        recorder: &mut Recorder<'r>,
+    /// What each receiver of a list takes, from the variances that the image knows. The host knows it after the submission.
+    pub fn count(
+        &self,
+        recorder: &mut Recorder,
         context: &Context,
-        gbuffer: &'r GBuffer,
-        images: &'r RefinementImages,
-        (receivers, range): (&'r Receivers, ReceiverRange),
+        gbuffer: &GBuffer,
+        images: &RefinementImages,
+        receivers: &Receivers,
         criteria: RefinementCriteria,
     ) -> Result<()> {
         let mut resources = gbuffer.resources();
         resources.extend(images.resources());
         resources.extend([
             ("receivers", Resource::Buffer(&receivers.pixels)),
+            ("lengths", Resource::Buffer(receivers.lengths())),
             ("sample_ranges", Resource::Buffer(&self.ranges)),
         ]);
         let allocation = criteria.allocation;
         let parameters = SampleCountParameters {
-            first_receiver: range.first,
-            receiver_count: range.count,
             goes_on: self.goes_on.into(),
             max_packets: allocation.max_packets,
             packets_scale: allocation.packets_scale as f32,
@@ -88,12 +87,11 @@ impl SampleCounts {
             own_share: criteria.own_share(),
         };
         let kernel = ("sample_counts", &[context.plan.brdf_word()][..]);
-        context.dispatch(recorder, kernel, &resources, &parameters, [range.count, 1])
-    }
-
-    /// So that the host knows them after the submission.
-    pub fn read_back<'r>(&'r self, recorder: &mut Recorder<'r>) {
+        let size = [receivers.candidate_count(), 1];
+        context.dispatch(recorder, kernel, &resources, &parameters, size)?;
+        recorder.barrier();
         recorder.copy_buffer(&self.ranges, &self.readback, 4 * u64::from(self.capacity));
+        Ok(())
     }
 
     /// The packets that each receiver takes, as the host knows them.

@@ -14,13 +14,13 @@ use crate::{
 
 /// Takes the first results for the receivers of a range. Where there is noise and pixels may be interpolated, a gather counts as far
 /// as it differs from its prediction by more than noise.
-pub(crate) fn scatter<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn scatter(
+    recorder: &mut Recorder,
     context: &Context,
-    gbuffer: &'r GBuffer,
-    images: &'r RefinementImages,
-    (receivers, range): (&'r Receivers, ReceiverRange),
-    (results, counts): (&'r Buffer, Option<&'r SampleCounts>),
+    gbuffer: &GBuffer,
+    images: &RefinementImages,
+    (receivers, range): (&Receivers, ReceiverRange),
+    (results, counts): (&Buffer, Option<&SampleCounts>),
     criteria: RefinementCriteria,
 ) -> Result<()> {
     let mut resources = gbuffer.resources();

@@ -7,13 +7,13 @@ use crate::{
 };
 
 /// energy = (direct + indirect) · joule_per_irradiance.
-pub(crate) fn expose<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn expose(
+    recorder: &mut Recorder,
     context: &Context,
     joule_per_irradiance: f64,
-    direct: &'r Image,
-    indirect: Option<&'r Image>,
-    energy: &'r Image,
+    direct: &Image,
+    indirect: Option<&Image>,
+    energy: &Image,
 ) -> Result<()> {
     let word = if indirect.is_some() { "indirect" } else { "" };
     let mut resources = vec![

@@ -27,12 +27,12 @@ impl<A: Allocate> ShadowMap<A> {
 }
 
 /// Draws the surfaces as seen through each of the light's faces.
-pub(crate) fn draw<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn draw(
+    recorder: &mut Recorder,
     context: &Context,
-    surfaces: &'r Surfaces,
-    light: &'r DeviceLight,
-    map: &'r ShadowMap,
+    surfaces: &Surfaces,
+    light: &DeviceLight,
+    map: &ShadowMap,
 ) -> Result<()> {
     recorder.prepare_images(&[&map.position, &map.depth]);
     recorder.pass("shadow", |recorder| {

@@ -35,12 +35,12 @@ impl<A: Allocate> Smoothing<A> {
 
 impl Smoothing {
     /// Replaces what was gathered on the grid.
-    pub fn smooth<'r>(
-        &'r self,
-        recorder: &mut Recorder<'r>,
+    pub fn smooth(
+        &self,
+        recorder: &mut Recorder,
         context: &Context,
-        gbuffer: &'r GBuffer,
-        images: &'r RefinementImages,
+        gbuffer: &GBuffer,
+        images: &RefinementImages,
         criteria: RefinementCriteria,
     ) -> Result<()> {
         let parameters = SmoothParameters {

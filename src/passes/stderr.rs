@@ -7,11 +7,11 @@ use crate::{
 };
 
 /// From what the resolve pass expects, times factors for gathered and for interpolated pixels.
-pub(crate) fn fill<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn fill(
+    recorder: &mut Recorder,
     context: &Context,
-    indirect_radiance: &'r Image,
-    stderr: &'r Image,
+    indirect_radiance: &Image,
+    stderr: &Image,
     [gathered_factor, interpolated_factor]: [f64; 2],
 ) -> Result<()> {
     let resources = [

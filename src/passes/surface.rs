@@ -93,14 +93,14 @@ impl Surfaces {
 
     /// Draws every surface as seen from a view, by the shader of the pass. Without the word for a BRDF the pass writes positions
     /// and triangles only, which need neither normals nor textures.
-    pub fn draw<'r>(
-        &'r self,
-        recorder: &mut Recorder<'r>,
+    pub fn draw(
+        &self,
+        recorder: &mut Recorder,
         context: &Context,
         (pass, brdf): (&str, Option<&str>),
-        target: &Target<'_, 'r>,
-        view: &'r Buffer,
-        more_resources: &[(&str, Resource<'r>)],
+        target: &Target,
+        view: &Buffer,
+        more_resources: &[(&str, Resource)],
     ) -> Result<()> {
         let pipelines = context.pipelines;
         recorder.render(target, |recorder| {

@@ -53,7 +53,7 @@ impl<A: Allocate> VplLists<A> {
 
 impl VplLists {
     /// Zeros: what lies behind a list is read, too, and must be numbers.
-    pub fn clear<'r>(&'r self, recorder: &mut Recorder<'r>) {
+    pub fn clear(&self, recorder: &mut Recorder) {
         for list in [Some(&self.matte), self.glossy.as_ref()]
             .into_iter()
             .flatten()
@@ -70,17 +70,17 @@ impl VplLists {
 
     /// How many VPLs there are of either kind, after the submission.
     pub fn lengths(&self) -> Result<ListLengths> {
-        self.compactor.lengths()
+        self.compactor.read_lengths()
     }
 }
 
 /// Lists the VPLs of an RSM, in the light's own place among those of all lights.
-pub(crate) fn extract<'r>(
-    recorder: &mut Recorder<'r>,
+pub(crate) fn extract(
+    recorder: &mut Recorder,
     context: &Context,
-    light: &'r DeviceLight,
-    rsm: &'r Rsm,
-    vpls: &'r VplLists,
+    light: &DeviceLight,
+    rsm: &Rsm,
+    vpls: &VplLists,
 ) -> Result<()> {
     let mut resources = rsm.resources();
     resources.extend([

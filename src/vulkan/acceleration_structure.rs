@@ -1,10 +1,10 @@
 //! Triangles as the device's own rays meet them (`VK_KHR_acceleration_structure`, `VK_KHR_ray_query`).
 
-use std::slice;
+use std::{slice, sync::Arc};
 
 use ash::{khr::acceleration_structure::Device as Functions, vk};
 
-use super::{Buffer, BufferUse, CommandPool, Device};
+use super::{Buffer, BufferUse, CommandPool, Device, memory::Kept};
 use crate::{Error, Result};
 
 /// Every device takes an alignment of scratch memory of this or less.
@@ -20,6 +20,10 @@ const NO_CULLING: u32 = vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISAB
 
 /// Two levels over a list of triangles, of which the upper one holds the lower one once, in place.
 pub(crate) struct AccelerationStructure {
+    levels: Arc<Levels>,
+}
+
+struct Levels {
     top: Level,
     _bottom: Level,
 }
@@ -80,14 +84,21 @@ impl AccelerationStructure {
         }
         recorder.submit()?;
         Ok(AccelerationStructure {
-            top: top.level,
-            _bottom: bottom.level,
+            levels: Arc::new(Levels {
+                top: top.level,
+                _bottom: bottom.level,
+            }),
         })
     }
 
     /// What shaders traverse.
     pub(super) fn raw(&self) -> vk::AccelerationStructureKHR {
-        self.top.raw
+        self.levels.top.raw
+    }
+
+    /// Keeps it beyond its own end.
+    pub(super) fn keep(&self) -> Kept {
+        self.levels.clone()
     }
 }
 
@@ -185,7 +196,7 @@ impl Level {
 impl Drop for Level {
     fn drop(&mut self) {
         if let Ok(functions) = functions(&self.device) {
-            // SAFETY: recorders wait for their submissions, so the device no longer uses it.
+            // SAFETY: recorders keep what they name until the device is done with it.
             unsafe { functions.destroy_acceleration_structure(self.raw, None) };
         }
     }

@@ -50,8 +50,8 @@ impl CommandPool {
         &self.shared.device
     }
 
-    /// A command buffer to record. It begins with the uploads that wait, so what they fill is ready for it and all that follow.
-    pub fn begin<'r>(&self) -> Result<Recorder<'r>> {
+    /// A command buffer to record. It begins with the uploads that wait, and each of its passes with those that have come since.
+    pub fn begin(&self) -> Result<Recorder> {
         let idle = lock(&self.shared.idle).pop();
         let commands = match idle {
             Some(mut commands) => {
@@ -60,8 +60,11 @@ impl CommandPool {
             }
             None => CommandBuffer::new(&self.shared.device)?,
         };
-        let uploads = std::mem::take(&mut *lock(&self.shared.uploads));
-        Recorder::begin(self, commands, uploads)
+        Recorder::begin(self, commands)
+    }
+
+    pub(super) fn take_uploads(&self) -> Vec<Upload> {
+        std::mem::take(&mut *lock(&self.shared.uploads))
     }
 
     /// A buffer of the device's own memory, which the next command buffer fills.

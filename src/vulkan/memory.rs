@@ -1,4 +1,6 @@
-//! Buffers and images that free themselves.
+//! Buffers and images that free themselves, once no command buffer names them any more.
+
+use std::{any::Any, sync::Arc};
 
 use ash::vk;
 use bytemuck::Pod;
@@ -23,13 +25,21 @@ pub(crate) enum BufferUse {
     Readback,
 }
 
+/// Something that command buffers name, kept until they have run.
+pub(super) type Kept = Arc<dyn Any + Send + Sync>;
+
 /// A buffer of device memory.
 pub(crate) struct Buffer {
-    device: Device,
     pub(super) raw: vk::Buffer,
+    pub bytes: u64,
+    owned: Arc<OwnedBuffer>,
+}
+
+struct OwnedBuffer {
+    device: Device,
+    raw: vk::Buffer,
     /// Taken out when freed.
     allocation: Option<Allocation>,
-    pub bytes: u64,
 }
 
 impl Buffer {
@@ -54,11 +64,10 @@ impl Buffer {
             device.create_buffer(&info, None)
         })?;
         // From here on the buffer is destroyed on every way out.
-        let mut buffer = Buffer {
+        let mut owned = OwnedBuffer {
             device: device.clone(),
             raw,
             allocation: None,
-            bytes,
         };
         // SAFETY: device and buffer are live.
         let requirements = unsafe { device.raw().get_buffer_memory_requirements(raw) };
@@ -70,7 +79,7 @@ impl Buffer {
             BufferUse::Readback => MemoryLocation::GpuToCpu,
         };
         let memory = allocate(device, what, requirements, location, true)?;
-        let memory = buffer.allocation.insert(memory);
+        let memory = owned.allocation.insert(memory);
         // SAFETY: the memory was allocated for this buffer's requirements and is bound once.
         device.call("vkBindBufferMemory", |device| unsafe {
             device.bind_buffer_memory(raw, memory.memory(), memory.offset())
@@ -79,14 +88,20 @@ impl Buffer {
             let mapped = memory.mapped_slice_mut();
             mapped.into_iter().for_each(|bytes| bytes.fill(0xff));
         }
-        Ok(buffer)
+        let owned = Arc::new(owned);
+        Ok(Buffer { raw, bytes, owned })
+    }
+
+    /// Keeps it beyond its own end.
+    pub(super) fn keep(&self) -> Kept {
+        self.owned.clone()
     }
 
     /// Where the device finds a buffer that is for it alone. Only where it has rays of its own.
     pub(super) fn address(&self) -> u64 {
         let info = vk::BufferDeviceAddressInfo::default().buffer(self.raw);
         // SAFETY: the buffer is live and was made with this usage.
-        unsafe { self.device.raw().get_buffer_device_address(&info) }
+        unsafe { self.owned.device.raw().get_buffer_device_address(&info) }
     }
 
     /// A buffer filled with values, for shaders.
@@ -106,22 +121,22 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Writes values to the start of a buffer that is not for the device alone, and that the device does not use.
+    /// Writes values to the start of a buffer that is not for the device alone, and that no command buffer names.
     pub fn write<T: Pod>(&mut self, values: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(values);
-        self.allocation
-            .as_mut()
+        Arc::get_mut(&mut self.owned)
+            .and_then(|owned| owned.allocation.as_mut())
             .and_then(Allocation::mapped_slice_mut)
             .and_then(|memory| memory.get_mut(..bytes.len()))
-            .ok_or_else(|| Error::internal("a buffer to be filled is not mapped"))?
+            .ok_or_else(|| Error::internal("a buffer to be filled is in use or not mapped"))?
             .copy_from_slice(bytes);
         Ok(())
     }
 
     /// The first `count` values of a readback buffer, after the submission that wrote it has completed.
     pub fn mapped<T: Pod>(&self, count: usize) -> Result<&[T]> {
-        self.allocation
-            .as_ref()
+        let allocation = self.owned.allocation.as_ref();
+        allocation
             .and_then(Allocation::mapped_slice)
             .and_then(|memory| memory.get(..count * size_of::<T>()))
             .and_then(|bytes| bytemuck::try_cast_slice(bytes).ok())
@@ -129,9 +144,9 @@ impl Buffer {
     }
 }
 
-impl Drop for Buffer {
+impl Drop for OwnedBuffer {
     fn drop(&mut self) {
-        // SAFETY: recorders wait for their submissions, so the device no longer uses the buffer.
+        // SAFETY: recorders keep what they name until the device is done with it.
         unsafe { self.device.raw().destroy_buffer(self.raw, None) };
         free(&self.device, self.allocation.take());
     }
@@ -241,12 +256,17 @@ pub(super) const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 
 /// An image, with a view of all of it and one of each layer.
 pub(crate) struct Image {
-    device: Device,
-    pub(super) raw: vk::Image,
-    allocation: Option<Allocation>,
-    pub(super) view: vk::ImageView,
-    pub(super) layer_views: Vec<vk::ImageView>,
     pub shape: ImageShape,
+    owned: Arc<OwnedImage>,
+}
+
+pub(super) struct OwnedImage {
+    device: Device,
+    pub raw: vk::Image,
+    allocation: Option<Allocation>,
+    pub view: vk::ImageView,
+    pub layer_views: Vec<vk::ImageView>,
+    shape: ImageShape,
 }
 
 impl Image {
@@ -277,7 +297,7 @@ impl Image {
             device.create_image(&info, None)
         })?;
         // From here on the image is destroyed on every way out.
-        let mut image = Image {
+        let mut image = OwnedImage {
             device: device.clone(),
             raw,
             allocation: None,
@@ -302,14 +322,27 @@ impl Image {
             let view = image.make_view(vk::ImageViewType::TYPE_2D, layer, 1)?;
             image.layer_views.push(view);
         }
-        Ok(image)
+        let owned = Arc::new(image);
+        Ok(Image { shape, owned })
+    }
+
+    /// What Vulkan knows it by.
+    pub(super) fn handles(&self) -> &OwnedImage {
+        &self.owned
+    }
+
+    /// Keeps it beyond its own end.
+    pub(super) fn keep(&self) -> Kept {
+        self.owned.clone()
     }
 
     /// The Vulkan image: four 32-bit floats a pixel, in layout GENERAL once something was written to it.
     pub fn handle(&self) -> (vk::Image, vk::Format) {
-        (self.raw, self.shape.format())
+        (self.owned.raw, self.shape.format())
     }
+}
 
+impl OwnedImage {
     fn make_view(&self, kind: vk::ImageViewType, first: u32, count: u32) -> Result<vk::ImageView> {
         let info = vk::ImageViewCreateInfo::default()
             .image(self.raw)
@@ -323,10 +356,9 @@ impl Image {
     }
 }
 
-impl Drop for Image {
+impl Drop for OwnedImage {
     fn drop(&mut self) {
-        // SAFETY: recorders wait for their submissions, so the device no longer uses image or views; destroying a null
-        // handle does nothing.
+        // SAFETY: recorders keep what they name until the device is done with it; destroying a null handle does nothing.
         unsafe {
             for &view in self.layer_views.iter().chain([&self.view]) {
                 self.device.raw().destroy_image_view(view, None);

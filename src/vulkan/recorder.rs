@@ -1,6 +1,6 @@
 //! One command buffer: recorded, submitted, waited for.
 
-use std::{marker::PhantomData, mem::ManuallyDrop, slice, sync::Arc, time::Instant};
+use std::{mem::ManuallyDrop, slice, sync::Arc, time::Instant};
 
 use ash::khr::acceleration_structure;
 use ash::vk::{self, AccessFlags2 as Access, DescriptorType as Kind, PipelineStageFlags2 as On};
@@ -9,6 +9,7 @@ use bytemuck::Pod;
 use super::{
     AccelerationStructure, Buffer, Device, Image, PixelKind,
     command_pool::{CommandBuffer, CommandPool, MAX_TIMED_PASSES, Upload, UploadTarget},
+    memory::Kept,
     pipeline::Pipeline,
     shaders::Binding,
 };
@@ -35,19 +36,19 @@ pub(crate) enum Resource<'r> {
 }
 
 /// What a draw writes to.
-pub(crate) struct Target<'t, 'r> {
-    pub colors: &'t [&'r Image],
+pub(crate) struct Target<'t> {
+    pub colors: &'t [&'t Image],
     /// Scratch, without layers.
-    pub depth: &'r Image,
+    pub depth: &'t Image,
     /// Layer of the colour images.
     pub layer: u32,
     /// What the pixels without a surface hold, per colour image.
     pub clear: &'t [[f32; 4]],
 }
 
-/// A command buffer while it is recorded. Everything that it names must live until it was submitted (`'r`); submitting
-/// waits for the device, so nothing is in use afterwards.
-pub(crate) struct Recorder<'r> {
+/// A command buffer while it is recorded. It keeps everything that it names; submitting waits for the device, so nothing is in use
+/// afterwards.
+pub(crate) struct Recorder {
     device: Device,
     home: CommandPool,
     commands: vk::CommandBuffer,
@@ -62,9 +63,10 @@ pub(crate) struct Recorder<'r> {
     stage: Stage,
     /// In use, each with a descriptor set of its own.
     bound: Vec<(Arc<Pipeline>, vk::DescriptorSet)>,
-    /// Copied first.
+    /// What was copied to the device.
     uploads: Vec<Upload>,
-    resources: PhantomData<&'r ()>,
+    /// What its commands name.
+    kept: Vec<Kept>,
 }
 
 /// How far a command buffer has come.
@@ -76,17 +78,13 @@ enum Stage {
     Complete,
 }
 
-impl<'r> Recorder<'r> {
+impl Recorder {
     /// Begins a command buffer that nothing uses.
-    pub(super) fn begin(
-        home: &CommandPool,
-        buffer: CommandBuffer,
-        uploads: Vec<Upload>,
-    ) -> Result<Self> {
+    pub(super) fn begin(home: &CommandPool, buffer: CommandBuffer) -> Result<Self> {
         let device = home.device();
         let (commands, queries) = (buffer.raw, buffer.queries);
         // From here on all goes back on every way out.
-        let recorder = Recorder {
+        let mut recorder = Recorder {
             device: device.clone(),
             home: home.clone(),
             commands,
@@ -96,8 +94,8 @@ impl<'r> Recorder<'r> {
             ends_in: device.faults().next_submission_ends_in(),
             stage: Stage::Recorded,
             bound: Vec::new(),
-            uploads,
-            resources: PhantomData,
+            uploads: Vec::new(),
+            kept: Vec::new(),
         };
         let begin = vk::CommandBufferBeginInfo::default()
             .flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
@@ -111,22 +109,22 @@ impl<'r> Recorder<'r> {
         Ok(recorder)
     }
 
-    fn copy_uploads(&self) {
-        let raw = self.device.raw();
-        for Upload { staging, to } in &self.uploads {
-            match to {
+    /// Copies what waits to be copied: it is ready for all that follows.
+    fn copy_uploads(&mut self) {
+        for upload in self.home.take_uploads() {
+            match &upload.to {
                 UploadTarget::Buffer(to) => {
-                    let regions = [vk::BufferCopy::default().size(staging.bytes.min(to.bytes))];
-                    // SAFETY: both ranges lie in their buffers, which live until the work is done.
-                    unsafe { raw.cmd_copy_buffer(self.commands, staging.raw, to.raw, &regions) };
+                    let bytes = upload.staging.bytes.min(to.bytes);
+                    self.copy_buffer(&upload.staging, to, bytes);
                 }
-                UploadTarget::Image(to) => self.copy_to_new_image(staging, to),
+                UploadTarget::Image(to) => self.copy_to_new_image(&upload.staging, to),
             }
+            self.uploads.push(upload);
         }
     }
 
     /// Brings new images into the layout that they keep. Their contents are undefined.
-    pub fn prepare_images(&mut self, images: &[&'r Image]) {
+    pub fn prepare_images(&mut self, images: &[&Image]) {
         for image in images {
             self.transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
             if self.device.faults().poisons_memory() && image.shape.pixel == PixelKind::Color {
@@ -136,7 +134,8 @@ impl<'r> Recorder<'r> {
     }
 
     /// Changes an image's layout, after all work before and ahead of all work behind.
-    fn transition(&self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+    fn transition(&mut self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+        self.kept.push(image.keep());
         let barriers = [vk::ImageMemoryBarrier2::default()
             .src_stage_mask(On::ALL_COMMANDS)
             .src_access_mask(Access::MEMORY_WRITE)
@@ -144,7 +143,7 @@ impl<'r> Recorder<'r> {
             .dst_access_mask(Access::MEMORY_READ | Access::MEMORY_WRITE)
             .old_layout(from)
             .new_layout(to)
-            .image(image.raw)
+            .image(image.handles().raw)
             .subresource_range(image.shape.range(0, image.shape.layer_count()))];
         self.pipeline_barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
     }
@@ -157,14 +156,16 @@ impl<'r> Recorder<'r> {
         let all = [image.shape.range(0, image.shape.layer_count())];
         self.barrier();
         let (raw, layout) = (self.device.raw(), vk::ImageLayout::GENERAL);
-        // SAFETY: the command buffer is being recorded, and the image, which lives until it was submitted, is in this layout.
-        unsafe { raw.cmd_clear_color_image(self.commands, image.raw, layout, &color, &all) };
+        let image = image.handles().raw;
+        // SAFETY: the command buffer is being recorded, and the image, which the transition has kept, is in this layout.
+        unsafe { raw.cmd_clear_color_image(self.commands, image, layout, &color, &all) };
         self.barrier();
     }
 
     /// Sets every pixel to zero. By rendering nothing, for CPU drivers clear for a rendering on all their threads.
-    pub fn clear_image(&mut self, image: &'r Image) {
-        for &view in &image.layer_views {
+    pub fn clear_image(&mut self, image: &Image) {
+        self.kept.push(image.keep());
+        for &view in &image.handles().layer_views {
             let color = [cleared(view, [0.0; 4])];
             self.begin_rendering(image.shape.size_px, &color, None);
             self.end_rendering();
@@ -191,7 +192,7 @@ impl<'r> Recorder<'r> {
 
     fn pipeline_barrier(&self, dependency: &vk::DependencyInfo) {
         let raw = self.device.raw();
-        // SAFETY: the command buffer is being recorded, and images live until it was submitted.
+        // SAFETY: the command buffer is being recorded, and images are kept.
         unsafe { raw.cmd_pipeline_barrier2(self.commands, dependency) };
     }
 
@@ -207,6 +208,7 @@ impl<'r> Recorder<'r> {
         if self.device.faults().ends_in(name) {
             self.ends_in = Some(self.passes.len());
         }
+        self.copy_uploads();
         self.barrier();
         let query = 2 * self.passes.len() as u32;
         self.passes.push(name);
@@ -249,7 +251,7 @@ impl<'r> Recorder<'r> {
     pub fn dispatch<T: Pod>(
         &mut self,
         pipeline: &Arc<Pipeline>,
-        resources: &[(&str, Resource<'r>)],
+        resources: &[(&str, Resource)],
         immediate: &T,
         groups: [u32; 3],
     ) -> Result<()> {
@@ -283,18 +285,22 @@ impl<'r> Recorder<'r> {
     /// Clears the target and draws into it what `record` draws.
     pub fn render(
         &mut self,
-        target: &Target<'_, 'r>,
+        target: &Target,
         record: impl FnOnce(&mut Self) -> Result<()>,
     ) -> Result<()> {
         // The rendering before may have used the same depth image.
         self.barrier();
         let size_px = target.depth.shape.size_px;
+        let images = target.colors.iter().chain([&target.depth]);
+        self.kept.extend(images.map(|image| image.keep()));
         let colors = target.colors.iter().zip(target.clear);
         let colors: Vec<_> = colors
-            .map(|(image, &clear)| cleared(image.layer_views[target.layer as usize], clear))
+            .map(|(image, &clear)| {
+                cleared(image.handles().layer_views[target.layer as usize], clear)
+            })
             .collect();
         // Reversed depth: 0 is infinitely far.
-        let depth = cleared(target.depth.view, [0.0; 4]);
+        let depth = cleared(target.depth.handles().view, [0.0; 4]);
         self.begin_rendering(size_px, &colors, Some(&depth));
         let viewport = vk::Viewport {
             width: size_px[0] as f32,
@@ -327,7 +333,7 @@ impl<'r> Recorder<'r> {
             rendering = rendering.depth_attachment(depth);
         }
         let raw = self.device.raw();
-        // SAFETY: the command buffer is being recorded and the images live until it was submitted.
+        // SAFETY: the command buffer is being recorded and the images are kept.
         unsafe { raw.cmd_begin_rendering(self.commands, &rendering) };
     }
 
@@ -340,7 +346,7 @@ impl<'r> Recorder<'r> {
     pub fn bind_raster(
         &mut self,
         pipeline: &Arc<Pipeline>,
-        resources: &[(&str, Resource<'r>)],
+        resources: &[(&str, Resource)],
     ) -> Result<()> {
         self.bind(vk::PipelineBindPoint::GRAPHICS, pipeline, resources)
     }
@@ -365,22 +371,20 @@ impl<'r> Recorder<'r> {
 
     /// Fills an image anew with a buffer's first bytes.
     #[cfg(feature = "internals")]
-    pub fn copy_to_image(&mut self, from: &'r Buffer, to: &'r Image) {
+    pub fn copy_to_image(&mut self, from: &Buffer, to: &Image) {
         self.copy_to_new_image(from, to);
     }
 
     /// Copies a buffer's first bytes into the whole of a new image and brings that into its layout.
-    fn copy_to_new_image(&self, from: &Buffer, to: &Image) {
+    fn copy_to_new_image(&mut self, from: &Buffer, to: &Image) {
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         self.transition(to, vk::ImageLayout::UNDEFINED, layout);
-        let (raw, regions) = (self.device.raw(), [image_copy(to)]);
-        // SAFETY: the buffer holds as many pixels as the image, both live until the submission.
-        unsafe { raw.cmd_copy_buffer_to_image(self.commands, from.raw, to.raw, layout, &regions) };
+        self.copy_region(from, to, image_copy(to));
         self.transition(to, layout, vk::ImageLayout::GENERAL);
     }
 
     /// Copies a buffer's first bytes into a layer of an image, whose layers are filled one after the other, this way alone.
-    pub fn copy_to_layer(&mut self, from: &'r Buffer, to: &'r Image, layer: u32) {
+    pub fn copy_to_layer(&mut self, from: &Buffer, to: &Image, layer: u32) {
         let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
         if layer == 0 {
             self.transition(to, vk::ImageLayout::UNDEFINED, layout);
@@ -388,29 +392,39 @@ impl<'r> Recorder<'r> {
         let mut region = image_copy(to);
         region.image_subresource.base_array_layer = layer;
         region.image_subresource.layer_count = 1;
-        let raw = self.device.raw();
-        // SAFETY: the buffer holds as many pixels as the layer, both live until the submission.
-        unsafe { raw.cmd_copy_buffer_to_image(self.commands, from.raw, to.raw, layout, &[region]) };
+        self.copy_region(from, to, region);
         if layer + 1 == to.shape.layer_count() {
             self.transition(to, layout, vk::ImageLayout::GENERAL);
         }
     }
 
+    /// Copies a buffer's first bytes into a region of an image that is ready for it.
+    fn copy_region(&mut self, from: &Buffer, to: &Image, region: vk::BufferImageCopy) {
+        self.kept.extend([from.keep(), to.keep()]);
+        let (raw, layout) = (self.device.raw(), vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+        let (from, to) = (from.raw, to.handles().raw);
+        // SAFETY: the buffer holds as many pixels as the region, and both are kept.
+        unsafe { raw.cmd_copy_buffer_to_image(self.commands, from, to, layout, &[region]) };
+    }
+
     /// Copies the whole of an image to the start of a buffer.
-    pub fn copy_from_image(&mut self, from: &'r Image, to: &'r Buffer) {
+    pub fn copy_from_image(&mut self, from: &Image, to: &Buffer) {
         let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
         self.transition(from, vk::ImageLayout::GENERAL, layout);
+        self.kept.push(to.keep());
         let (raw, regions) = (self.device.raw(), [image_copy(from)]);
-        // SAFETY: the buffer was made for the image's pixels, both live until the submission.
-        unsafe { raw.cmd_copy_image_to_buffer(self.commands, from.raw, layout, to.raw, &regions) };
+        let image = from.handles().raw;
+        // SAFETY: the buffer was made for the image's pixels, and both are kept.
+        unsafe { raw.cmd_copy_image_to_buffer(self.commands, image, layout, to.raw, &regions) };
         self.transition(from, layout, vk::ImageLayout::GENERAL);
     }
 
     /// Copies the first `bytes` bytes of a buffer to the start of another.
-    pub fn copy_buffer(&mut self, from: &'r Buffer, to: &'r Buffer, bytes: u64) {
+    pub fn copy_buffer(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
+        self.kept.extend([from.keep(), to.keep()]);
         let regions = [vk::BufferCopy::default().size(bytes)];
         let raw = self.device.raw();
-        // SAFETY: both ranges lie in their buffers, which live until the submission.
+        // SAFETY: both ranges lie in their buffers, which are kept.
         unsafe { raw.cmd_copy_buffer(self.commands, from.raw, to.raw, &regions) };
     }
 
@@ -428,7 +442,7 @@ impl<'r> Recorder<'r> {
         &mut self,
         point: vk::PipelineBindPoint,
         pipeline: &Arc<Pipeline>,
-        resources: &[(&str, Resource<'r>)],
+        resources: &[(&str, Resource)],
     ) -> Result<()> {
         let mut infos = Vec::with_capacity(pipeline.bindings.len());
         for Binding { name, kind, .. } in &pipeline.bindings {
@@ -445,15 +459,19 @@ impl<'r> Recorder<'r> {
                     if *kind == Kind::ACCELERATION_STRUCTURE_KHR =>
                 {
                     structure = found.raw();
+                    self.kept.push(found.keep());
                 }
                 Some((_, Resource::Buffer(buffer)))
                     if matches!(*kind, Kind::UNIFORM_BUFFER | Kind::STORAGE_BUFFER) =>
                 {
                     buffer_info = buffer_info.buffer(buffer.raw).range(vk::WHOLE_SIZE);
+                    self.kept.push(buffer.keep());
                 }
                 Some((_, Resource::Image(image))) if is_image => {
                     let layout = vk::ImageLayout::GENERAL;
-                    image_info = image_info.image_view(image.view).image_layout(layout);
+                    image_info = image_info.image_view(image.handles().view);
+                    image_info = image_info.image_layout(layout);
+                    self.kept.push(image.keep());
                 }
                 Some(_) => return fail("has a resource of the other kind"),
                 None => return fail("has no resource"),
@@ -486,7 +504,7 @@ impl<'r> Recorder<'r> {
             })
             .collect();
         let (raw, layout) = (self.device.raw(), pipeline.layout);
-        // SAFETY: pipeline, layout and resources are live until the submission, the writes match the layout, and no other
+        // SAFETY: pipeline, layout and resources are kept, the writes match the layout, and no other
         // command buffer uses the set.
         unsafe {
             raw.update_descriptor_sets(&writes, &[]);
@@ -536,7 +554,7 @@ impl<'r> Recorder<'r> {
         device.call("vkEndCommandBuffer", |raw| unsafe {
             raw.end_command_buffer(self.commands)
         })?;
-        // SAFETY: everything that the command buffer names is alive for `'r`.
+        // SAFETY: everything that the command buffer names is kept.
         device.call("vkQueueSubmit2", |raw| {
             device.with_queue(|queue| unsafe { raw.queue_submit2(queue, &submit, fence) })
         })?;
@@ -563,13 +581,13 @@ impl<'r> Recorder<'r> {
     }
 }
 
-impl Drop for Recorder<'_> {
+impl Drop for Recorder {
     fn drop(&mut self) {
         // SAFETY: it is not used again.
         let buffer = unsafe { ManuallyDrop::take(&mut self.buffer) };
         if self.stage == Stage::InFlight {
             let raw = self.device.raw();
-            // The wait for the fence failed. Whoever owns the resources frees them next, so the device must be done.
+            // The wait for the fence failed. What is kept is freed next, so the device must be done.
             // SAFETY: nobody submits meanwhile. Where this fails too, the device is lost.
             let _ = self
                 .device

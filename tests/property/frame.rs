@@ -80,16 +80,16 @@ fn every_gather_kernel_gives_the_same() {
     }
 }
 
-/// The order of summation must not depend on how fast the device happens to be.
+/// The order of summation must not depend on how fast the device happens to be, nor the samples of a pixel.
 #[test]
 fn submissions_do_not_show() {
     let mut gpu = Gpu::open();
-    for estimator in VplSum::ALL {
-        for name in ["cornell", "glossy"] {
-            let mut scene = scene(name, estimator);
-            // More pairs than the first submission takes, whose size is fixed, and VPLs for several dispatches.
-            scene.camera.resolution_px = [160, 160];
-            scene.indirect = Some(IndirectLight::vpl_sum(estimator, 64));
+    for name in ["cornell", "glossy"] {
+        let sums = VplSum::ALL.map(|sum| IndirectLight::vpl_sum(sum, 64));
+        for indirect in sums.into_iter().chain([IndirectLight::final_gather(0.05)]) {
+            let mut scene = demo_scene(name, [160, 160]);
+            // More than the first submission takes, whose size is fixed, and VPLs for several dispatches.
+            scene.indirect = Some(indirect);
             let mut render = |submission_target| {
                 let mut options = RenderOptions {
                     submission_target,
@@ -107,7 +107,7 @@ fn submissions_do_not_show() {
             // How many these are depends on the device's speed.
             let some = render(Duration::from_millis(5));
             for other in [many, some] {
-                assert!(few.layers == other.layers, "{name}, {estimator:?}");
+                assert!(few.layers == other.layers, "{name}, {indirect:?}");
             }
         }
     }

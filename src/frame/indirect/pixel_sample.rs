@@ -121,8 +121,8 @@ impl PixelSample {
             Some(counts) => counts,
             None => SampleCounts::even(context, self.count, 0)?,
         };
+        let receivers = &self.receivers;
         context.submit(|recorder| {
-            let receivers = (&self.receivers, ReceiverRange::all(self.ranges));
             counts.count(
                 recorder,
                 context,
@@ -130,9 +130,7 @@ impl PixelSample {
                 images,
                 receivers,
                 criteria,
-            )?;
-            counts.read_back(recorder);
-            Ok(())
+            )
         })?;
         let samples = GatheredWith {
             counts: &counts,

@@ -12,7 +12,7 @@ use crate::{
         gatherer::{GatheredFor, Gatherer, LightRaySets, Results, Samples},
         gbuffer::GBuffer,
         predict,
-        receivers::{self, ReceiverRange, Receivers},
+        receivers::{self, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
         resolve,
         sample_counts::SampleCounts,
@@ -99,7 +99,7 @@ impl Refiner<'_, '_> {
             return Ok(());
         };
         let (context, radiance) = (self.context, self.indirect_radiance);
-        context.submit(|recorder| stderr::fill(recorder, context, radiance, layer, factors))
+        context.record(|recorder| stderr::fill(recorder, context, radiance, layer, factors))
     }
 
     pub fn resources(&self, coarsest_stride: u32) -> Result<RefinementResources> {
@@ -121,7 +121,7 @@ impl Refiner<'_, '_> {
         let is_first = attempt.number == 0;
         let starts_anew = is_first || !self.gatherer.is_exact();
         if starts_anew {
-            context.submit(|recorder| {
+            context.record(|recorder| {
                 resources.images.clear(recorder);
                 if is_first {
                     resources.images.clear_samples(recorder);
@@ -152,13 +152,13 @@ impl Refiner<'_, '_> {
             let smoothing = resources.smoothing.as_ref();
             if let Some(smoothing) = smoothing.filter(|_| index + 1 == grid_steps) {
                 let images = &resources.images;
-                context.submit(|recorder| {
+                context.record(|recorder| {
                     smoothing.smooth(recorder, context, gbuffer, images, criteria)
                 })?;
             }
         }
         let (images, radiance) = (&resources.images, self.indirect_radiance);
-        context.submit(|recorder| {
+        context.record(|recorder| {
             resolve::resolve(
                 recorder,
                 context,
@@ -171,7 +171,7 @@ impl Refiner<'_, '_> {
         Ok(true)
     }
 
-    /// Interpolates the pixels of a step that may be, and lists the others.
+    /// Interpolates the pixels of a step that may be, and lists the others with the samples that they take.
     fn list(
         &self,
         resources: &mut RefinementResources,
@@ -191,7 +191,11 @@ impl Refiner<'_, '_> {
             predict::predict(
                 recorder, context, gbuffer, images, receivers, step, criteria,
             )?;
-            receivers::list(recorder, context, gbuffer, receivers, grid_stride)
+            receivers::list(recorder, context, gbuffer, receivers, grid_stride)?;
+            if let Some(counts) = &resources.counts {
+                counts.count(recorder, context, gbuffer, images, receivers, criteria)?;
+            }
+            Ok(())
         })
     }
 
@@ -213,21 +217,6 @@ impl Refiner<'_, '_> {
         let ranges = receivers.ranges()?;
         let total: u32 = ranges.iter().map(|range| range.count).sum();
         let pass = self.gatherer.pass();
-        if let Some(counts) = counts {
-            let all = ReceiverRange::all(ranges);
-            context.submit(|recorder| {
-                counts.count(
-                    recorder,
-                    context,
-                    gbuffer,
-                    images,
-                    (receivers, all),
-                    criteria,
-                )?;
-                counts.read_back(recorder);
-                Ok(())
-            })?;
-        }
         let most = match counts {
             Some(_) => LightRaySets::max_receivers(attempt.samples),
             None => MAX_RESULTS,
@@ -259,7 +248,7 @@ impl Refiner<'_, '_> {
             };
             self.gatherer
                 .gather((receivers, range), results, samples, &mut proceed)?;
-            context.submit(|recorder| {
+            context.record(|recorder| {
                 let receivers = (receivers, range);
                 let results = (&resources.results, counts.as_ref());
                 scatter::scatter(
