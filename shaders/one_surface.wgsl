@@ -2,7 +2,7 @@
 
 #import reflect
 
-var normal_geometric: texture_storage_2d<rgba32float, read>;
+var normal_geometric: texture_2d<f32>;
 
 // Of the normals of two pixels.
 const MIN_COSINE: f32 = 0.9;
@@ -21,7 +21,7 @@ struct Facing {
 fn facing_at(pixel: vec2<u32>) -> Facing {
     var facing: Facing;
     facing.position = textureLoad(position_mesh, pixel).xyz;
-    facing.normal = textureLoad(normal_geometric, pixel).xyz;
+    facing.normal = textureLoad(normal_geometric, pixel, 0).xyz;
 #if PHONG
     facing.ks_shininess = textureLoad(ks_shininess, pixel);
 #endif

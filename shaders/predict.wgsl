@@ -23,11 +23,7 @@ struct PredictParameters {
     own_share: f32,
 }
 
-#if PHONG
-var gathered_specular: texture_storage_2d<rgba32float, read_write>;
-#endif
-// What was gathered, and the pixel's state.
-var gathered_diffuse: texture_storage_2d<rgba32float, read_write>;
+var gathered: texture_storage_2d_array<rgba32float, read_write>;
 // Pixels to gather as column + 65536 · row, or NO_PIXEL.
 var<storage, read_write> candidates: array<u32>;
 var<immediate> parameters: PredictParameters;
@@ -87,7 +83,7 @@ fn compute_main(
         return;
     }
     // Where gathers are exact, an earlier attempt may have gathered it.
-    if (textureLoad(position_mesh, pixel).w == 0.0 || is_gathered(decode_state(textureLoad(gathered_diffuse, pixel).w))) {
+    if (textureLoad(position_mesh, pixel).w == 0.0 || is_gathered(decode_state(textureLoad(gathered, pixel, DIFFUSE).w))) {
         candidates[item] = NO_PIXEL;
         return;
     }
@@ -118,7 +114,7 @@ fn compute_main(
         let place = vec2<i32>(pixel) + offset * i32(parameters.reach);
         let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
         let neighbour = select(pixel, vec2<u32>(place), is_inside);
-        let known = textureLoad(gathered_diffuse, neighbour);
+        let known = textureLoad(gathered, neighbour, DIFFUSE);
         let state = decode_state(known.w);
         let other = facing_at(neighbour);
         let is_known = is_gathered(state) || state.kind == INTERPOLATED;
@@ -133,7 +129,7 @@ fn compute_main(
         add(&normal_plane, other.normal, weight, at);
         add(&square_plane, vec3<f32>(at * at, 0.0), weight, at);
 #if PHONG
-        add(&specular_plane, textureLoad(gathered_specular, neighbour).rgb, weight, at);
+        add(&specular_plane, textureLoad(gathered, neighbour, SPECULAR).rgb, weight, at);
 #endif
 #if NOISY
         let known_samples = known_sampling(neighbour);
@@ -160,7 +156,7 @@ fn compute_main(
     var specular = vec3<f32>(0.0);
 #if PHONG
     specular = max(value_of(specular_plane, shares), vec3<f32>(0.0));
-    textureStore(gathered_specular, pixel, vec4<f32>(specular, 0.0));
+    textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
 #endif
     // The spacing has shrunk by √2 since the neighbours' errors were seen, and those are of second order. What leans to one side
     // is worse.
@@ -171,11 +167,11 @@ fn compute_main(
     expected_error = max(expected_error, TURNING * turned * radiance / max(parameters.own_share * radiance, parameters.least_radiance));
     var is_known = has_plane && has_error && expected_error <= parameters.tolerance;
 #if NOISY
-    let own_packets = textureLoad(sampling, pixel).x;
+    let own_packets = textureLoad(samples, pixel, SAMPLED).x;
     // What was gathered stays gathered.
     is_known &= own_packets == 0.0;
     sampled = select(sampled_anyhow, sampled, sampled.w > 0.0);
-    textureStore(sampling, pixel, vec4<f32>(own_packets, sampled.xyz / max(sampled.w, 1.0)));
+    textureStore(samples, pixel, SAMPLED, vec4<f32>(own_packets, sampled.xyz / max(sampled.w, 1.0)));
 #endif
     // How light bends along an axis shows only where neighbours lie to both sides: not in a strip two pixels wide.
     let bends = abs(value_of(square_plane, shares).xy);
@@ -183,6 +179,6 @@ fn compute_main(
     let to_gather = PixelState(select(UNKNOWN, select(PREDICTED_ONE_WAY, PREDICTED, is_telling), has_plane), 0.0);
     let state = encode_state(to_gather);
     let interpolated = encode_state(PixelState(INTERPOLATED, expected_error));
-    textureStore(gathered_diffuse, pixel, vec4<f32>(diffuse, select(state, interpolated, is_known)));
+    textureStore(gathered, pixel, DIFFUSE, vec4<f32>(diffuse, select(state, interpolated, is_known)));
     candidates[item] = select(pixel.x + (pixel.y << 16u), NO_PIXEL, is_known);
 }

@@ -1,5 +1,9 @@
 // What is known of a pixel between the passes of the refinement.
 
+// Layers of the image `gathered`: what the diffuse lobe reflects for k_d = 1, W/sr/m², and the pixel's state; and what the specular lobe does.
+const DIFFUSE: u32 = 0u;
+const SPECULAR: u32 = 1u;
+
 // Where a list of pixels has none. Pixels are column + 65536 · row.
 const NO_PIXEL: u32 = 0xffffffffu;
 

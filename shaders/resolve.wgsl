@@ -17,10 +17,7 @@ struct ResolveParameters {
     own_share: f32,
 }
 
-#if PHONG
-var gathered_specular: texture_storage_2d<rgba32float, read>;
-#endif
-var gathered_diffuse: texture_storage_2d<rgba32float, read>;
+var gathered: texture_storage_2d_array<rgba32float, read>;
 // The radiance; and what its error is expected to be but for a factor, all bands together: negative for an interpolated pixel.
 var indirect_radiance: texture_storage_2d<rgba32float, write>;
 var<immediate> parameters: ResolveParameters;
@@ -31,24 +28,28 @@ const LEAST_NOISE: f32 = 0.1;
 @compute @workgroup_size(8, 8)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = id.xy;
-    if (any(pixel >= textureDimensions(position_mesh)) || textureLoad(position_mesh, pixel).w == 0.0) {
+    if (any(pixel >= textureDimensions(gathered))) {
+        return;
+    }
+    let diffuse = textureLoad(gathered, pixel, DIFFUSE);
+    let state = decode_state(diffuse.w);
+    // Nothing is known of the background.
+    if (state.kind == UNKNOWN) {
         return;
     }
     var specular = vec3<f32>(0.0);
 #if PHONG
-    specular = textureLoad(gathered_specular, pixel).rgb;
+    specular = textureLoad(gathered, pixel, SPECULAR).rgb;
 #endif
-    let gathered = textureLoad(gathered_diffuse, pixel);
-    let radiance = reflect(pixel, gathered.rgb, specular);
+    let radiance = reflect(pixel, diffuse.rgb, specular);
     var error = 0.0;
 #if NOISY
-    let state = decode_state(gathered.w);
     let own = length(radiance);
     let least = parameters.relative_noise * max(own, parameters.least_radiance);
     let of_prediction = state.error * 1.7320508 * max(parameters.own_share * own * 0.57735027, parameters.least_radiance);
     // Of the pixel's gather, or of those around it, if that is more: few samples know little of their own variance.
     let known = known_sampling(pixel);
-    let variances = max(known.variances, textureLoad(sampling, pixel).yz);
+    let variances = max(known.variances, textureLoad(samples, pixel, SAMPLED).yz);
     let variance = variance_of_mean(reflect_squares(pixel, variances), known.packets, parameters.evenness, parameters.variance_rate);
     if (state.kind == INTERPOLATED) {
         error = -max(sqrt(variance + of_prediction * of_prediction), LEAST_NOISE * least);

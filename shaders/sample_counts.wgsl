@@ -19,10 +19,7 @@ struct SampleCountParameters {
     own_share: f32,
 }
 
-var gathered_diffuse: texture_storage_2d<rgba32float, read>;
-#if PHONG
-var gathered_specular: texture_storage_2d<rgba32float, read>;
-#endif
+var gathered: texture_storage_2d_array<rgba32float, read>;
 // Matte ones first, then glossy ones, and how many there are of either.
 var<storage, read> receivers: array<u32>;
 var<storage, read> lengths: array<u32>;
@@ -40,12 +37,12 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
     var specular = vec3<f32>(0.0);
 #if PHONG
-    specular = textureLoad(gathered_specular, pixel).rgb;
+    specular = textureLoad(gathered, pixel, SPECULAR).rgb;
 #endif
     // All bands together.
-    let radiance = length(reflect(pixel, textureLoad(gathered_diffuse, pixel).rgb, specular));
+    let radiance = length(reflect(pixel, textureLoad(gathered, pixel, DIFFUSE).rgb, specular));
     let counted = max(parameters.own_share * radiance, 1.7320508 * parameters.least_radiance);
-    let around = textureLoad(sampling, pixel);
+    let around = textureLoad(samples, pixel, SAMPLED);
     // Not by the pixel's own samples: where they have missed light, they would stay few, and the pixel too dark.
     let known = reflect_squares(pixel, around.yz);
     let variance = select(parameters.mean_variance, max(known, parameters.least_variance * radiance * radiance) / (counted * counted), known > 0.0);

@@ -19,10 +19,7 @@ struct ScatterParameters {
     variance_rate: f32,
 }
 
-#if PHONG
-var gathered_specular: texture_storage_2d<rgba32float, read_write>;
-#endif
-var gathered_diffuse: texture_storage_2d<rgba32float, read_write>;
+var gathered: texture_storage_2d_array<rgba32float, read_write>;
 var<storage, read> receivers: array<u32>;
 // Two a receiver: diffuse, specular. Of noisy gathers the sums over samples, and of their squared differences.
 var<storage, read> results: array<vec4<f32>>;
@@ -42,7 +39,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let packed = receivers[parameters.first_receiver + id.x];
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
-    let predicted = textureLoad(gathered_diffuse, pixel);
+    let predicted = textureLoad(gathered, pixel, DIFFUSE);
     let kind = decode_state(predicted.w).kind;
     let is_predicted = kind == PREDICTED || kind == PREDICTED_ONE_WAY;
     var diffuse = results[2u * id.x].rgb;
@@ -50,27 +47,27 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     var predicted_specular = vec3<f32>(0.0);
 #if PHONG
     specular = results[2u * id.x + 1u].rgb;
-    predicted_specular = textureLoad(gathered_specular, pixel).rgb;
+    predicted_specular = textureLoad(gathered, pixel, SPECULAR).rgb;
 #endif
 #if NOISY
     // What was sampled before counts on.
-    let sums = textureLoad(sums_diffuse, pixel) + results[2u * id.x];
-    textureStore(sums_diffuse, pixel, sums);
+    let sums = textureLoad(samples, pixel, SUMS_DIFFUSE) + results[2u * id.x];
+    textureStore(samples, pixel, SUMS_DIFFUSE, sums);
     let packets = f32(sample_ranges[parameters.first_receiver + id.x] >> 16u);
-    let samples = PACKET_SAMPLES * packets;
-    diffuse = sums.rgb / samples;
+    let sample_count = PACKET_SAMPLES * packets;
+    diffuse = sums.rgb / sample_count;
 #if PHONG
-    let specular_sums = textureLoad(sums_specular, pixel) + results[2u * id.x + 1u];
-    textureStore(sums_specular, pixel, specular_sums);
-    specular = specular_sums.rgb / samples;
+    let specular_sums = textureLoad(samples, pixel, SUMS_SPECULAR) + results[2u * id.x + 1u];
+    textureStore(samples, pixel, SUMS_SPECULAR, specular_sums);
+    specular = specular_sums.rgb / sample_count;
 #endif
-    textureStore(sampling, pixel, vec4<f32>(packets, textureLoad(sampling, pixel).yzw));
+    textureStore(samples, pixel, SAMPLED, vec4<f32>(packets, textureLoad(samples, pixel, SAMPLED).yzw));
 #endif
     let deviation = length(reflect(pixel, diffuse - predicted.rgb, specular - predicted_specular));
     var error = deviation;
 #if NOISY
     let own_variance = variance_of_mean(reflect_squares(pixel, known_sampling(pixel).variances), packets, parameters.evenness, parameters.variance_rate);
-    let variance_around = variance_of_mean(reflect_squares(pixel, textureLoad(sampling, pixel).yz), packets, parameters.evenness, parameters.variance_rate);
+    let variance_around = variance_of_mean(reflect_squares(pixel, textureLoad(samples, pixel, SAMPLED).yz), packets, parameters.evenness, parameters.variance_rate);
     let expected = reflect(pixel, predicted.rgb, predicted_specular);
     let is_doubtful = own_variance == 0.0 && variance_around > RARE * dot(expected, expected);
     let variance = select(own_variance, variance_around, is_doubtful);
@@ -83,12 +80,12 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 #endif
 #if PHONG
-    textureStore(gathered_specular, pixel, vec4<f32>(specular, 0.0));
+    textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
 #endif
     var state = PixelState(GATHERED_UNPREDICTED, 0.0);
     if (kind == PREDICTED) {
         let radiance = length(reflect(pixel, diffuse, specular)) * 0.57735027;
         state = PixelState(GATHERED, error * 0.57735027 / max(parameters.own_share * radiance, parameters.least_radiance));
     }
-    textureStore(gathered_diffuse, pixel, vec4<f32>(diffuse, encode_state(state)));
+    textureStore(gathered, pixel, DIFFUSE, vec4<f32>(diffuse, encode_state(state)));
 }

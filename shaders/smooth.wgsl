@@ -16,10 +16,7 @@ struct SmoothParameters {
     variance_rate: f32,
 }
 
-#if PHONG
-var gathered_specular: texture_storage_2d<rgba32float, read_write>;
-#endif
-var gathered_diffuse: texture_storage_2d<rgba32float, read_write>;
+var gathered: texture_storage_2d_array<rgba32float, read_write>;
 // Two a point of the grid: diffuse, specular.
 var<storage, read_write> smoothed: array<vec4<f32>>;
 var<immediate> parameters: SmoothParameters;
@@ -75,7 +72,7 @@ fn compute_main(
         return;
     }
     let pixel = parameters.stride * vec2<u32>(item % parameters.columns, item / parameters.columns);
-    let own = textureLoad(gathered_diffuse, pixel);
+    let own = textureLoad(gathered, pixel, DIFFUSE);
     if (!is_gathered(decode_state(own.w))) {
         return;
     }
@@ -96,7 +93,7 @@ fn compute_main(
             let place = vec2<i32>(pixel) + i32(parameters.stride) * vec2<i32>(x, y);
             let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
             let other_pixel = select(pixel, vec2<u32>(place), is_inside);
-            let other = textureLoad(gathered_diffuse, other_pixel);
+            let other = textureLoad(gathered, other_pixel, DIFFUSE);
             // A point is always of one surface with itself, whatever rounding says.
             let is_own = x == 0 && y == 0;
             let is_one = is_inside && is_gathered(decode_state(other.w)) && (is_own || is_one_surface(facing, facing_at(other_pixel)));
@@ -109,7 +106,7 @@ fn compute_main(
             diffuse_squares += weight * dot(other.rgb, other.rgb);
             sum_of_variances += weight * variances(other_pixel);
 #if PHONG
-            let specular = textureLoad(gathered_specular, other_pixel).rgb;
+            let specular = textureLoad(gathered, other_pixel, SPECULAR).rgb;
             add(&specular_plane, specular, weight, at);
             specular_squares += weight * dot(specular, specular);
 #endif
@@ -128,14 +125,14 @@ fn compute_main(
     let diffuse = smooth_value(own.rgb, diffuse_plane, fit, diffuse_squares, variance.x);
     smoothed[2u * item] = vec4<f32>(max(select(own.rgb, diffuse, has_plane), vec3<f32>(0.0)), own.w);
 #if PHONG
-    let own_specular = textureLoad(gathered_specular, pixel).rgb;
+    let own_specular = textureLoad(gathered, pixel, SPECULAR).rgb;
     let specular = smooth_value(own_specular, specular_plane, fit, specular_squares, variance.y);
     smoothed[2u * item + 1u] = vec4<f32>(max(select(own_specular, specular, has_plane), vec3<f32>(0.0)), 0.0);
 #endif
 #else
-    textureStore(gathered_diffuse, pixel, smoothed[2u * item]);
+    textureStore(gathered, pixel, DIFFUSE, smoothed[2u * item]);
 #if PHONG
-    textureStore(gathered_specular, pixel, smoothed[2u * item + 1u]);
+    textureStore(gathered, pixel, SPECULAR, smoothed[2u * item + 1u]);
 #endif
 #endif
 }

@@ -682,7 +682,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 3, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("DIFFUSE", 0), ("SPECULAR", 1), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("receivers_count_lambert.spv"),
     },
     Module {
@@ -696,7 +696,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ks_shininess", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("DIFFUSE", 0), ("SPECULAR", 1), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("receivers_count_phong.spv"),
     },
     Module {
@@ -711,7 +711,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("DIFFUSE", 0), ("SPECULAR", 1), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("receivers_write_lambert.spv"),
     },
     Module {
@@ -727,7 +727,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        constants: &[("RUN_ITEMS", 64), ("NOTHING", 0), ("MATTE", 1), ("GLOSSY", 2), ("NO_PIXEL", 4294967295), ("DIFFUSE", 0), ("SPECULAR", 1), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("receivers_write_phong.spv"),
     },
     Module {
@@ -2188,7 +2188,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet.spv"),
     },
     Module {
@@ -2212,7 +2212,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -2236,7 +2236,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single.spv"),
     },
     Module {
@@ -2260,7 +2260,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single_tree.spv"),
     },
     Module {
@@ -2285,7 +2285,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -2310,7 +2310,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2335,7 +2335,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single.spv"),
     },
     Module {
@@ -2360,7 +2360,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2384,7 +2384,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet.spv"),
     },
     Module {
@@ -2408,7 +2408,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -2432,7 +2432,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single.spv"),
     },
     Module {
@@ -2456,7 +2456,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2481,7 +2481,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2506,7 +2506,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2531,7 +2531,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2556,7 +2556,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2580,7 +2580,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet.spv"),
     },
     Module {
@@ -2604,7 +2604,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -2628,7 +2628,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single.spv"),
     },
     Module {
@@ -2652,7 +2652,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single_tree.spv"),
     },
     Module {
@@ -2677,7 +2677,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -2702,7 +2702,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -2727,7 +2727,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single.spv"),
     },
     Module {
@@ -2752,7 +2752,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -2776,7 +2776,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet.spv"),
     },
     Module {
@@ -2800,7 +2800,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -2824,7 +2824,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single.spv"),
     },
     Module {
@@ -2848,7 +2848,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -2873,7 +2873,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -2898,7 +2898,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -2923,7 +2923,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -2948,7 +2948,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -2973,7 +2973,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet.spv"),
     },
     Module {
@@ -2998,7 +2998,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet_tree.spv"),
     },
     Module {
@@ -3023,7 +3023,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single.spv"),
     },
     Module {
@@ -3048,7 +3048,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single_tree.spv"),
     },
     Module {
@@ -3074,7 +3074,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet.spv"),
     },
     Module {
@@ -3100,7 +3100,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -3126,7 +3126,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single.spv"),
     },
     Module {
@@ -3152,7 +3152,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single_tree.spv"),
     },
     Module {
@@ -3177,7 +3177,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet.spv"),
     },
     Module {
@@ -3202,7 +3202,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet_tree.spv"),
     },
     Module {
@@ -3227,7 +3227,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single.spv"),
     },
     Module {
@@ -3252,7 +3252,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single_tree.spv"),
     },
     Module {
@@ -3278,7 +3278,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet.spv"),
     },
     Module {
@@ -3304,7 +3304,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -3330,7 +3330,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single.spv"),
     },
     Module {
@@ -3356,7 +3356,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -3380,7 +3380,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_query.spv"),
     },
     Module {
@@ -3405,7 +3405,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_query.spv"),
     },
     Module {
@@ -3429,7 +3429,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_query.spv"),
     },
     Module {
@@ -3454,7 +3454,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_query.spv"),
     },
     Module {
@@ -3478,7 +3478,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_query.spv"),
     },
     Module {
@@ -3503,7 +3503,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_query.spv"),
     },
     Module {
@@ -3527,7 +3527,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_query.spv"),
     },
     Module {
@@ -3552,7 +3552,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_query.spv"),
     },
     Module {
@@ -3577,7 +3577,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_query.spv"),
     },
     Module {
@@ -3603,7 +3603,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_query.spv"),
     },
     Module {
@@ -3628,7 +3628,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_query.spv"),
     },
     Module {
@@ -3654,7 +3654,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_query.spv"),
     },
     Module {
@@ -3664,13 +3664,13 @@ pub static MODULES: &[Module] = &[
         immediate_bytes: 32,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
-            Binding { binding: 3, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 6, name: "lengths", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 7, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 2, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 3, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 5, name: "lengths", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 6, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("sample_counts_lambert.spv"),
     },
     Module {
@@ -3681,14 +3681,13 @@ pub static MODULES: &[Module] = &[
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 6, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 7, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 8, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 9, name: "lengths", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 10, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 3, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 6, name: "lengths", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 7, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("sample_counts_phong.spv"),
     },
     Module {
@@ -3699,11 +3698,11 @@ pub static MODULES: &[Module] = &[
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
-            Binding { binding: 2, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_lambert_exact.spv"),
     },
     Module {
@@ -3714,13 +3713,12 @@ pub static MODULES: &[Module] = &[
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
-            Binding { binding: 2, name: "sums_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 6, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 2, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 3, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 4, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_lambert_noisy.spv"),
     },
     Module {
@@ -3732,12 +3730,11 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 6, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 3, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 4, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_phong_exact.spv"),
     },
     Module {
@@ -3749,15 +3746,12 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "sums_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "sums_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 6, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 7, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 8, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 9, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 3, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 5, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ("CENTRES", 0), ("EDGES", 1), ("NEIGHBOURS", 12), ],
         spirv: include_bytes!("predict_phong_noisy.spv"),
     },
     Module {
@@ -3767,11 +3761,11 @@ pub static MODULES: &[Module] = &[
         immediate_bytes: 28,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
-            Binding { binding: 2, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 3, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_lambert_exact.spv"),
     },
     Module {
@@ -3781,14 +3775,13 @@ pub static MODULES: &[Module] = &[
         immediate_bytes: 28,
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
-            Binding { binding: 2, name: "sums_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 6, name: "results", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 7, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 2, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 3, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 5, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 6, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("scatter_lambert_noisy.spv"),
     },
     Module {
@@ -3799,12 +3792,11 @@ pub static MODULES: &[Module] = &[
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 6, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 3, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 5, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("scatter_phong_exact.spv"),
     },
     Module {
@@ -3815,16 +3807,13 @@ pub static MODULES: &[Module] = &[
         bindings: &[
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "sums_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "sums_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 6, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 7, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 8, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 9, name: "results", kind: DescriptorType::STORAGE_BUFFER },
-            Binding { binding: 10, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 3, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 6, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 7, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("scatter_phong_noisy.spv"),
     },
     Module {
@@ -3834,13 +3823,12 @@ pub static MODULES: &[Module] = &[
         immediate_bytes: 20,
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 2, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "sums_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 6, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 2, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("smooth_fit_lambert.spv"),
     },
     Module {
@@ -3851,15 +3839,12 @@ pub static MODULES: &[Module] = &[
         bindings: &[
             Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "sums_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "sums_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 6, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 7, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 8, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 9, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 3, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 4, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("smooth_fit_phong.spv"),
     },
     Module {
@@ -3868,10 +3853,10 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [64, 1, 1],
         immediate_bytes: 20,
         bindings: &[
-            Binding { binding: 5, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 6, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 4, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("smooth_store_lambert.spv"),
     },
     Module {
@@ -3880,11 +3865,10 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [64, 1, 1],
         immediate_bytes: 20,
         bindings: &[
-            Binding { binding: 7, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 8, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 9, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 5, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "smoothed", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("smooth_store_phong.spv"),
     },
     Module {
@@ -3893,12 +3877,11 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [8, 8, 1],
         immediate_bytes: 0,
         bindings: &[
-            Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
-            Binding { binding: 2, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 3, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("resolve_lambert_exact.spv"),
     },
     Module {
@@ -3907,14 +3890,12 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [8, 8, 1],
         immediate_bytes: 20,
         bindings: &[
-            Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
-            Binding { binding: 2, name: "sums_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 3, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("resolve_lambert_noisy.spv"),
     },
     Module {
@@ -3923,14 +3904,12 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [8, 8, 1],
         immediate_bytes: 0,
         bindings: &[
-            Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 3, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
         spirv: include_bytes!("resolve_phong_exact.spv"),
     },
     Module {
@@ -3939,17 +3918,13 @@ pub static MODULES: &[Module] = &[
         workgroup_size: [8, 8, 1],
         immediate_bytes: 20,
         bindings: &[
-            Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 3, name: "sums_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 4, name: "sums_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 5, name: "sampling", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 6, name: "gathered_specular", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 7, name: "gathered_diffuse", kind: DescriptorType::STORAGE_IMAGE },
-            Binding { binding: 8, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 3, name: "samples", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "gathered", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ],
+        constants: &[("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("LOBE_LAYERS", 1), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
         spirv: include_bytes!("resolve_phong_noisy.spv"),
     },
     Module {
@@ -3976,7 +3951,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("error_estimate_lambert_exact.spv"),
     },
     Module {
@@ -3992,7 +3967,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("error_estimate_lambert_noisy.spv"),
     },
     Module {
@@ -4008,7 +3983,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 5, name: "results", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 6, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("error_estimate_phong_exact.spv"),
     },
     Module {
@@ -4025,7 +4000,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 7, name: "estimates", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
         spirv: include_bytes!("error_estimate_phong_noisy.spv"),
     },
     #[cfg(feature = "test-hooks")]

@@ -4,43 +4,32 @@ use crate::{
     Result,
     metrics::LOCAL_FLOOR,
     plan::Plan,
-    vulkan::{Allocate, Device, Image, ImageShape, Recorder, Resource},
+    vulkan::{Allocate, Device, ImageShape, Recorder, Resource},
 };
 
-/// What was gathered or interpolated at each pixel, as `shaders/refinement.wgsl` describes it.
+/// What is known of each pixel.
 pub(crate) struct RefinementImages<A: Allocate = Device> {
-    /// What the diffuse lobe reflects for k_d = 1, W/sr/m²; and the pixel's state.
-    diffuse: A::Image,
-    /// The same of the specular lobe for k_s = 1; only where some material is specular.
-    specular: Option<A::Image>,
-    /// Only where gathers have noise.
-    sampling: Option<SamplingImages<A>>,
-}
-
-/// How pixels were sampled, as `shaders/sampling.wgsl` describes it.
-struct SamplingImages<A: Allocate> {
-    /// Over all samples of a pixel so far.
-    sums_diffuse: A::Image,
-    sums_specular: Option<A::Image>,
-    /// Packets and variances.
-    sampling: A::Image,
+    /// What was gathered or interpolated, as `shaders/refinement.wgsl` describes it. The layer of the specular lobe is there where some
+    /// material is specular.
+    gathered: A::Image,
+    /// How it was sampled, as `shaders/sampling.wgsl` describes it. Only where gathers have noise.
+    samples: Option<A::Image>,
 }
 
 impl<A: Allocate> RefinementImages<A> {
     pub fn new(allocate: &A, plan: &Plan, is_noisy: bool) -> Result<RefinementImages<A>> {
-        let image = |name| allocate.image(name, ImageShape::plain(plan.resolution_px));
-        let specular = |name| plan.is_specular.then(|| image(name)).transpose();
-        let sampling = || {
-            Ok(SamplingImages {
-                sums_diffuse: image("sums of diffuse light")?,
-                sums_specular: specular("sums of specular light")?,
-                sampling: image("sampling")?,
-            })
+        let lobes = 1 + u32::from(plan.is_specular);
+        let image = |name, layers| {
+            let shape = ImageShape {
+                layers: Some(layers),
+                ..ImageShape::plain(plan.resolution_px)
+            };
+            allocate.image(name, shape)
         };
+        let samples = || image("sums over samples", 1 + lobes);
         Ok(RefinementImages {
-            diffuse: image("gathered diffuse light")?,
-            specular: specular("gathered specular light")?,
-            sampling: is_noisy.then(sampling).transpose()?,
+            gathered: image("gathered light", lobes)?,
+            samples: is_noisy.then(samples).transpose()?,
         })
     }
 }
@@ -48,41 +37,28 @@ impl<A: Allocate> RefinementImages<A> {
 impl RefinementImages {
     /// Nothing is known but what was sampled.
     pub fn clear(&self, recorder: &mut Recorder) {
-        RefinementImages::clear_all(recorder, self.specular.iter().chain([&self.diffuse]));
+        recorder.prepare_images(&[&self.gathered]);
+        recorder.clear_image(&self.gathered);
     }
 
     /// Nothing was sampled.
     pub fn clear_samples(&self, recorder: &mut Recorder) {
-        if let Some(images) = &self.sampling {
-            let sums = [&images.sums_diffuse, &images.sampling];
-            RefinementImages::clear_all(recorder, images.sums_specular.iter().chain(sums));
-        }
-    }
-
-    fn clear_all<'i>(recorder: &mut Recorder, images: impl Iterator<Item = &'i Image>) {
-        for image in images {
-            recorder.prepare_images(&[image]);
-            recorder.clear_image(image);
+        if let Some(samples) = &self.samples {
+            recorder.prepare_images(&[samples]);
+            recorder.clear_image(samples);
         }
     }
 
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
-        let mut resources = vec![("gathered_diffuse", Resource::Image(&self.diffuse))];
-        if let Some(specular) = &self.specular {
-            resources.push(("gathered_specular", Resource::Image(specular)));
-        }
-        if let Some(images) = &self.sampling {
-            resources.push(("sums_diffuse", Resource::Image(&images.sums_diffuse)));
-            resources.push(("sampling", Resource::Image(&images.sampling)));
-            let specular = images.sums_specular.iter();
-            resources.extend(specular.map(|image| ("sums_specular", Resource::Image(image))));
-        }
-        resources
+        let samples = self.samples.iter();
+        let samples = samples.map(|image| ("samples", Resource::Image(image)));
+        let gathered = ("gathered", Resource::Image(&self.gathered));
+        samples.chain([gathered]).collect()
     }
 
     /// The word of the kernel that fills them.
     pub fn noise_word(&self) -> &'static str {
-        match self.sampling {
+        match self.samples {
             Some(_) => "noisy",
             None => "exact",
         }

@@ -87,14 +87,23 @@ mod tests {
         }
     }
 
-    /// Of what devices have least: MoltenVK has eight storage images on some. Vulkan guarantees four of each of these.
+    /// Vulkan guarantees four storage images and four storage buffers. The kernels of final gathering read more lists, which the plan
+    /// checks: MoltenVK has eight images on some devices.
     #[test]
     fn a_kernel_takes_few_resources() {
         for module in MODULES {
             let count = |kind| module.bindings.iter().filter(|b| b.kind == kind).count();
-            assert!(count(DescriptorType::STORAGE_IMAGE) <= 8, "{}", module.name);
+            let starts_with = |pass| module.name.starts_with(pass);
+            let has_many = starts_with("final_gather_") || starts_with("light_rays_");
+            let most_images = if has_many { 8 } else { 4 };
             assert!(
-                count(DescriptorType::STORAGE_BUFFER) <= 8,
+                count(DescriptorType::STORAGE_IMAGE) <= most_images,
+                "{}",
+                module.name
+            );
+            let most_buffers = if starts_with("rsm_") { 5 } else { 4 };
+            assert!(
+                count(DescriptorType::STORAGE_BUFFER) <= most_buffers,
                 "{}",
                 module.name
             );
