@@ -60,8 +60,12 @@ pub(crate) struct Context<'c> {
 }
 
 impl Context<'_> {
-    /// Records passes, for the next submission.
+    /// Records passes, for the next submission. A command buffer that has as many as it can time is submitted first.
     pub fn record(&self, record: impl FnOnce(&mut Recorder) -> Result<()>) -> Result<()> {
+        let is_full = |recorder: &Recorder| !recorder.has_room();
+        if self.recorded.borrow().as_ref().is_some_and(is_full) {
+            self.finish()?;
+        }
         let mut recorded = self.recorded.borrow_mut();
         let recorder = match recorded.take() {
             Some(recorder) => recorder,

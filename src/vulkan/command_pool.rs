@@ -8,8 +8,8 @@ use bytemuck::Pod;
 use super::{Buffer, BufferUse, Device, Image, Recorder, lock};
 use crate::Result;
 
-/// Passes of a command buffer that have timestamps; further ones run untimed.
-pub(super) const MAX_TIMED_PASSES: u32 = 16;
+/// Passes that a command buffer has timestamps for; further ones run untimed.
+pub(super) const MAX_TIMED_PASSES: u32 = 32;
 
 /// The command buffers of one thread, used one after the other. Clones share them.
 #[derive(Clone)]

@@ -22,6 +22,7 @@ mod readback;
 mod recorder;
 pub(crate) mod shaders;
 mod texel_list;
+mod transfers;
 mod word_list;
 
 pub(crate) use acceleration_structure::AccelerationStructure;

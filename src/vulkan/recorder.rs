@@ -7,8 +7,8 @@ use ash::vk::{self, AccessFlags2 as Access, DescriptorType as Kind, PipelineStag
 use bytemuck::Pod;
 
 use super::{
-    AccelerationStructure, Buffer, Device, Image, PixelKind,
-    command_pool::{CommandBuffer, CommandPool, MAX_TIMED_PASSES, Upload, UploadTarget},
+    AccelerationStructure, Buffer, Device, Image,
+    command_pool::{CommandBuffer, CommandPool, MAX_TIMED_PASSES, Upload},
     memory::Kept,
     pipeline::Pipeline,
     shaders::Binding,
@@ -49,9 +49,9 @@ pub(crate) struct Target<'t> {
 /// A command buffer while it is recorded. It keeps everything that it names; submitting waits for the device, so nothing is in use
 /// afterwards.
 pub(crate) struct Recorder {
-    device: Device,
-    home: CommandPool,
-    commands: vk::CommandBuffer,
+    pub(super) device: Device,
+    pub(super) home: CommandPool,
+    pub(super) commands: vk::CommandBuffer,
     /// Given back on drop.
     buffer: ManuallyDrop<CommandBuffer>,
     /// All that were recorded; the first of them are timed.
@@ -64,9 +64,9 @@ pub(crate) struct Recorder {
     /// In use, each with a descriptor set of its own.
     bound: Vec<(Arc<Pipeline>, vk::DescriptorSet)>,
     /// What was copied to the device.
-    uploads: Vec<Upload>,
+    pub(super) uploads: Vec<Upload>,
     /// What its commands name.
-    kept: Vec<Kept>,
+    pub(super) kept: Vec<Kept>,
 }
 
 /// How far a command buffer has come.
@@ -109,69 +109,6 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Copies what waits to be copied: it is ready for all that follows.
-    fn copy_uploads(&mut self) {
-        for upload in self.home.take_uploads() {
-            match &upload.to {
-                UploadTarget::Buffer(to) => {
-                    let bytes = upload.staging.bytes.min(to.bytes);
-                    self.copy_buffer(&upload.staging, to, bytes);
-                }
-                UploadTarget::Image(to) => self.copy_to_new_image(&upload.staging, to),
-            }
-            self.uploads.push(upload);
-        }
-    }
-
-    /// Brings new images into the layout that they keep. Their contents are undefined.
-    pub fn prepare_images(&mut self, images: &[&Image]) {
-        for image in images {
-            self.transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
-            if self.device.faults().poisons_memory() && image.shape.pixel == PixelKind::Color {
-                self.fill(image, f32::NAN);
-            }
-        }
-    }
-
-    /// Changes an image's layout, after all work before and ahead of all work behind.
-    fn transition(&mut self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
-        self.kept.push(image.keep());
-        let barriers = [vk::ImageMemoryBarrier2::default()
-            .src_stage_mask(On::ALL_COMMANDS)
-            .src_access_mask(Access::MEMORY_WRITE)
-            .dst_stage_mask(On::ALL_COMMANDS)
-            .dst_access_mask(Access::MEMORY_READ | Access::MEMORY_WRITE)
-            .old_layout(from)
-            .new_layout(to)
-            .image(image.handles().raw)
-            .subresource_range(image.shape.range(0, image.shape.layer_count()))];
-        self.pipeline_barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
-    }
-
-    /// After all work before and ahead of all work behind.
-    fn fill(&mut self, image: &Image, value: f32) {
-        let color = vk::ClearColorValue {
-            float32: [value; 4],
-        };
-        let all = [image.shape.range(0, image.shape.layer_count())];
-        self.barrier();
-        let (raw, layout) = (self.device.raw(), vk::ImageLayout::GENERAL);
-        let image = image.handles().raw;
-        // SAFETY: the command buffer is being recorded, and the image, which the transition has kept, is in this layout.
-        unsafe { raw.cmd_clear_color_image(self.commands, image, layout, &color, &all) };
-        self.barrier();
-    }
-
-    /// Sets every pixel to zero. By rendering nothing, for CPU drivers clear for a rendering on all their threads.
-    pub fn clear_image(&mut self, image: &Image) {
-        self.kept.push(image.keep());
-        for &view in &image.handles().layer_views {
-            let color = [cleared(view, [0.0; 4])];
-            self.begin_rendering(image.shape.size_px, &color, None);
-            self.end_rendering();
-        }
-    }
-
     /// All work so far comes before all work from here on.
     pub fn barrier(&mut self) {
         let any = Access::MEMORY_READ | Access::MEMORY_WRITE;
@@ -190,10 +127,15 @@ impl Recorder {
         self.pipeline_barrier(&vk::DependencyInfo::default().memory_barriers(&barriers));
     }
 
-    fn pipeline_barrier(&self, dependency: &vk::DependencyInfo) {
+    pub(super) fn pipeline_barrier(&self, dependency: &vk::DependencyInfo) {
         let raw = self.device.raw();
         // SAFETY: the command buffer is being recorded, and images are kept.
         unsafe { raw.cmd_pipeline_barrier2(self.commands, dependency) };
+    }
+
+    /// Whether another pass would be timed.
+    pub fn has_room(&self) -> bool {
+        self.passes.len() < MAX_TIMED_PASSES as usize
     }
 
     /// Records a pass: after what came before it, timed under its name.
@@ -319,7 +261,7 @@ impl Recorder {
         result
     }
 
-    fn begin_rendering(
+    pub(super) fn begin_rendering(
         &mut self,
         size_px: [u32; 2],
         colors: &[vk::RenderingAttachmentInfo],
@@ -337,7 +279,7 @@ impl Recorder {
         unsafe { raw.cmd_begin_rendering(self.commands, &rendering) };
     }
 
-    fn end_rendering(&mut self) {
+    pub(super) fn end_rendering(&mut self) {
         // SAFETY: rendering was begun.
         unsafe { self.device.raw().cmd_end_rendering(self.commands) };
     }
@@ -367,65 +309,6 @@ impl Recorder {
                 .raw()
                 .cmd_draw(self.commands, count, 1, first, 0)
         };
-    }
-
-    /// Fills an image anew with a buffer's first bytes.
-    #[cfg(feature = "internals")]
-    pub fn copy_to_image(&mut self, from: &Buffer, to: &Image) {
-        self.copy_to_new_image(from, to);
-    }
-
-    /// Copies a buffer's first bytes into the whole of a new image and brings that into its layout.
-    fn copy_to_new_image(&mut self, from: &Buffer, to: &Image) {
-        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-        self.transition(to, vk::ImageLayout::UNDEFINED, layout);
-        self.copy_region(from, to, image_copy(to));
-        self.transition(to, layout, vk::ImageLayout::GENERAL);
-    }
-
-    /// Copies a buffer's first bytes into a layer of an image, whose layers are filled one after the other, this way alone.
-    pub fn copy_to_layer(&mut self, from: &Buffer, to: &Image, layer: u32) {
-        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
-        if layer == 0 {
-            self.transition(to, vk::ImageLayout::UNDEFINED, layout);
-        }
-        let mut region = image_copy(to);
-        region.image_subresource.base_array_layer = layer;
-        region.image_subresource.layer_count = 1;
-        self.copy_region(from, to, region);
-        if layer + 1 == to.shape.layer_count() {
-            self.transition(to, layout, vk::ImageLayout::GENERAL);
-        }
-    }
-
-    /// Copies a buffer's first bytes into a region of an image that is ready for it.
-    fn copy_region(&mut self, from: &Buffer, to: &Image, region: vk::BufferImageCopy) {
-        self.kept.extend([from.keep(), to.keep()]);
-        let (raw, layout) = (self.device.raw(), vk::ImageLayout::TRANSFER_DST_OPTIMAL);
-        let (from, to) = (from.raw, to.handles().raw);
-        // SAFETY: the buffer holds as many pixels as the region, and both are kept.
-        unsafe { raw.cmd_copy_buffer_to_image(self.commands, from, to, layout, &[region]) };
-    }
-
-    /// Copies the whole of an image to the start of a buffer.
-    pub fn copy_from_image(&mut self, from: &Image, to: &Buffer) {
-        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
-        self.transition(from, vk::ImageLayout::GENERAL, layout);
-        self.kept.push(to.keep());
-        let (raw, regions) = (self.device.raw(), [image_copy(from)]);
-        let image = from.handles().raw;
-        // SAFETY: the buffer was made for the image's pixels, and both are kept.
-        unsafe { raw.cmd_copy_image_to_buffer(self.commands, image, layout, to.raw, &regions) };
-        self.transition(from, layout, vk::ImageLayout::GENERAL);
-    }
-
-    /// Copies the first `bytes` bytes of a buffer to the start of another.
-    pub fn copy_buffer(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
-        self.kept.extend([from.keep(), to.keep()]);
-        let regions = [vk::BufferCopy::default().size(bytes)];
-        let raw = self.device.raw();
-        // SAFETY: both ranges lie in their buffers, which are kept.
-        unsafe { raw.cmd_copy_buffer(self.commands, from.raw, to.raw, &regions) };
     }
 
     fn push<T: Pod>(&mut self, pipeline: &Pipeline, immediate: &T) {
@@ -608,7 +491,10 @@ impl Drop for Recorder {
 }
 
 /// An attachment that holds the same in every pixel before something is drawn; a depth takes the first value.
-fn cleared(view: vk::ImageView, float32: [f32; 4]) -> vk::RenderingAttachmentInfo<'static> {
+pub(super) fn cleared(
+    view: vk::ImageView,
+    float32: [f32; 4],
+) -> vk::RenderingAttachmentInfo<'static> {
     vk::RenderingAttachmentInfo::default()
         .image_view(view)
         .image_layout(vk::ImageLayout::GENERAL)
@@ -621,13 +507,4 @@ fn cleared(view: vk::ImageView, float32: [f32; 4]) -> vk::RenderingAttachmentInf
 
 fn area([width, height]: [u32; 2]) -> vk::Rect2D {
     vk::Extent2D { width, height }.into()
-}
-
-fn image_copy(image: &Image) -> vk::BufferImageCopy {
-    let all = vk::ImageSubresourceLayers::default()
-        .aspect_mask(image.shape.aspect())
-        .layer_count(image.shape.layer_count());
-    vk::BufferImageCopy::default()
-        .image_subresource(all)
-        .image_extent(image.shape.extent())
 }

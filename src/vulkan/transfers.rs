@@ -1,0 +1,138 @@
+//! What a command buffer copies and clears, and the layouts that images take for it.
+
+use ash::vk::{self, AccessFlags2 as Access, PipelineStageFlags2 as On};
+
+use super::{Buffer, Image, PixelKind, Recorder, command_pool::UploadTarget, recorder::cleared};
+
+impl Recorder {
+    /// Copies what waits to be copied: it is ready for all that follows.
+    pub(super) fn copy_uploads(&mut self) {
+        for upload in self.home.take_uploads() {
+            match &upload.to {
+                UploadTarget::Buffer(to) => {
+                    let bytes = upload.staging.bytes.min(to.bytes);
+                    self.copy_buffer(&upload.staging, to, bytes);
+                }
+                UploadTarget::Image(to) => self.copy_to_new_image(&upload.staging, to),
+            }
+            self.uploads.push(upload);
+        }
+    }
+
+    /// Brings new images into the layout that they keep. Their contents are undefined.
+    pub fn prepare_images(&mut self, images: &[&Image]) {
+        for image in images {
+            self.transition(image, vk::ImageLayout::UNDEFINED, vk::ImageLayout::GENERAL);
+            if self.device.faults().poisons_memory() && image.shape.pixel == PixelKind::Color {
+                self.fill(image, f32::NAN);
+            }
+        }
+    }
+
+    /// Changes an image's layout, after all work before and ahead of all work behind.
+    fn transition(&mut self, image: &Image, from: vk::ImageLayout, to: vk::ImageLayout) {
+        self.kept.push(image.keep());
+        let barriers = [vk::ImageMemoryBarrier2::default()
+            .src_stage_mask(On::ALL_COMMANDS)
+            .src_access_mask(Access::MEMORY_WRITE)
+            .dst_stage_mask(On::ALL_COMMANDS)
+            .dst_access_mask(Access::MEMORY_READ | Access::MEMORY_WRITE)
+            .old_layout(from)
+            .new_layout(to)
+            .image(image.handles().raw)
+            .subresource_range(image.shape.range(0, image.shape.layer_count()))];
+        self.pipeline_barrier(&vk::DependencyInfo::default().image_memory_barriers(&barriers));
+    }
+
+    /// After all work before and ahead of all work behind.
+    fn fill(&mut self, image: &Image, value: f32) {
+        let color = vk::ClearColorValue {
+            float32: [value; 4],
+        };
+        let all = [image.shape.range(0, image.shape.layer_count())];
+        self.barrier();
+        let (raw, layout) = (self.device.raw(), vk::ImageLayout::GENERAL);
+        let image = image.handles().raw;
+        // SAFETY: the command buffer is being recorded, and the image, which the transition has kept, is in this layout.
+        unsafe { raw.cmd_clear_color_image(self.commands, image, layout, &color, &all) };
+        self.barrier();
+    }
+
+    /// Sets every pixel to zero. By rendering nothing, for CPU drivers clear for a rendering on all their threads.
+    pub fn clear_image(&mut self, image: &Image) {
+        self.kept.push(image.keep());
+        for &view in &image.handles().layer_views {
+            let color = [cleared(view, [0.0; 4])];
+            self.begin_rendering(image.shape.size_px, &color, None);
+            self.end_rendering();
+        }
+    }
+
+    /// Fills an image anew with a buffer's first bytes.
+    #[cfg(feature = "internals")]
+    pub fn copy_to_image(&mut self, from: &Buffer, to: &Image) {
+        self.copy_to_new_image(from, to);
+    }
+
+    /// Copies a buffer's first bytes into the whole of a new image and brings that into its layout.
+    fn copy_to_new_image(&mut self, from: &Buffer, to: &Image) {
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        self.transition(to, vk::ImageLayout::UNDEFINED, layout);
+        self.copy_region(from, to, image_copy(to));
+        self.transition(to, layout, vk::ImageLayout::GENERAL);
+    }
+
+    /// Copies a buffer's first bytes into a layer of an image, whose layers are filled one after the other, this way alone.
+    pub fn copy_to_layer(&mut self, from: &Buffer, to: &Image, layer: u32) {
+        let layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        if layer == 0 {
+            self.transition(to, vk::ImageLayout::UNDEFINED, layout);
+        }
+        let mut region = image_copy(to);
+        region.image_subresource.base_array_layer = layer;
+        region.image_subresource.layer_count = 1;
+        self.copy_region(from, to, region);
+        if layer + 1 == to.shape.layer_count() {
+            self.transition(to, layout, vk::ImageLayout::GENERAL);
+        }
+    }
+
+    /// Copies a buffer's first bytes into a region of an image that is ready for it.
+    fn copy_region(&mut self, from: &Buffer, to: &Image, region: vk::BufferImageCopy) {
+        self.kept.extend([from.keep(), to.keep()]);
+        let (raw, layout) = (self.device.raw(), vk::ImageLayout::TRANSFER_DST_OPTIMAL);
+        let (from, to) = (from.raw, to.handles().raw);
+        // SAFETY: the buffer holds as many pixels as the region, and both are kept.
+        unsafe { raw.cmd_copy_buffer_to_image(self.commands, from, to, layout, &[region]) };
+    }
+
+    /// Copies the whole of an image to the start of a buffer.
+    pub fn copy_from_image(&mut self, from: &Image, to: &Buffer) {
+        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        self.transition(from, vk::ImageLayout::GENERAL, layout);
+        self.kept.push(to.keep());
+        let (raw, regions) = (self.device.raw(), [image_copy(from)]);
+        let image = from.handles().raw;
+        // SAFETY: the buffer was made for the image's pixels, and both are kept.
+        unsafe { raw.cmd_copy_image_to_buffer(self.commands, image, layout, to.raw, &regions) };
+        self.transition(from, layout, vk::ImageLayout::GENERAL);
+    }
+
+    /// Copies the first `bytes` bytes of a buffer to the start of another.
+    pub fn copy_buffer(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
+        self.kept.extend([from.keep(), to.keep()]);
+        let regions = [vk::BufferCopy::default().size(bytes)];
+        let raw = self.device.raw();
+        // SAFETY: both ranges lie in their buffers, which are kept.
+        unsafe { raw.cmd_copy_buffer(self.commands, from.raw, to.raw, &regions) };
+    }
+}
+
+fn image_copy(image: &Image) -> vk::BufferImageCopy {
+    let all = vk::ImageSubresourceLayers::default()
+        .aspect_mask(image.shape.aspect())
+        .layer_count(image.shape.layer_count());
+    vk::BufferImageCopy::default()
+        .image_subresource(all)
+        .image_extent(image.shape.extent())
+}
