@@ -138,6 +138,49 @@ impl Examiner {
         }))
     }
 
+    /// The reference but for its indirect light: what needs no samples.
+    pub(super) fn unsampled(&self, scene: &Scene) -> Result<Frame> {
+        Ok(self.reference(scene, 1)?.frame())
+    }
+
+    /// The reference with so many samples a pixel in each of its rounds.
+    pub(super) fn sampled(&self, scene: &Scene, samples_per_round: u32) -> Result<Frame> {
+        let mut reference = self.reference(scene, samples_per_round)?;
+        for _ in 0..REFERENCE_ROUNDS {
+            reference.add_round(&mut |_| ControlFlow::Continue(()))?;
+        }
+        Ok(reference.frame())
+    }
+
+    /// The reference as well as [`TARGET_ERROR`] takes it.
+    pub(super) fn sampled_enough(&self, scene: &Scene) -> Result<Frame> {
+        let mut reference = self.reference(scene, SAMPLES_OF_A_ROUND)?;
+        let is_enough = |reference: &Reference| {
+            let error = reference.relative_standard_error();
+            let is_exact = error.is_none_or(|error| error <= REFERENCE_ERROR);
+            reference.rounds()
+                >= if is_exact {
+                    REFERENCE_ROUNDS
+                } else {
+                    MOST_ROUNDS
+                }
+        };
+        while !is_enough(&reference) {
+            reference.add_round(&mut |_| ControlFlow::Continue(()))?;
+        }
+        Ok(reference.frame())
+    }
+
+    /// It marks the pixels that are on an edge for the device.
+    fn reference(&self, scene: &Scene, samples_per_round: u32) -> Result<Reference> {
+        let reference = Reference::new(scene, samples_per_round)?;
+        Ok(reference.with_sub_pixel_bits(self.sub_pixel_bits()))
+    }
+
+    pub(super) fn sub_pixel_bits(&self) -> u32 {
+        self.device.info().limits.sub_pixel_bits
+    }
+
     /// relRMSE between the indirect light of two scenes that ought to look the same, relative to the first.
     pub(super) fn apart(&mut self, [one, other]: [&Scene; 2]) -> Result<f64> {
         let [truth, frame] = [self.render(one)?, self.render(other)?];
@@ -147,7 +190,7 @@ impl Examiner {
 
     /// relRMSE of the direct light against the reference.
     pub(super) fn direct(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
-        self.direct_against(&unsampled(scene)?, what, scene, bound)
+        self.direct_against(&self.unsampled(scene)?, what, scene, bound)
     }
 
     /// The same against a given reference.
@@ -165,7 +208,7 @@ impl Examiner {
 
     /// The same with shadows from a map.
     pub(super) fn direct_by_map(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
-        self.direct_by_map_against(&unsampled(scene)?, what, scene, bound)
+        self.direct_by_map_against(&self.unsampled(scene)?, what, scene, bound)
     }
 
     fn direct_by_map_against(
@@ -200,7 +243,7 @@ impl Examiner {
 
     /// relRMSE of final gathering against the reference.
     pub(super) fn bounce(&mut self, what: &str, scene: &Scene) -> Result<()> {
-        let truth = sampled_enough(scene)?;
+        let truth = self.sampled_enough(scene)?;
         self.bounce_against(&truth, what, scene, TARGET_ERROR)
     }
 
@@ -233,7 +276,7 @@ impl Examiner {
 
     /// Direct light by shadow rays, both sums over VPLs, final gathering.
     pub(super) fn by_rays(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
-        let truth = sampled_enough(scene)?;
+        let truth = self.sampled_enough(scene)?;
         self.direct_against(&truth, what, scene, bound)?;
         self.sums(what, scene, 24, KERNEL_BOUND)?;
         self.bounce_against(&truth, what, scene, TARGET_ERROR)
@@ -241,7 +284,7 @@ impl Examiner {
 
     /// Everything against the truth, with a bound for direct light.
     pub(super) fn all_within(&mut self, what: &str, scene: &Scene, bound: f64) -> Result<()> {
-        let truth = sampled_enough(scene)?;
+        let truth = self.sampled_enough(scene)?;
         self.direct_against(&truth, what, scene, bound)?;
         self.direct_by_map_against(&truth, what, scene, bound)?;
         self.sums(what, scene, 24, KERNEL_BOUND)?;
@@ -252,39 +295,6 @@ impl Examiner {
     pub(super) fn all(&mut self, what: &str, scene: &Scene) -> Result<()> {
         self.all_within(what, scene, DIRECT_BOUND)
     }
-}
-
-/// The reference but for its indirect light: what needs no samples.
-pub(super) fn unsampled(scene: &Scene) -> Result<Frame> {
-    Ok(Reference::new(scene, 1)?.frame())
-}
-
-/// The reference with so many samples a pixel in each of its rounds.
-pub(super) fn sampled(scene: &Scene, samples_per_round: u32) -> Result<Frame> {
-    let mut reference = Reference::new(scene, samples_per_round)?;
-    for _ in 0..REFERENCE_ROUNDS {
-        reference.add_round(&mut |_| ControlFlow::Continue(()))?;
-    }
-    Ok(reference.frame())
-}
-
-/// The reference as well as [`TARGET_ERROR`] takes it.
-pub(super) fn sampled_enough(scene: &Scene) -> Result<Frame> {
-    let mut reference = Reference::new(scene, SAMPLES_OF_A_ROUND)?;
-    let is_enough = |reference: &Reference| {
-        let error = reference.relative_standard_error();
-        let is_exact = error.is_none_or(|error| error <= REFERENCE_ERROR);
-        reference.rounds()
-            >= if is_exact {
-                REFERENCE_ROUNDS
-            } else {
-                MOST_ROUNDS
-            }
-    };
-    while !is_enough(&reference) {
-        reference.add_round(&mut |_| ControlFlow::Continue(()))?;
-    }
-    Ok(reference.frame())
 }
 
 /// The values of a layer; none where the frame has no such layer, which no comparison passes.

@@ -6,10 +6,7 @@ use glam::{DMat3, DQuat, DVec3, dvec3};
 
 use super::{
     Case, Examiner,
-    examiner::{
-        DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR, error_of, largest, sampled, sampled_enough,
-        unsampled, values,
-    },
+    examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR, error_of, largest, values},
     scenes::{
         COLOURED, GREY, amplified, cuboid, directional_light, empty_room, grid, lit_by,
         point_light, quad, room, scene_of, spot_light, turned, with_each_estimator, with_sum,
@@ -170,7 +167,7 @@ fn light_on_a_surface(exam: &mut Examiner, tilt: f64) -> Result<()> {
         let lifted = at + 1e-9 * above;
         let scene = lit_by(&room, vec![point_light(at)]);
         let frame = exam.render(&scene)?;
-        let truth = unsampled(&lit_by(&room, vec![point_light(lifted)]))?;
+        let truth = exam.unsampled(&lit_by(&room, vec![point_light(lifted)]))?;
         let [direct, truth] = [&frame, &truth].map(|frame| values(frame, Layer::Direct));
         // Whether P lies 1e-7 m above the lamp or below is not known; the nearest pixels are 5 cm from it, where that is
         // 1e-7/d³ = 1e-3 W/m² more or less. Along the axes P and lamp have the same height, bit for bit.
@@ -181,7 +178,7 @@ fn light_on_a_surface(exam: &mut Examiner, tilt: f64) -> Result<()> {
         // Half of its light goes below the floor. A lamp above, however near, would shine on the floor under it instead.
         let half_sphere = spot_light(lifted, above, [90.0, 90.0]);
         let upper = lit_by(&room, vec![amplified(half_sphere, [0.5; 3])]);
-        let truth = sampled_enough(&upper)?;
+        let truth = exam.sampled_enough(&upper)?;
         exam.bounce_against(&truth, &what, &scene, TARGET_ERROR)?;
     }
     Ok(())
@@ -195,7 +192,7 @@ fn light_in_a_corner(exam: &mut Examiner) -> Result<()> {
     for (what, turn) in [("along the axes", DMat3::IDENTITY), ("turned", turn)] {
         let [scene, outside] = [corner_m, corner_m + 1e-9]
             .map(|at| turned(&lit_by(&upright, vec![point_light(at)]), turn));
-        let error = exam.error_against(&unsampled(&outside)?, &scene, Layer::Direct)?;
+        let error = exam.error_against(&exam.unsampled(&outside)?, &scene, Layer::Direct)?;
         // As on a tilted surface: on which side of the lamp P lies on the box's own faces is not known.
         exam.record(what, "direct", error, 1e-3);
         exam.sums(what, &scene, 24, KERNEL_BOUND)?;
@@ -219,7 +216,7 @@ fn spot_on_a_ceiling(exam: &mut Examiner) -> Result<()> {
             lit_by(&room, vec![spot])
         });
         let what = format!("lamp at ({u}, {v})");
-        let error = exam.error_against(&unsampled(&lifted)?, &scene, Layer::Direct)?;
+        let error = exam.error_against(&exam.unsampled(&lifted)?, &scene, Layer::Direct)?;
         // Lamp and P are rounded to 6e-8 m each, and what is lit is at least 2 cm from the lamp.
         exam.record(&what, "direct", error, 2e-5);
         let [truth, sum] =
@@ -364,9 +361,9 @@ fn axes_of_the_cube(exam: &mut Examiner) -> Result<()> {
             // A cone that lights nothing in view has no relative error.
             let is_wide = half_angles_deg[1] > 90.0;
             let truth = if is_wide {
-                sampled_enough(&scene)?
+                exam.sampled_enough(&scene)?
             } else {
-                unsampled(&scene)?
+                exam.unsampled(&scene)?
             };
             if largest(values(&truth, Layer::Direct)) > 0.0 {
                 let bound = DIRECT_BOUND + penumbra_bound(8.0);
@@ -484,5 +481,5 @@ fn sixty_four_lights(exam: &mut Examiner) -> Result<()> {
     let what = "room without walls";
     exam.direct(what, &scene, DIRECT_BOUND)?;
     exam.sums(what, &scene, 8, KERNEL_BOUND)?;
-    exam.bounce_against(&sampled(&scene, 32)?, what, &scene, TARGET_ERROR)
+    exam.bounce_against(&exam.sampled(&scene, 32)?, what, &scene, TARGET_ERROR)
 }

@@ -4,7 +4,7 @@ use glam::{DVec3, dvec3};
 
 use super::{
     Case, Examiner,
-    examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR, sampled},
+    examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR},
     scenes::{COLOURED, empty_room, lit_by, point_light, quad, room, scene_of, spot_light},
 };
 use crate::{
@@ -135,7 +135,7 @@ fn needle_lobes(exam: &mut Examiner) -> Result<()> {
     let mut scene = lobes_alone(1e4);
     scene.camera.resolution_px = [16, 16];
     exam.bounce_against(
-        &sampled(&scene, 1024)?,
+        &exam.sampled(&scene, 1024)?,
         "lobes of 1e4",
         &scene,
         TARGET_ERROR,

@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3, dvec3};
 
 use super::{
     Examiner,
-    examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR, sampled_enough},
+    examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR},
     scenes::{
         COLOURED, GREY, append, cuboid, empty_room, grid, lit_by, point_light, quad, room, rounded,
         sphere, turned, two_walls, with_shadow,
@@ -115,7 +115,7 @@ pub(super) fn needles(exam: &mut Examiner) -> Result<()> {
 /// Against the reference of a scene without the triangles that must not be seen.
 pub(super) fn two_materials_in_one_place(exam: &mut Examiner) -> Result<()> {
     let seen = room();
-    let truth = sampled_enough(&seen)?;
+    let truth = exam.sampled_enough(&seen)?;
     for (what, reflectance) in [("black", 0.0), ("white", 1.0)] {
         let mut scene = seen.clone();
         let below = scene.materials.len() as u32;

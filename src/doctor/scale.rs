@@ -4,7 +4,7 @@ use glam::{DVec3, dvec3};
 
 use super::{
     Case, Examiner,
-    examiner::{DIRECT_BOUND, KERNEL_BOUND, unsampled, values},
+    examiner::{DIRECT_BOUND, KERNEL_BOUND, values},
     scenes::{COLOURED, GREY, cuboid, moved, point_light, room, scene_of},
 };
 use crate::{
@@ -74,7 +74,7 @@ fn room_at(exam: &mut Examiner, distance_m: f64) -> Result<()> {
     exam.sums("room", &there, 24, KERNEL_BOUND)?;
     exam.bounce("room", &there)?;
     for layer in [Layer::Direct, Layer::Depth, Layer::Range, Layer::Normal] {
-        let error = exam.error_against(&unsampled(&here)?, &there, layer)?;
+        let error = exam.error_against(&exam.unsampled(&here)?, &there, layer)?;
         exam.record("room", layer.name(), error, DIRECT_BOUND);
     }
     Ok(())
@@ -116,7 +116,7 @@ fn near_and_far(exam: &mut Examiner, eye_m: DVec3) -> Result<()> {
     let scene = blocks_in_a_hall(eye_m, dvec3(0.9, 1.1, 0.3));
     let what = "blocks of 1 mm in 2 km";
     exam.direct(what, &scene, DIRECT_BOUND)?;
-    let depth = error_of_depth(&exam.render(&scene)?, &unsampled(&scene)?);
+    let depth = error_of_depth(&exam.render(&scene)?, &exam.unsampled(&scene)?);
     exam.record(what, "depth", depth, DIRECT_BOUND);
     exam.sums(what, &scene, 16, KERNEL_BOUND)
 }

@@ -6,9 +6,7 @@ use glam::{DVec3, dvec3};
 
 use super::{
     Case, Examiner,
-    examiner::{
-        DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR, TARGET_SLACK, error_of, largest, sampled, values,
-    },
+    examiner::{DIRECT_BOUND, KERNEL_BOUND, TARGET_ERROR, TARGET_SLACK, error_of, largest, values},
     geometry::no_indirect_light,
     scenes::{
         COLOURED, GREY, amplified, cuboid, empty_room, globe, lit_by, point_light, quad, room,
@@ -173,7 +171,7 @@ fn through_a_slit(exam: &mut Examiner) -> Result<()> {
     scene.camera.position_m = dvec3(0.9, 0.1, 0.8);
     scene.camera.look_at_m = dvec3(0.3, -0.2, -0.5);
     // Found seldom from either end: the reference, too, needs a thousand samples a pixel and more.
-    exam.bounce_against(&sampled(&scene, 1024)?, "slit of 3 cm", &scene, 0.1)
+    exam.bounce_against(&exam.sampled(&scene, 1024)?, "slit of 3 cm", &scene, 0.1)
 }
 
 /// A cube, a ball of flat facets and one with shading normals, lit and seen from outside.

@@ -257,7 +257,7 @@ impl Examiner {
 fn estimates(exam: &mut Examiner, subject: Subject) -> Result<()> {
     let settings = exam.torture.clone();
     let subject = subject.resized(settings.size_px);
-    let truth = truth_of(&subject, &settings)?;
+    let truth = truth_of(exam, &subject, &settings)?;
     for &requested in &settings.target_errors {
         for variation in 0..settings.variations {
             let scene = rooms::varied(&subject.scene, variation);
@@ -290,7 +290,7 @@ fn moved_lamp(exam: &mut Examiner) -> Result<()> {
         let mut estimates = Vec::new();
         for step in 0..STEPS {
             let subject = rooms::moved_lamp(step).resized(settings.size_px);
-            let truth = truth_of(&subject, &settings)?;
+            let truth = truth_of(exam, &subject, &settings)?;
             let frame = exam.render(&with_rays(&subject.scene, requested))?;
             let row = Row::new(requested, &frame, &truth)?;
             biases.push(row.bias);
@@ -312,8 +312,14 @@ fn asked(requested: f64) -> String {
 }
 
 /// With a noise well below all errors that are requested.
-fn truth_of(subject: &Subject, settings: &Settings) -> Result<Truth> {
+fn truth_of(exam: &Examiner, subject: &Subject, settings: &Settings) -> Result<Truth> {
     let smallest = settings.target_errors.iter().copied();
     let smallest = smallest.fold(f64::INFINITY, f64::min);
-    Truth::new(subject, TRUTH_NOISE * smallest, settings.truths.as_deref())
+    let folder = settings.truths.as_deref();
+    Truth::new(
+        subject,
+        TRUTH_NOISE * smallest,
+        folder,
+        exam.sub_pixel_bits(),
+    )
 }

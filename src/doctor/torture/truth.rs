@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Subject, openings::BehindOpenings};
 use crate::{
     Error, Result, Scene,
-    doctor::examiner::{unsampled, values},
+    doctor::examiner::values,
     metrics::{Comparison, Pixels},
     output::{ExrOptions, Frame, Layer, OutputFile, write_exr},
     reference::{Goal, Reference},
@@ -28,11 +28,16 @@ pub struct Truth {
 
 impl Truth {
     /// What comes through openings by quadrature, all else by paths until their noise is below `standard_error`, relative to their light.
-    /// Sampled images are kept in the folder, and taken from it.
+    /// Sampled images are kept in the folder, and taken from it. Pixels on edges are those of a device that rounds corners to so many bits.
     ///
     /// # Errors
     /// Those of a file that cannot be written, or read.
-    pub fn new(subject: &Subject, standard_error: f64, folder: Option<&Path>) -> Result<Truth> {
+    pub fn new(
+        subject: &Subject,
+        standard_error: f64,
+        folder: Option<&Path>,
+        sub_pixel_bits: u32,
+    ) -> Result<Truth> {
         let Subject {
             scene, openings, ..
         } = subject;
@@ -42,13 +47,15 @@ impl Truth {
             ([], _) => (None, &[][..]),
         };
         let frame = if inside.is_empty() {
-            unsampled(scene)?
+            let reference = Reference::new(scene, 1)?;
+            reference.with_sub_pixel_bits(sub_pixel_bits).frame()
         } else {
             let lit_inside = Scene {
                 lights: inside.to_vec(),
                 ..scene.clone()
             };
-            sampled(&lit_inside, standard_error, folder)?
+            let reference = sampled(&lit_inside, standard_error, folder)?;
+            reference.with_sub_pixel_bits(sub_pixel_bits).frame()
         };
         let is_set = |layer: Layer| -> Vec<bool> {
             let ids = frame.ids(layer).unwrap_or_default();
@@ -111,10 +118,10 @@ impl Truth {
 }
 
 /// The reference with a noise below this, of those in the folder or gone on with.
-fn sampled(scene: &Scene, standard_error: f64, folder: Option<&Path>) -> Result<Frame> {
+fn sampled(scene: &Scene, standard_error: f64, folder: Option<&Path>) -> Result<Reference> {
     let goal = Goal::StandardError(standard_error);
     // The reference's own name for it.
-    let hash = unsampled(scene)?.description.scene_hash;
+    let hash = Reference::new(scene, 1)?.frame().description.scene_hash;
     let file = folder.map(|folder| folder.join(format!("{}.exr", &hash[..16])));
     let go_on = &mut |_| ControlFlow::Continue(());
     let mut reference = match &file {
@@ -122,19 +129,19 @@ fn sampled(scene: &Scene, standard_error: f64, folder: Option<&Path>) -> Result<
         _ => Reference::start(scene, goal, go_on)?,
     };
     if reference.meets(goal) && reference.rounds() > 0 {
-        return Ok(reference.frame());
+        return Ok(reference);
     }
     while !reference.meets(goal) {
         reference.add_round(go_on)?;
     }
-    let frame = reference.frame();
     if let (Some(folder), Some(file)) = (folder, file) {
         std::fs::create_dir_all(folder).map_err(|error| Error::Output {
             path: folder.into(),
             problem: format!("cannot create the folder: {error}"),
             hint: "name a folder that can be written".into(),
         })?;
+        let frame = reference.frame();
         write_exr(OutputFile::create(file)?, &frame, &ExrOptions::default())?;
     }
-    Ok(frame)
+    Ok(reference)
 }
