@@ -43,9 +43,21 @@ impl Gpu {
             .collect()
     }
 
+    /// By the ray kernel that `scripts/test-rust --tracer` names, or else by the device's best.
     pub fn render(&mut self, scene: &Scene) -> Frame {
+        let name = std::env::var("CAMLUX_TEST_TRACER").ok();
+        let named = |name: String| {
+            let mut kernels = RayKernel::ALL.into_iter();
+            kernels
+                .find(|kernel| kernel.name() == name)
+                .expect("a tracer")
+        };
+        let mut options = RenderOptions {
+            ray_kernel: name.map(named),
+            ..RenderOptions::default()
+        };
         self.renderer
-            .render(scene, &mut RenderOptions::default())
+            .render(scene, &mut options)
             .expect("the scene renders")
     }
 }

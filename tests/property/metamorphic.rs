@@ -6,7 +6,7 @@ use crate::common::gpu::Gpu;
 use crate::common::rmse::relative_rmse;
 use crate::relations;
 use crate::relations::{
-    Effect, Nearness, OF_PIECES, brightened, on_a_grid, on_random, room, swapped, turn, values,
+    Effect, Nearness, brightened, of_pieces, on_a_grid, on_random, room, swapped, turn, values,
 };
 use camlux::{
     Scene,
@@ -86,14 +86,14 @@ fn two_halves_of_a_light_are_the_light() {
 #[test]
 fn triangles_cut_in_two_look_the_same() {
     let cut = relations::with_triangles_in_two;
-    assert_without_effect(cut, Nearness::Within(OF_PIECES), Nearness::Within(1e-3));
+    assert_without_effect(cut, of_pieces(), Nearness::Within(1e-3));
 }
 
 /// As in two.
 #[test]
 fn triangles_cut_in_four_look_the_same() {
     let cut = relations::with_triangles_in_four;
-    assert_without_effect(cut, Nearness::Within(OF_PIECES), Nearness::Within(1e-3));
+    assert_without_effect(cut, of_pieces(), Nearness::Within(1e-3));
 }
 
 /// The origin moves with the scene, in f64, and nothing is rounded on the way there.

@@ -6,7 +6,7 @@
 use crate::relations::{
     Effect,
     Nearness::{BitForBit, Noise, Rounding, Within},
-    OF_PIECES, brightened, on_a_grid, on_random, room_by_rays, swapped, turn, with_bands_swapped,
+    brightened, of_pieces, on_a_grid, on_random, room_by_rays, swapped, turn, with_bands_swapped,
     with_light_in_two, with_meshes_reversed, with_triangles_in_four, with_triangles_in_two,
 };
 use camlux::{
@@ -79,7 +79,7 @@ fn two_halves_of_a_light_are_the_light() {
 fn triangles_cut_in_two_look_the_same() {
     on_random(room_by_rays(), |gpu, scene| {
         let finer = with_triangles_in_two(&scene);
-        Effect::none(Within(OF_PIECES), Noise).assert(gpu, [&scene, &finer])
+        Effect::none(of_pieces(), Noise).assert(gpu, [&scene, &finer])
     });
 }
 
@@ -88,7 +88,7 @@ fn triangles_cut_in_two_look_the_same() {
 fn triangles_cut_in_four_look_the_same() {
     on_random(room_by_rays(), |gpu, scene| {
         let finer = with_triangles_in_four(&scene);
-        Effect::none(Within(OF_PIECES), Noise).assert(gpu, [&scene, &finer])
+        Effect::none(of_pieces(), Noise).assert(gpu, [&scene, &finer])
     });
 }
 
