@@ -182,11 +182,10 @@ mod tests {
                 let words = |texture| ("light_rays", vec!["shade", brdf, shading, texture]);
                 requested.extend(["", "textured"].map(words));
             }
-            requested.push(("sample_counts", vec![brdf]));
+            requested.extend(["sample_counts", "smooth"].map(|pass| (pass, vec![brdf])));
             for pass in ["predict", "scatter", "resolve", "error_estimate"] {
                 requested.extend(["exact", "noisy"].map(|noise| (pass, vec![brdf, noise])));
             }
-            requested.extend(["fit", "store"].map(|kernel| ("smooth", vec![kernel, brdf])));
             for estimator in VplSum::ALL.map(VplSum::word) {
                 requested.push(("vpl", vec!["write", brdf, estimator]));
                 for kernel in GatherKernel::ALL {

@@ -34,6 +34,15 @@ impl GridStep {
         }
     }
 
+    /// Pixels between the points of the grid that it completes.
+    pub fn completed_stride_px(self) -> Option<u32> {
+        match self {
+            GridStep::Base { stride } => Some(stride),
+            GridStep::Centres { .. } => None,
+            GridStep::Edges { reach } => Some(reach),
+        }
+    }
+
     /// How many pixels that are.
     pub fn pixel_count(self, resolution_px: [u32; 2]) -> u32 {
         self.extent(resolution_px).iter().product()

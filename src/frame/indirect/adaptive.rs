@@ -48,7 +48,7 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
     };
     let limits = Limits::new(&refiner, plan);
     let mut samples = vec![PixelSample::new(&refiner, plan.error_norm, 0)?];
-    let pilot = pilot(&mut refiner, &mut samples[0], FIRST_AIM * target)?;
+    let mut pilot = pilot(&mut refiner, &mut samples[0], FIRST_AIM * target)?;
     if pilot.is_dark() {
         if is_exact {
             gather_every_pixel(&mut refiner)?;
@@ -119,7 +119,9 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
                 found.stop = Some(StopReason::SamplesExhausted);
                 return Ok(found);
             }
-            aim = next_aim(aim, target, upper.min(4.0 * error), is_exact);
+            // What was aimed at, as it came out.
+            let aimed = aim * pilot.observe_noise(&estimate);
+            aim = next_aim(aimed, target, upper.min(4.0 * error), is_exact);
             let next = SampleBudget::for_rays(aim, &pilot);
             // What was sampled counts on.
             let growth = next.mean_packets / budget.mean_packets - 1.0;

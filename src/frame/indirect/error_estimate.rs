@@ -27,14 +27,25 @@ pub(super) struct ErrorEstimate {
     noise: f64,
     /// Σσ² of one sample.
     variance: f64,
-    /// Of each pixel its part of that, and the variance of a sample over the square of the radiance that errors count over.
-    variances: Vec<[f64; 2]>,
+    /// Of each pixel.
+    scatter: Vec<Scatter>,
     /// Of gathered and of interpolated pixels.
     expected: [ExpectedError; 2],
     /// Root mean square of the radiance, W/sr/m², whatever the norm.
     pub radiance: f64,
     /// Of a gather: of pilots only.
     packets: u32,
+}
+
+/// How the samples of a pixel scatter.
+#[derive(Debug, Clone, Copy)]
+struct Scatter {
+    /// Its part of the variance of a sample.
+    variance: f64,
+    /// The variance of a sample over the square of the radiance that errors count over.
+    relative: f64,
+    /// Of a gather; 0 where gathers are exact.
+    packets: f64,
 }
 
 /// How right the errors are that the resolve pass expects.
@@ -122,6 +133,18 @@ impl ErrorEstimate {
         random + (even - random) * (2.0 * (1.0 - self.evenness())).clamp(0.0, 1.0)
     }
 
+    /// Of a pilot: from now on expects as much noise as gathers with more packets had. Returns that noise over what was expected of them.
+    pub fn observe_noise(&mut self, gathers: &ErrorEstimate) -> f64 {
+        let rate = self.variance_rate();
+        let of_pixel = |pixel: &Scatter| pixel.variance * pixel.packets.powf(-rate);
+        let sum: f64 = gathers.scatter.iter().map(of_pixel).sum();
+        let expected = sum * self.evenness() / f64::from(PACKET_SAMPLES);
+        // Few pixels may show none by chance.
+        let ratio = (gathers.noise / expected.max(f64::MIN_POSITIVE)).clamp(0.25, 4.0);
+        self.noise *= ratio;
+        ratio.sqrt()
+    }
+
     /// Samples have the least noise if they are as this power of the variances.
     pub fn variance_power(&self) -> f64 {
         1.0 / (1.0 + self.variance_rate())
@@ -130,27 +153,26 @@ impl ErrorEstimate {
     /// Noise over the radiance, with so many packets for a pixel whose variance is 1, and at most so many.
     pub fn noise_with(&self, packets_scale: f64, max_packets: u32) -> f64 {
         let (rate, power) = (self.variance_rate(), self.variance_power());
-        let variance_of_mean = |&[variance, relative]: &[f64; 2]| {
-            let packets = packets(relative, packets_scale, power, max_packets);
-            variance * packets.powf(-rate)
+        let variance_of_mean = |pixel: &Scatter| {
+            let packets = packets(pixel.relative, packets_scale, power, max_packets);
+            pixel.variance * packets.powf(-rate)
         };
-        let sum: f64 = self.variances.iter().map(variance_of_mean).sum();
+        let sum: f64 = self.scatter.iter().map(variance_of_mean).sum();
         (sum / self.signal * self.evenness() / f64::from(PACKET_SAMPLES)).sqrt()
     }
 
     /// Packets of a pixel, as `noise_with` has them.
     pub fn mean_packets(&self, packets_scale: f64, max_packets: u32) -> f64 {
         let power = self.variance_power();
-        let of_pixel =
-            |&[_, relative]: &[f64; 2]| packets(relative, packets_scale, power, max_packets);
-        let sum: f64 = self.variances.iter().map(of_pixel).sum();
-        sum / self.variances.len().max(1) as f64
+        let of_pixel = |pixel: &Scatter| packets(pixel.relative, packets_scale, power, max_packets);
+        let sum: f64 = self.scatter.iter().map(of_pixel).sum();
+        sum / self.scatter.len().max(1) as f64
     }
 
     /// Of a sample of a pixel, over the square of the radiance that errors count over.
     pub fn mean_variance(&self) -> f64 {
-        let sum: f64 = self.variances.iter().map(|[_, relative]| relative).sum();
-        sum / self.variances.len().max(1) as f64
+        let sum: f64 = self.scatter.iter().map(|pixel| pixel.relative).sum();
+        sum / self.scatter.len().max(1) as f64
     }
 
     /// Of a sample, over the square of the radiance.
@@ -187,7 +209,7 @@ impl ErrorEstimate {
         self.signal += other.signal;
         self.noise += other.noise;
         self.variance += other.variance;
-        self.variances.extend(other.variances);
+        self.scatter.extend(other.scatter);
         self.squares += other.squares;
         self.cubes += other.cubes;
         for (own, other) in self.expected.iter_mut().zip(other.expected) {
@@ -195,8 +217,8 @@ impl ErrorEstimate {
         }
     }
 
-    /// From [error, signal, noise, variance of a sample] of pixels of an image, and their columns and rows. `tile_px` is the edge of
-    /// the tiles that count alike; `None`: all pixels do.
+    /// From [error, signal, noise, variance of a sample] of pixels of an image, and their [column, row, expected error, packets]. `tile_px`
+    /// is the edge of the tiles that count alike; `None`: all pixels do.
     pub fn new(
         pixels: &[[[f32; 4]; 2]],
         packets: u32,
@@ -247,7 +269,11 @@ impl ErrorEstimate {
             sum.variance += variance;
             let (square, _) = counted(pixel);
             let relative = f64::from(pixel[0][3]) / square.max(f64::MIN_POSITIVE);
-            sum.variances.push([variance, relative]);
+            sum.scatter.push(Scatter {
+                variance,
+                relative,
+                packets: f64::from(pixel[1][3]),
+            });
             let expected = f64::from(pixel[1][2]);
             if expected != 0.0 {
                 let of_kind = &mut sum.expected[usize::from(expected < 0.0)];
@@ -293,7 +319,14 @@ impl ErrorEstimate {
             signal: variances.len() as f64,
             noise: variance / f64::from(PACKET_SAMPLES),
             variance,
-            variances: variances.iter().map(|&own| [own, own]).collect(),
+            scatter: variances
+                .iter()
+                .map(|&own| Scatter {
+                    variance: own,
+                    relative: own,
+                    packets: 1.0,
+                })
+                .collect(),
             packets: 1,
             ..ErrorEstimate::default()
         }
@@ -310,6 +343,19 @@ mod tests {
             let found: f64 = student_quantile_975(freedom);
             assert!((found / expected - 1.0).abs() < 0.01, "{freedom}: {found}");
         }
+    }
+
+    #[test]
+    fn noise_is_expected_as_it_was_observed() {
+        let mut pilot = ErrorEstimate::of_pilot(&[0.01, 1.0]);
+        let expected = pilot.noise_with(0.0, 1);
+        let mut gathers = ErrorEstimate::of_pilot(&[0.01, 1.0]);
+        gathers.noise *= 2.0;
+        assert!((pilot.observe_noise(&gathers) - 2f64.sqrt()).abs() < 1e-12);
+        assert!((pilot.noise_with(0.0, 1) / expected - 2f64.sqrt()).abs() < 1e-12);
+        assert!((pilot.observe_noise(&gathers) - 1.0).abs() < 1e-12);
+        gathers.noise = 0.0;
+        assert!(pilot.observe_noise(&gathers) > 0.0);
     }
 
     #[test]

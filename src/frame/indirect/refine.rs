@@ -16,9 +16,7 @@ use crate::{
         refinement::{RefinementCriteria, RefinementImages},
         resolve,
         sample_counts::SampleCounts,
-        scatter,
-        smooth::Smoothing,
-        stderr,
+        scatter, smooth, stderr,
     },
     plan::{GridStep, Plan},
     vulkan::{Allocate, Device, Image},
@@ -56,10 +54,8 @@ pub(crate) struct RefinementResources<A: Allocate = Device> {
     pub images: RefinementImages<A>,
     receivers: Receivers<A>,
     results: A::Buffer,
-    /// Only where gathers have noise, as are the rest.
+    /// Only where gathers have noise.
     counts: Option<SampleCounts<A>>,
-    /// Of the grid of which every pixel is gathered.
-    smoothing: Option<Smoothing<A>>,
 }
 
 impl<A: Allocate> RefinementResources<A> {
@@ -76,7 +72,6 @@ impl<A: Allocate> RefinementResources<A> {
         let most = counts.clone().max().unwrap_or(1);
         // The coarsest grid needs no list of candidates.
         let most_candidates = counts.skip(1).max().unwrap_or(0);
-        let smoothing_stride = (coarsest_stride / 2).max(1);
         Ok(RefinementResources {
             images: RefinementImages::new(allocate, plan, !is_exact)?,
             receivers: Receivers::new(allocate, most, most_candidates)?,
@@ -84,9 +79,6 @@ impl<A: Allocate> RefinementResources<A> {
                 .then(|| SampleCounts::new(allocate, most))
                 .transpose()?,
             results: Results::room(allocate, most.min(MAX_RESULTS))?,
-            smoothing: (!is_exact)
-                .then(|| Smoothing::new(allocate, plan.resolution_px, smoothing_stride))
-                .transpose()?,
             steps,
         })
     }
@@ -149,12 +141,8 @@ impl Refiner<'_, '_> {
             };
             self.list(resources, index, criteria)?;
             self.gather(resources, index, &attempt, criteria)?;
-            let smoothing = resources.smoothing.as_ref();
-            if let Some(smoothing) = smoothing.filter(|_| index + 1 == grid_steps) {
-                let images = &resources.images;
-                context.record(|recorder| {
-                    smoothing.smooth(recorder, context, gbuffer, images, criteria)
-                })?;
+            if [grid_steps, resources.steps.len()].contains(&(index + 1)) {
+                self.smooth(resources, index, criteria)?;
             }
         }
         let (images, radiance) = (&resources.images, self.indirect_radiance);
@@ -169,6 +157,23 @@ impl Refiner<'_, '_> {
             )
         })?;
         Ok(true)
+    }
+
+    /// Lowers the noise on the grid that a step completes. Where gathers are exact this does nothing.
+    fn smooth(
+        &self,
+        resources: &RefinementResources,
+        step: usize,
+        criteria: RefinementCriteria,
+    ) -> Result<()> {
+        let stride_px = resources.steps[step].completed_stride_px();
+        let Some(stride_px) = stride_px.filter(|_| !self.gatherer.is_exact()) else {
+            return Ok(());
+        };
+        let (context, gbuffer, images) = (self.context, self.gbuffer, &resources.images);
+        context.record(|recorder| {
+            smooth::smooth(recorder, context, gbuffer, images, stride_px, criteria)
+        })
     }
 
     /// Interpolates the pixels of a step that may be, and lists the others with the samples that they take.
