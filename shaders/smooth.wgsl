@@ -33,6 +33,8 @@ const RIDGE: f32 = 1e-3;
 // What a fit has to tell: a mean and a slope for each feature. And pixels, about, that make one.
 const UNKNOWNS: f32 = 5.0;
 const LEAST_PIXELS: f32 = 7.0;
+// What chance does to a pixel, over the variance of its noise: four standard deviations.
+const CHANCE_SQUARED: f32 = 16.0;
 // Noise around a pixel over its own.
 const MAX_OVER_OWN: f32 = 4.0;
 
@@ -86,8 +88,8 @@ fn slopes(fit: Fit, covariances: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(fit.inverse_a * (covariances.xy - fit.b * rest), rest);
 }
 
-// What the model says of the pixel, moved towards the pixel's own value by as much as the pixels scatter about it for other reasons than
-// noise. `variance` is that of a value's noise, all bands together.
+// What the model says of the pixel, moved towards the pixel's own value by as much as the pixels around scatter about it for other reasons
+// than noise, or the pixel itself does. `variance` is that of a value's noise, all bands together.
 fn smooth_value(own: vec3<f32>, sums: Sums, fit: Fit, variance: f32) -> vec3<f32> {
     let mean = sums.value / fit.weight;
     let red = sums.red / fit.weight - mean.r * fit.mean;
@@ -99,8 +101,10 @@ fn smooth_value(own: vec3<f32>, sums: Sums, fit: Fit, variance: f32) -> vec3<f32
     let explained = dot(mean, mean) + dot(slope_red, red + RIDGE * slope_red) + dot(slope_green, green + RIDGE * slope_green)
         + dot(slope_blue, blue + RIDGE * slope_blue);
     let scatter = max(sums.squares / fit.weight - explained, 0.0) * fit.count / (fit.count - UNKNOWNS);
-    let gain = wiener_gain(max(scatter - variance, 0.0), variance);
     let modelled = mean - vec3<f32>(dot(slope_red, fit.mean), dot(slope_green, fit.mean), dot(slope_blue, fit.mean));
+    let deviation = own - modelled;
+    let signal = max(max(scatter - variance, dot(deviation, deviation) - CHANCE_SQUARED * variance), 0.0);
+    let gain = wiener_gain(signal, variance);
     return max(mix(modelled, own, gain), vec3<f32>(0.0));
 }
 
