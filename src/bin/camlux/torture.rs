@@ -138,7 +138,7 @@ fn summarise(rows: &[Row], variations: u32) -> Result<bool, Failure> {
             of_set(0.0),
         ),
         (
-            format!("bias over {BIAS_SHARE} of the true error"),
+            format!("bias over {BIAS_SHARE} of the bound"),
             share(rows, |row| row.bias_share() > BIAS_SHARE),
             of_set(0.0),
         ),
