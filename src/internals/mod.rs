@@ -4,6 +4,8 @@ pub mod f64_kernels;
 mod intermediates;
 #[cfg(feature = "test-hooks")]
 pub mod ray_probe;
+#[cfg(feature = "test-hooks")]
+pub mod smooth_probe;
 
 pub use intermediates::{Intermediates, LightIntermediates, RsmTexel, SurfacePoint};
 

@@ -17,5 +17,6 @@ mod reference_mesh;
 mod reference_truth;
 mod shadow_rays;
 mod shadows;
+mod smooth;
 mod truth;
 mod uncertainty;

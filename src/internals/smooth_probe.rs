@@ -1,0 +1,155 @@
+//! The kernel of `shaders/smooth.wgsl` alone, on gathers that a test makes up.
+
+use std::sync::Arc;
+
+use crate::{
+    Device, Result,
+    vulkan::{
+        CommandPool, Image, ImageShape, Pipelines, Readback, Resource, groups_in_rows,
+        shaders::SmoothParameters,
+    },
+};
+
+/// The state of a pixel that was gathered: kind 2 of `shaders/refinement.wgsl` in the lowest bits of 1.
+const GATHERED: f32 = f32::from_bits(0x3f80_0002);
+
+/// A lobe's light at a pixel, as its samples have it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GatheredLobe {
+    /// W/sr/m² for a reflectance of 1.
+    pub mean: [f32; 3],
+    /// Of one sample, all bands together.
+    pub variance: f32,
+}
+
+/// A pixel with a surface.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct GatheredPixel {
+    pub position: [f32; 3],
+    pub normal: [f32; 3],
+    /// k_s and s.
+    pub ks_shininess: [f32; 4],
+    /// Of 64 samples. 0: it was not gathered.
+    pub packets: u32,
+    pub diffuse: GatheredLobe,
+    pub specular: GatheredLobe,
+}
+
+/// How the noise of gathers falls, and how far they lie apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SmoothOptions {
+    pub size_px: [u32; 2],
+    pub stride_px: u32,
+    pub is_specular: bool,
+    /// Variance of a packet over that of as many samples at random.
+    pub evenness: f32,
+    /// The variance falls with this power of the packets.
+    pub variance_rate: f32,
+}
+
+/// The diffuse and the specular light of each pixel as the pass leaves it, row by row. A pixel that is `None` has no surface.
+///
+/// # Errors
+/// [`Error::Memory`](crate::Error::Memory) and [`Error::Vulkan`](crate::Error::Vulkan) where the device fails.
+pub fn smooth(
+    device: &Device,
+    pixels: &[Option<GatheredPixel>],
+    options: SmoothOptions,
+) -> Result<Vec<[[f32; 3]; 2]>> {
+    let SmoothOptions {
+        size_px,
+        stride_px,
+        is_specular,
+        ..
+    } = options;
+    let commands = CommandPool::new(device);
+    let image = |what, layers: Option<u32>, texels: Vec<[f32; 4]>| {
+        let shape = ImageShape {
+            layers,
+            ..ImageShape::plain(size_px)
+        };
+        let image = Arc::new(Image::new(device, what, shape)?);
+        commands.upload_image(what, &texels, &image)?;
+        Ok::<_, crate::Error>(image)
+    };
+    let layer = |texel: &dyn Fn(&GatheredPixel) -> [f32; 4]| -> Vec<[f32; 4]> {
+        let texel = |pixel: &Option<GatheredPixel>| pixel.as_ref().map_or([0.0; 4], texel);
+        pixels.iter().map(texel).collect()
+    };
+    let with = |[x, y, z]: [f32; 3], w| [x, y, z, w];
+    let sums = |pixel: &GatheredPixel, lobe: &GatheredLobe| {
+        let samples = 64.0 * pixel.packets as f32;
+        with(
+            lobe.mean.map(|mean| mean * samples),
+            lobe.variance * samples,
+        )
+    };
+    let lobe_layers = |[diffuse, specular]: [Vec<[f32; 4]>; 2]| match is_specular {
+        true => [diffuse, specular].concat(),
+        false => diffuse,
+    };
+    let lobes = 1 + u32::from(is_specular);
+    let gathered = lobe_layers([
+        layer(&|pixel| {
+            let is_gathered = pixel.packets > 0;
+            with(pixel.diffuse.mean, if is_gathered { GATHERED } else { 1.0 })
+        }),
+        layer(&|pixel| with(pixel.specular.mean, 0.0)),
+    ]);
+    let sums = lobe_layers([
+        layer(&|pixel| sums(pixel, &pixel.diffuse)),
+        layer(&|pixel| sums(pixel, &pixel.specular)),
+    ]);
+    let packets = layer(&|pixel| [pixel.packets as f32, 0.0, 0.0, 0.0]);
+    let gathered = image("gathered light", Some(lobes), gathered)?;
+    let images = [
+        (
+            "position_mesh",
+            image("positions", None, layer(&|pixel| with(pixel.position, 1.0)))?,
+        ),
+        (
+            "normal_geometric",
+            image("normals", None, layer(&|pixel| with(pixel.normal, 0.0)))?,
+        ),
+        (
+            "ks_shininess",
+            image("k_s", None, layer(&|pixel| pixel.ks_shininess))?,
+        ),
+        (
+            "samples",
+            image("samples", Some(1 + lobes), [packets, sums].concat())?,
+        ),
+        ("gathered", gathered.clone()),
+    ];
+    let resources: Vec<_> = images
+        .iter()
+        .map(|(name, image)| (*name, Resource::Image(image)))
+        .collect();
+    let [columns, rows] = size_px.map(|px| px.div_ceil(stride_px));
+    let parameters = SmoothParameters {
+        stride: stride_px,
+        columns,
+        item_count: columns * rows,
+        evenness: options.evenness,
+        variance_rate: options.variance_rate,
+    };
+    let brdf = if is_specular { "phong" } else { "lambert" };
+    let pipelines = Pipelines::new(device);
+    let pipeline = pipelines.compute("smooth", &[brdf])?;
+    let groups = groups_in_rows(
+        parameters
+            .item_count
+            .div_ceil(pipeline.module.workgroup_size[0]),
+    );
+    let mut recorder = commands.begin()?;
+    recorder.pass("smooth", |recorder| {
+        recorder.dispatch(&pipeline, &resources, &parameters, groups)
+    })?;
+    recorder.submit()?;
+    let mut readback = Readback::new(device, gathered.shape)?;
+    let texels = readback.pixels(&gathered)?;
+    let rgb = |i: usize| texels.get(i).map_or([0.0; 3], |&[r, g, b, _]| [r, g, b]);
+    Ok((0..pixels.len())
+        .map(|i| [rgb(i), rgb(pixels.len() + i)])
+        .collect())
+}
