@@ -11,6 +11,7 @@ mod cone;
 mod direct;
 mod indirect;
 mod light;
+mod phasor;
 mod solid_angle;
 mod sum;
 
@@ -19,5 +20,9 @@ pub use cone::{ConeIntegral, spot_falloff};
 pub use direct::direct_radiance;
 pub use indirect::{Receiver, Vpl, indirect_radiance, vpl_contribution};
 pub use light::{axial_intensity, direction_to_light, irradiance_facing, radiant_intensity};
+pub use phasor::{
+    PLANCK_CONSTANT_J_S, PhaseSampling, Phasor, SPEED_OF_LIGHT_M_S, electrons, multipath_error_m,
+    range_m, unambiguous_range_m,
+};
 pub use solid_angle::{rectangle_solid_angle, triangle_solid_angle};
 pub use sum::CompensatedSum;

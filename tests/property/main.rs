@@ -27,6 +27,7 @@ mod modules;
 mod output;
 mod output_file;
 #[cfg(feature = "reference")]
+mod phasor;
 mod reference;
 #[cfg(feature = "reference")]
 mod relations;

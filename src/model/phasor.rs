@@ -1,0 +1,156 @@
+//! Time of flight: what a path's length does to the light of a modulated source, and how phase images sample that.
+
+use std::f64::consts::{PI, TAU};
+use std::iter::Sum;
+use std::ops::{Add, Mul};
+
+/// c, m/s.
+pub const SPEED_OF_LIGHT_M_S: f64 = 299_792_458.0;
+/// h, J·s.
+pub const PLANCK_CONSTANT_J_S: f64 = 6.626_070_15e-34;
+
+/// Z = Σ over paths of L·e^{+i·2πf·d/c}: the light of a modulated source, each path with its own length d. In the unit of L.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Phasor {
+    /// Real part.
+    pub re: f64,
+    /// Imaginary part.
+    pub im: f64,
+}
+
+impl Phasor {
+    /// L·e^{+i·2πf·d/c} of one path.
+    pub fn of_path(radiance: f64, length_m: f64, frequency_hz: f64) -> Phasor {
+        // In turns first: beyond a thousand of them 2π has lost digits.
+        let turns = frequency_hz / SPEED_OF_LIGHT_M_S * length_m;
+        let (sine, cosine) = (TAU * turns.fract()).sin_cos();
+        Phasor {
+            re: radiance * cosine,
+            im: radiance * sine,
+        }
+    }
+
+    /// |Z|.
+    pub fn magnitude(self) -> f64 {
+        self.re.hypot(self.im)
+    }
+
+    /// arg Z from −π to π, rad; `None` where Z is 0.
+    pub fn argument_rad(self) -> Option<f64> {
+        (self.magnitude() > 0.0).then(|| self.im.atan2(self.re))
+    }
+
+    /// Its complex conjugate.
+    pub fn conjugate(self) -> Phasor {
+        Phasor {
+            im: -self.im,
+            ..self
+        }
+    }
+}
+
+impl Add for Phasor {
+    type Output = Phasor;
+
+    fn add(self, other: Phasor) -> Phasor {
+        Phasor {
+            re: self.re + other.re,
+            im: self.im + other.im,
+        }
+    }
+}
+
+impl Sum for Phasor {
+    fn sum<I: Iterator<Item = Phasor>>(phasors: I) -> Phasor {
+        phasors.fold(Phasor::default(), Phasor::add)
+    }
+}
+
+impl Mul for Phasor {
+    type Output = Phasor;
+
+    fn mul(self, other: Phasor) -> Phasor {
+        Phasor {
+            re: self.re * other.re - self.im * other.im,
+            im: self.re * other.im + self.im * other.re,
+        }
+    }
+}
+
+impl Mul<f64> for Phasor {
+    type Output = Phasor;
+
+    fn mul(self, factor: f64) -> Phasor {
+        Phasor {
+            re: self.re * factor,
+            im: self.im * factor,
+        }
+    }
+}
+
+/// Half the length of the paths that a phasor stands for: r = c·φ/(4πf) with φ = arg Z in [0, 2π), so from 0 to c/(2f), metres. `None`
+/// where Z is 0.
+pub fn range_m(phasor: Phasor, frequency_hz: f64) -> Option<f64> {
+    let phase_rad = phasor.argument_rad()?.rem_euclid(TAU);
+    // A tiny negative angle is rounded to 2π.
+    let phase_rad = if phase_rad < TAU { phase_rad } else { 0.0 };
+    Some(SPEED_OF_LIGHT_M_S / (4.0 * PI * frequency_hz) * phase_rad)
+}
+
+/// How much farther than by its direct light alone a pixel seems to be: c/(4πf)·arg(Z·Z̄_direct), from −c/(4f) to c/(4f), metres. `None` where
+/// either is 0.
+pub fn multipath_error_m(total: Phasor, direct: Phasor, frequency_hz: f64) -> Option<f64> {
+    let turn_rad = (total * direct.conjugate()).argument_rad()?;
+    Some(SPEED_OF_LIGHT_M_S / (4.0 * PI * frequency_hz) * turn_rad)
+}
+
+/// The farthest range that a frequency tells from 0: c/(2f), metres.
+pub fn unambiguous_range_m(frequency_hz: f64) -> f64 {
+    SPEED_OF_LIGHT_M_S / (2.0 * frequency_hz)
+}
+
+/// Electrons that the energy `energy_j` of light frees: η·λ·E/(h·c).
+pub fn electrons(energy_j: f64, wavelength_m: f64, quantum_efficiency: f64) -> f64 {
+    quantum_efficiency * wavelength_m * energy_j / (PLANCK_CONSTANT_J_S * SPEED_OF_LIGHT_M_S)
+}
+
+/// How the phase images of one frequency sample a phasor. The signs of the convention are here and nowhere else.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PhaseSampling {
+    /// N, 3 or more: image i is taken at τ_i = 2πi/N.
+    pub phase_count: u32,
+    /// K, 0 to 1: of the demodulation.
+    pub contrast: f64,
+}
+
+impl PhaseSampling {
+    /// τ_i, rad.
+    pub fn delay_rad(&self, phase: u32) -> f64 {
+        TAU * f64::from(phase) / f64::from(self.phase_count)
+    }
+
+    /// What the two taps collect in phase image i: A_i, B_i = ½(Q ± K·Re(Q_Z·e^{+iτ_i})). `energy` is Q, of all light, and `phasor` Q_Z, of the
+    /// modulated light, in the same unit.
+    pub fn taps(&self, energy: f64, phasor: Phasor, phase: u32) -> [f64; 2] {
+        let (sine, cosine) = self.delay_rad(phase).sin_cos();
+        let half_difference = 0.5 * self.contrast * (phasor.re * cosine - phasor.im * sine);
+        [
+            0.5 * energy + half_difference,
+            0.5 * energy - half_difference,
+        ]
+    }
+
+    /// K·Q_Z from the differences D_i = A_i − B_i of all phase images, by least squares: 2/N·Σ D_i·e^{−iτ_i}. Its magnitude is the
+    /// amplitude, its argument the phase; of four images φ = atan2(D_3 − D_1, D_0 − D_2).
+    pub fn demodulate(&self, differences: &[f64]) -> Phasor {
+        let scale = 2.0 / f64::from(self.phase_count);
+        let term = |(phase, &difference): (usize, &f64)| {
+            let (sine, cosine) = self.delay_rad(phase as u32).sin_cos();
+            Phasor {
+                re: scale * difference * cosine,
+                im: -scale * difference * sine,
+            }
+        };
+        differences.iter().enumerate().map(term).sum()
+    }
+}
