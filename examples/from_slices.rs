@@ -31,6 +31,7 @@ fn main() -> Result<(), camlux::Error> {
             lens: Lens::FovY { fov_y_deg: 40.0 },
         },
         sensor: None,
+        tof: None,
         lights: vec![Light::Point {
             position_m: [0.0, 1.5, 0.0].into(),
             power_w: [10.0; 3],

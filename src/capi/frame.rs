@@ -214,7 +214,7 @@ impl FrameObject {
 fn texts(layer: Layer) -> (&'static CStr, &'static CStr) {
     static TEXTS: LazyLock<Vec<(Layer, CString, CString)>> = LazyLock::new(|| {
         let texts = |layer: Layer| (layer, c_string(layer.name()), c_string(layer.unit()));
-        Layer::ALL.map(texts).into()
+        Layer::all().map(texts).collect()
     });
     let found = TEXTS.iter().find(|(kind, ..)| *kind == layer);
     found.map_or((c"", c""), |(_, name, unit)| (name, unit))

@@ -171,6 +171,7 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
             Ok(SceneObject::new(Scene {
                 camera: camera_from_c(Default::default())?,
                 sensor: None,
+                tof: None,
                 lights: Vec::new(),
                 meshes: Vec::new(),
                 materials: Vec::new(),

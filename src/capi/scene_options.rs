@@ -288,6 +288,7 @@ fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
         pixel_pitch_um: sensor.pixel_pitch_um,
         exposure_time_s: sensor.exposure_time_s,
         duty_cycle: sensor.duty_cycle,
+        photodetector: None,
     };
     sensor.validate()?;
     Ok(sensor)

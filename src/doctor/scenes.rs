@@ -38,6 +38,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
             lens: Lens::FovY { fov_y_deg: 70.0 },
         },
         sensor: None,
+        tof: None,
         lights: vec![light],
         meshes: meshes.into_iter().map(Shared::from).collect(),
         materials: vec![

@@ -69,7 +69,7 @@ impl Plan {
     pub fn layer_bytes(&self) -> u64 {
         let (sensor, indirect) = (self.joule_per_irradiance.is_some(), self.indirect.is_some());
         let stderr = self.has_stderr_layer();
-        let layers = Layer::ALL.into_iter();
+        let layers = Layer::all();
         let layers = layers.filter(|layer| layer.is_made_with(sensor, indirect, stderr));
         let words: usize = layers.map(|layer| layer.channel_names().len()).sum();
         self.pixel_count() * words as u64 * WORD_BYTES

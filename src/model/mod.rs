@@ -22,7 +22,7 @@ pub use indirect::{Receiver, Vpl, indirect_radiance, vpl_contribution};
 pub use light::{axial_intensity, direction_to_light, irradiance_facing, radiant_intensity};
 pub use phasor::{
     PLANCK_CONSTANT_J_S, PhaseSampling, Phasor, SPEED_OF_LIGHT_M_S, electrons, multipath_error_m,
-    range_m, unambiguous_range_m,
+    range_m, unambiguous_range_m, wrap_count,
 };
 pub use solid_angle::{rectangle_solid_angle, triangle_solid_angle};
 pub use sum::CompensatedSum;

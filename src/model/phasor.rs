@@ -4,6 +4,8 @@ use std::f64::consts::{PI, TAU};
 use std::iter::Sum;
 use std::ops::{Add, Mul};
 
+use crate::scene::TimeOfFlight;
+
 /// c, m/s.
 pub const SPEED_OF_LIGHT_M_S: f64 = 299_792_458.0;
 /// h, J·s.
@@ -19,15 +21,17 @@ pub struct Phasor {
 }
 
 impl Phasor {
+    /// e^{iφ}
+    pub fn of_angle(angle_rad: f64) -> Phasor {
+        let (im, re) = angle_rad.sin_cos();
+        Phasor { re, im }
+    }
+
     /// L·e^{+i·2πf·d/c} of one path.
     pub fn of_path(radiance: f64, length_m: f64, frequency_hz: f64) -> Phasor {
         // In turns first: beyond a thousand of them 2π has lost digits.
         let turns = frequency_hz / SPEED_OF_LIGHT_M_S * length_m;
-        let (sine, cosine) = (TAU * turns.fract()).sin_cos();
-        Phasor {
-            re: radiance * cosine,
-            im: radiance * sine,
-        }
+        Phasor::of_angle(TAU * turns.fract()) * radiance
     }
 
     /// |Z|.
@@ -109,6 +113,11 @@ pub fn unambiguous_range_m(frequency_hz: f64) -> f64 {
     SPEED_OF_LIGHT_M_S / (2.0 * frequency_hz)
 }
 
+/// How often the phase of a path has wrapped: ⌊r/(c/2f)⌋ for half its length r.
+pub fn wrap_count(half_length_m: f64, frequency_hz: f64) -> u32 {
+    (half_length_m / unambiguous_range_m(frequency_hz)) as u32
+}
+
 /// Electrons that the energy `energy_j` of light frees: η·λ·E/(h·c).
 pub fn electrons(energy_j: f64, wavelength_m: f64, quantum_efficiency: f64) -> f64 {
     quantum_efficiency * wavelength_m * energy_j / (PLANCK_CONSTANT_J_S * SPEED_OF_LIGHT_M_S)
@@ -124,6 +133,14 @@ pub struct PhaseSampling {
 }
 
 impl PhaseSampling {
+    /// That of one of a camera's frequencies.
+    pub fn of(tof: &TimeOfFlight, frequency: usize) -> PhaseSampling {
+        PhaseSampling {
+            phase_count: tof.phase_count,
+            contrast: tof.contrasts[frequency],
+        }
+    }
+
     /// τ_i, rad.
     pub fn delay_rad(&self, phase: u32) -> f64 {
         TAU * f64::from(phase) / f64::from(self.phase_count)

@@ -196,10 +196,9 @@ fn empty_layers(header: &Header) -> Result<(Vec<ImageLayer>, Vec<Place>), Refusa
     let mut by_name: BTreeMap<String, Vec<(usize, String, usize)>> = BTreeMap::new();
     for (index, channel) in header.channels.list.iter().enumerate() {
         let channel = channel.name.to_string();
-        let layer = by_name
-            .entry(layer_of_channel(&channel).into())
-            .or_default();
-        layer.push((channel_rank(&channel), channel, index));
+        let (layer, rank) = place_of_channel(&channel);
+        let layer = by_name.entry(layer.into()).or_default();
+        layer.push((rank, channel, index));
     }
     let mut layers = Vec::new();
     let mut places = vec![(0, 0); header.channels.list.len()];
@@ -224,20 +223,19 @@ fn empty_layers(header: &Header) -> Result<(Vec<ImageLayer>, Vec<Place>), Refusa
     Ok((layers, places))
 }
 
-/// The layer that a channel belongs to: camlux's own by their names, others by what stands before the last dot.
-fn layer_of_channel(channel: &str) -> &str {
-    let mut own = Layer::ALL.into_iter();
-    match own.find(|layer| layer.channel_names().contains(&channel)) {
-        Some(layer) => layer.name(),
-        None => channel.rsplit_once('.').map_or("", |(layer, _)| layer),
-    }
-}
-
-fn channel_rank(channel: &str) -> usize {
+/// The layer that a channel belongs to, and its place there: camlux's own by their names, others by what stands before and after the last
+/// dot.
+fn place_of_channel(channel: &str) -> (&str, usize) {
     const ORDER: [&str; 7] = ["R", "G", "B", "A", "X", "Y", "Z"];
-    let last = channel.rsplit_once('.').map_or(channel, |(_, last)| last);
-    let rank = ORDER.iter().position(|name| *name == last);
-    rank.unwrap_or(ORDER.len())
+    let rank_in = |names: &[&str], name: &str| names.iter().position(|known| *known == name);
+    let own = Layer::all().find_map(|layer| {
+        let rank = rank_in(layer.channel_names(), channel)?;
+        Some((layer.name(), rank))
+    });
+    own.unwrap_or_else(|| {
+        let (layer, last) = channel.rsplit_once('.').unwrap_or(("", channel));
+        (layer, rank_in(&ORDER, last).unwrap_or(ORDER.len()))
+    })
 }
 
 /// The `exr` crate hands over samples in the byte order of this machine.

@@ -1,8 +1,9 @@
 //! The result of a render: named layers of pixels, how they were computed, and what it cost.
 
 use super::atomic::output_error;
+use super::tof_layers::{TOF_LAYERS, TofQuantity, describe_tof};
 use crate::error::Result;
-use crate::scene::{Camera, IndirectLight, Light, Scene, Sensor};
+use crate::scene::{Camera, IndirectLight, Light, Scene, Sensor, TimeOfFlight};
 
 /// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre.
 ///
@@ -37,11 +38,17 @@ pub enum Layer {
     /// 1: the pixel's centre lies within 1/128 pixel of an edge, so that rounding decides which of two surfaces it shows; else
     /// 0. Only a reference image has it, and [`Comparison`](crate::metrics::Comparison) can leave these pixels out.
     Edge,
+    /// Half the length of the shortest path L–P–C of a modulated light, metres; +∞ for the background. It is |P − C| where the light is at the
+    /// camera.
+    HalfPath,
+    /// What time of flight makes of a frequency, by its index into
+    /// [`TimeOfFlight::frequencies_hz`](crate::scene::TimeOfFlight::frequencies_hz).
+    Tof(u8, TofQuantity),
 }
 
 impl Layer {
-    /// Every layer, in the order of the documentation.
-    pub const ALL: [Layer; 12] = [
+    /// Every layer but those of a frequency of time of flight, in the order of the documentation.
+    const PLAIN: [Layer; 13] = [
         Layer::Radiance,
         Layer::Direct,
         Layer::Indirect,
@@ -54,7 +61,13 @@ impl Layer {
         Layer::InstanceId,
         Layer::MaterialId,
         Layer::Edge,
+        Layer::HalfPath,
     ];
+
+    /// Every layer, in the order of the documentation.
+    pub fn all() -> impl Iterator<Item = Layer> {
+        Self::PLAIN.into_iter().chain(TOF_LAYERS)
+    }
 
     /// The name in OpenEXR files and on the command line.
     pub fn name(self) -> &'static str {
@@ -63,7 +76,7 @@ impl Layer {
 
     /// The layer of that name.
     pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|layer| layer.name() == name)
+        Self::all().find(|layer| layer.name() == name)
     }
 
     /// Full OpenEXR channel names, in the order in which [`LayerData`] interleaves them.
@@ -100,17 +113,22 @@ impl Layer {
             Layer::InstanceId => ("id.instance", &["id.instance"], "1"),
             Layer::MaterialId => ("id.material", &["id.material"], "1"),
             Layer::Edge => ("edge", &["edge"], "1"),
+            Layer::HalfPath => ("half_path", &["half_path.Z"], "m"),
+            Layer::Tof(frequency, quantity) => describe_tof(frequency, quantity),
         }
     }
 
     /// Whether the values are whole numbers ([`LayerData::Id`]).
     pub fn is_id(self) -> bool {
-        matches!(self, Layer::InstanceId | Layer::MaterialId | Layer::Edge)
+        matches!(
+            self,
+            Layer::InstanceId | Layer::MaterialId | Layer::Edge | Layer::Tof(_, TofQuantity::Wraps)
+        )
     }
 
     /// Whether renders can have the layer, and not a reference image alone.
     pub fn is_rendered(self) -> bool {
-        self != Layer::Edge
+        !matches!(self, Layer::Edge | Layer::HalfPath | Layer::Tof(..))
     }
 
     /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light, `stderr` a scene that
@@ -382,6 +400,8 @@ pub struct FrameDescription {
     pub lights: Vec<Light>,
     pub camera: Camera,
     pub sensor: Option<Sensor>,
+    /// Only of an image with its layers.
+    pub tof: Option<TimeOfFlight>,
     /// Identifies the scene, its meshes and textures included.
     pub scene_hash: String,
 }
@@ -395,6 +415,7 @@ impl FrameDescription {
             lights: scene.lights.clone(),
             camera: scene.camera,
             sensor: scene.sensor,
+            tof: scene.tof.clone(),
             scene_hash,
         }
     }

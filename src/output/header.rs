@@ -6,7 +6,10 @@ use glam::{DMat4, DVec3, DVec4};
 
 use super::exr::ExrOptions;
 use super::frame::{Frame, FrameDescription};
-use crate::scene::{Camera, CameraBasis, Intrinsics, Parameter, Sensor};
+use crate::{
+    model::PhaseSampling,
+    scene::{Camera, CameraBasis, Intrinsics, Parameter, Photodetector, Sensor, TimeOfFlight},
+};
 
 /// A value in the header of an OpenEXR file.
 #[derive(Debug, Clone, PartialEq)]
@@ -87,6 +90,7 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
         lights,
         camera,
         sensor,
+        tof,
         scene_hash,
     } = &frame.description;
     let mut header = LayerAttributes {
@@ -166,10 +170,23 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
             pixel_pitch_um,
             exposure_time_s,
             duty_cycle,
+            photodetector,
         } = *sensor;
         add("sensor.pixel_pitch_um", Attribute::Vector2(pixel_pitch_um));
         add("sensor.exposure_time_s", Attribute::Number(exposure_time_s));
         add("sensor.duty_cycle", Attribute::Number(duty_cycle));
+        if let Some(Photodetector {
+            wavelength_nm,
+            quantum_efficiency,
+        }) = photodetector
+        {
+            add("sensor.wavelength_nm", Attribute::Number(wavelength_nm));
+            let name = "sensor.quantum_efficiency";
+            add(name, Attribute::Number(quantum_efficiency));
+        }
+    }
+    if let Some(tof) = tof {
+        time_of_flight(tof, lights.len(), &mut add);
     }
     let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
     add("camera.focal_px", Attribute::Vector2([fx, fy]));
@@ -183,6 +200,43 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
         add(name, value.clone());
     }
     header
+}
+
+/// The convention, too: data sets are of no use without it.
+fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&str, Attribute)) {
+    let TimeOfFlight {
+        frequencies_hz,
+        phase_count,
+        contrasts,
+        band_weights,
+        phase_offset_deg,
+        ambient_lights: _,
+    } = tof;
+    for (i, &frequency_hz) in frequencies_hz.iter().enumerate() {
+        add(
+            &format!("tof{i}.frequency_hz"),
+            Attribute::Number(frequency_hz),
+        );
+        add(&format!("tof{i}.contrast"), Attribute::Number(contrasts[i]));
+        for phase in 0..*phase_count {
+            let delay_rad = PhaseSampling::of(tof, i).delay_rad(phase);
+            add(
+                &format!("tof{i}.phase{phase}.delay_rad"),
+                Attribute::Number(delay_rad),
+            );
+        }
+    }
+    add("tof.band_weights", Attribute::Vector3(*band_weights));
+    add("tof.phase_offset_deg", Attribute::Number(*phase_offset_deg));
+    for light in 0..light_count {
+        let is_modulated = i32::from(tof.is_modulated(light));
+        add(
+            &format!("light.{light}.modulated"),
+            Attribute::Int(is_modulated),
+        );
+    }
+    let convention = "Z = sum over paths of L*exp(+i*2*pi*f*d/c); A, B = (Q +- K*Re(Q_Z*exp(+i*delay)))/2; range = c*arg(Z)/(4*pi*f), arg from 0 to 2*pi";
+    add("tof.convention", convention.into());
 }
 
 /// From camera axes (x right, y down, z forward: those of the intrinsics) to the world. Column vectors.

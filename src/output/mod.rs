@@ -8,6 +8,9 @@ mod exr_read;
 mod frame;
 mod header;
 mod png;
+#[cfg(feature = "reference")]
+mod tof;
+mod tof_layers;
 
 pub use atomic::OutputFile;
 pub use exr::{ExrCompression, ExrOptions, WrittenExr, write_exr, write_exr_hashed};
@@ -17,3 +20,6 @@ pub use frame::{
 };
 pub use header::Attribute;
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
+#[cfg(feature = "reference")]
+pub(crate) use tof::{PixelPhasors, tof_layers};
+pub use tof_layers::TofQuantity;

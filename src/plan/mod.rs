@@ -9,7 +9,7 @@ pub use kernels::{GatherKernel, RayKernel};
 pub(crate) use steps::GridStep;
 
 use crate::{
-    Result,
+    Error, Result,
     emission::EmissionDomain,
     scene::{ErrorNorm, IndirectLight, Light, Material, Mesh, Scene, Shadow, VplSum},
     vulkan::DeviceInfo,
@@ -144,6 +144,13 @@ impl Plan {
     /// What a scene needs, whether the device can hold it or not.
     pub(crate) fn for_scene(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
         scene.validate()?;
+        if scene.tof.is_some() {
+            return Err(Error::scene(
+                "tof",
+                "frames have no time of flight yet",
+                "remove [tof], or take camlux reference, which has it",
+            ));
+        }
         let meshes = || scene.meshes.iter();
         let is_specular = |mesh: &Mesh| scene.materials_of(mesh).any(Material::is_specular);
         let is_textured = |mesh: &Mesh| {

@@ -55,6 +55,7 @@ impl Reference {
         reference.rounds = 0;
         for pixel in &mut reference.pixels {
             pixel.indirect = Default::default();
+            pixel.indirect_phasors.fill(Default::default());
         }
         Ok(reference)
     }

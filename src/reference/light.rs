@@ -44,6 +44,8 @@ pub struct Illumination {
     pub density: f64,
     /// To just before the light.
     pub distance: f64,
+    /// To the light; infinite where it is parallel.
+    pub length: f64,
 }
 
 impl Emitter {
@@ -84,6 +86,14 @@ impl Emitter {
         }
     }
 
+    /// Infinite where the light is parallel.
+    pub fn distance_to(&self, point: DVec3) -> f64 {
+        match self {
+            Emitter::Parallel { .. } => f64::INFINITY,
+            Emitter::Cone { position, .. } => position.distance(point),
+        }
+    }
+
     /// `None` where the light sends nothing.
     pub fn illuminate(&self, point: DVec3) -> Option<Illumination> {
         match *self {
@@ -92,6 +102,7 @@ impl Emitter {
                 facing: irradiance,
                 density: 1.0 / (PI * SCENE_RADIUS * SCENE_RADIUS),
                 distance: f64::INFINITY,
+                length: f64::INFINITY,
             }),
             Emitter::Cone {
                 position,
@@ -117,6 +128,7 @@ impl Emitter {
                     facing: intensity * falloff / distance_squared,
                     density: 1.0 / (cap_solid_angle(outer_rad) * distance_squared),
                     distance: distance - clearance(position),
+                    length: distance,
                 })
             }
         }

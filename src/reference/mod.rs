@@ -28,9 +28,10 @@ use self::{
 use crate::{
     Error, Result, Scene,
     output::{
-        Frame, FrameDescription, FrameStats, Layer, LayerData, LayeredImage, ReferenceSamples,
+        Frame, FrameDescription, FrameStats, Layer, LayerData, LayeredImage, PixelPhasors,
+        ReferenceSamples, TofQuantity, tof_layers,
     },
-    scene::Direct,
+    scene::{Bands, Direct},
 };
 
 /// Paths between two calls of the progress function: a fifth of a second on two cores.
@@ -66,7 +67,7 @@ impl Reference {
         let scene = Scene {
             direct: Direct::default(),
             indirect: None,
-            sensor: None,
+            sensor: scene.sensor.filter(|_| scene.tof.is_some()),
             ..scene.clone()
         };
         let transport = Transport::new(&scene);
@@ -150,28 +151,46 @@ impl Reference {
         let samples = count("camlux.samples_per_pixel").unwrap_or_default();
         let values = |layer: Layer| {
             let values = image.values(layer);
-            let has_all = |values: &&[f32]| {
-                values.len() == 3 * reference.pixels.len() && values.iter().all(|v| v.is_finite())
-            };
+            let due = layer.channel_names().len() * reference.pixels.len();
+            let has_all =
+                |values: &&[f32]| values.len() == due && values.iter().all(|v| v.is_finite());
             values
                 .filter(has_all)
                 .ok_or_else(|| refuse(format!("its layer {} is missing or damaged", layer.name())))
         };
         let rounds = samples / samples_per_round;
-        let mean = bands_of(values(Layer::Indirect)?);
-        let variance = match rounds {
-            0 | 1 => vec![DVec3::ZERO; mean.len()],
-            _ => {
-                let standard_error = bands_of(values(Layer::StandardError)?);
-                let pooled: Vec<DVec3> = standard_error.iter().map(|s| s * s).collect();
-                let is_sampled = reference.is_sampled();
-                reference.pooling(&is_sampled, rounds).own(&pooled)
-            }
+        let is_sampled = reference.is_sampled();
+        let moments = |mean: Layer, standard_error: Layer| -> Result<Vec<[Moments; 3]>> {
+            let channels = mean.channel_names().len();
+            let mean = vectors_of(values(mean)?, channels);
+            let variance = match rounds {
+                0 | 1 => vec![DVec3::ZERO; mean.len()],
+                _ => {
+                    let standard_error = vectors_of(values(standard_error)?, channels);
+                    let pooled: Vec<DVec3> = standard_error.iter().map(|s| s * s).collect();
+                    reference.pooling(&is_sampled, rounds).own(&pooled)
+                }
+            };
+            let pixels = mean.iter().zip(variance);
+            let of_pixel = |(mean, variance): (&DVec3, DVec3)| {
+                std::array::from_fn(|i| Moments::from_mean(mean[i], variance[i], rounds))
+            };
+            Ok(pixels.map(of_pixel).collect())
         };
-        for (pixel, (mean, variance)) in reference.pixels.iter_mut().zip(mean.iter().zip(variance))
-        {
-            pixel.indirect =
-                std::array::from_fn(|band| Moments::from_mean(mean[band], variance[band], rounds));
+        let indirect = moments(Layer::Indirect, Layer::StandardError)?;
+        let frequencies = 0..reference.transport.frequency_count();
+        let phasors = frequencies.map(|f| {
+            let layer = |quantity| Layer::Tof(f as u8, quantity);
+            moments(
+                layer(TofQuantity::PhasorIndirect),
+                layer(TofQuantity::PhasorStandardError),
+            )
+        });
+        let phasors = phasors.collect::<Result<Vec<_>>>()?;
+        for (i, pixel) in reference.pixels.iter_mut().enumerate() {
+            pixel.indirect = indirect[i];
+            let of_frequency = |phasors: &Vec<[Moments; 3]>| [phasors[i][0], phasors[i][1]];
+            pixel.indirect_phasors = phasors.iter().map(of_frequency).collect();
         }
         reference.rounds = rounds;
         Ok(reference)
@@ -202,27 +221,34 @@ impl Reference {
         self.rounds > 0 && values.into_iter().all(|moments| moments.mean == 0.0)
     }
 
-    /// Estimate of the indirect image's own relRMSE: sqrt(Σσ²/Σt²), with the noise in Σt² taken off. `None` before there are two
+    /// Estimate of the indirect image's own relRMSE: sqrt(Σσ²/Σt²), with the noise in Σt² taken off; of the radiance or of the phasors of one frequency,
+    /// whichever is largest. `None` before there are two
     /// rounds, and for a scene whose indirect light is black.
     pub fn relative_standard_error(&self) -> Option<f64> {
         if self.rounds < 2 {
             return None;
         }
-        let pixels = self.pixels.iter().zip(self.variances());
-        let (variance, square) = pixels.fold((0.0, 0.0), |(sum, square), (pixel, variance)| {
-            let mean = DVec3::from(pixel.indirect.map(|moments| moments.mean));
-            let own = variance.element_sum();
-            (sum + own, square + mean.length_squared() - own)
-        });
-        (square > 0.0).then(|| (variance / square).sqrt())
+        let relative = |moments: &dyn Fn(&Pixel) -> [Moments; 3]| {
+            let pixels = self.pixels.iter().zip(self.variances(moments));
+            let (variance, square) = pixels.fold((0.0, 0.0), |(sum, square), (pixel, variance)| {
+                let mean = DVec3::from(moments(pixel).map(|moments| moments.mean));
+                let own = variance.element_sum();
+                (sum + own, square + mean.length_squared() - own)
+            });
+            (square > 0.0).then(|| (variance / square).sqrt())
+        };
+        let of_bands = relative(&|pixel| pixel.indirect)?;
+        let frequencies = 0..self.transport.frequency_count();
+        let of_phasors = frequencies.filter_map(|f| relative(&|pixel| pixel.phasor_moments(f)));
+        Some(of_phasors.fold(of_bands, f64::max))
     }
 
-    /// Squares of the standard errors, from two rounds on.
-    fn variances(&self) -> Vec<DVec3> {
+    /// Squares of the standard errors of three means, from two rounds on.
+    fn variances(&self, moments: &dyn Fn(&Pixel) -> [Moments; 3]) -> Vec<DVec3> {
         let variance = |moments: Moments| moments.variance_of_mean(self.rounds);
         let pixels = self.pixels.iter();
         let own: Vec<DVec3> = pixels
-            .map(|pixel| pixel.indirect.map(variance).into())
+            .map(|pixel| moments(pixel).map(variance).into())
             .collect();
         let is_sampled = self.is_sampled();
         self.pooling(&is_sampled, self.rounds).pooled(&own)
@@ -262,9 +288,7 @@ impl Reference {
         }
         self.rounds += 1;
         for (pixel, mean) in self.pixels.iter_mut().zip(means) {
-            for (moments, mean) in pixel.indirect.iter_mut().zip(mean) {
-                moments.add(mean, self.rounds);
-            }
+            pixel.add_round(&mean, self.rounds);
         }
         self.wall_milliseconds += start.elapsed().as_secs_f64() * 1e3;
         Ok(())
@@ -275,7 +299,8 @@ impl Reference {
         let indirect = |pixel: &Pixel| pixel.indirect.map(|moments| moments.mean);
         let radiance = |pixel: &Pixel| {
             let indirect = indirect(pixel);
-            [0, 1, 2].map(|band| pixel.direct[band] + indirect[band])
+            let direct = pixel.direct.radiance.to_array();
+            [0, 1, 2].map(|band| direct[band] + indirect[band])
         };
         let seen = |pixel: &Pixel| pixel.point.as_ref().map(|point| point.surface);
         let position = |pixel: &Pixel| {
@@ -285,7 +310,10 @@ impl Reference {
         let normal = |pixel: &Pixel| seen(pixel).map_or([0.0; 3], |seen| seen.normal.to_array());
         let mut layers = vec![
             (Layer::Radiance, self.floats(radiance)),
-            (Layer::Direct, self.floats(|pixel| pixel.direct)),
+            (
+                Layer::Direct,
+                self.floats(|pixel| pixel.direct.radiance.to_array()),
+            ),
             (Layer::Indirect, self.floats(indirect)),
             (Layer::Position, self.floats(position)),
             (Layer::Normal, self.floats(normal)),
@@ -296,11 +324,12 @@ impl Reference {
             (Layer::Edge, self.ids(|pixel| pixel.is_edge.into())),
         ];
         if self.rounds >= 2 {
-            let variances = self.variances();
+            let variances = self.variances(&|pixel| pixel.indirect);
             let values = variances.iter().flat_map(|variance| variance.to_array());
             let standard_error = values.map(|variance| variance.sqrt() as f32).collect();
             layers.insert(3, (Layer::StandardError, LayerData::Float(standard_error)));
         }
+        layers.extend(self.tof_layers(&radiance));
         Frame {
             resolution_px: self.scene.camera.resolution_px,
             layers,
@@ -320,6 +349,44 @@ impl Reference {
         }
     }
 
+    /// Those of a time-of-flight camera.
+    fn tof_layers(&self, radiance: &dyn Fn(&Pixel) -> Bands) -> Vec<(Layer, LayerData)> {
+        let Some(camera) = self.scene.time_of_flight() else {
+            return Vec::new();
+        };
+        let (tof, ..) = camera;
+        let seen = |pixel: &Pixel| tof.weighted(radiance(pixel));
+        let radiances: Vec<f64> = self.pixels.iter().map(seen).collect();
+        let half_path = |pixel: &Pixel| {
+            let point = pixel.point.as_ref();
+            point.map_or(f64::INFINITY, |point| {
+                0.5 * self.transport.shortest_path_m(point)
+            })
+        };
+        let half_paths_m: Vec<f64> = self.pixels.iter().map(half_path).collect();
+        let half_paths = half_paths_m.iter().map(|&half_path_m| half_path_m as f32);
+        let mut layers = vec![(Layer::HalfPath, LayerData::Float(half_paths.collect()))];
+        for frequency in 0..tof.frequencies_hz.len() {
+            let phasors = self.pixels.iter().map(|pixel| PixelPhasors {
+                direct: pixel.direct.phasors[frequency],
+                indirect: pixel.indirect_phasor(frequency),
+            });
+            let phasors: Vec<PixelPhasors> = phasors.collect();
+            let of_frequency = tof_layers(camera, frequency, &phasors, &radiances, &half_paths_m);
+            layers.extend(of_frequency);
+            if self.rounds >= 2 {
+                let variances = self.variances(&|pixel| pixel.phasor_moments(frequency));
+                let values = variances
+                    .iter()
+                    .flat_map(|variance| [variance.x, variance.y]);
+                let values = values.map(|variance| variance.sqrt() as f32).collect();
+                let layer = Layer::Tof(frequency as u8, TofQuantity::PhasorStandardError);
+                layers.push((layer, LayerData::Float(values)));
+            }
+        }
+        layers
+    }
+
     fn floats<const N: usize>(&self, value: impl Fn(&Pixel) -> [f64; N]) -> LayerData {
         let values = self.pixels.iter().flat_map(value);
         LayerData::Float(values.map(|value| value as f32).collect())
@@ -330,10 +397,11 @@ impl Reference {
     }
 }
 
-/// The three bands of each pixel of a layer.
-fn bands_of(values: &[f32]) -> Vec<DVec3> {
-    let pixels = values.chunks_exact(3);
+/// Each pixel of a layer of two or three channels; with two, the third is 0.
+fn vectors_of(values: &[f32], channels: usize) -> Vec<DVec3> {
+    let value = |pixel: &[f32], i: usize| pixel.get(i).copied().map_or(0.0, f64::from);
+    let pixels = values.chunks_exact(channels);
     pixels
-        .map(|bands| DVec3::from([bands[0], bands[1], bands[2]].map(f64::from)))
+        .map(|pixel| DVec3::new(value(pixel, 0), value(pixel, 1), value(pixel, 2)))
         .collect()
 }

@@ -13,7 +13,11 @@ use super::{
     rays::{Hit, Ray, Triangles},
     surface::{Surface, Surfaces},
 };
-use crate::Scene;
+use crate::{
+    Scene,
+    model::Phasor,
+    scene::{MAX_FREQUENCIES, TimeOfFlight},
+};
 
 /// Over the scene's size: nearer to a camera is what it lies in, but for the rounding of f64.
 const OWN_SURFACE: f64 = 1e-13;
@@ -24,6 +28,7 @@ pub struct Transport {
     pub surfaces: Surfaces,
     triangles: Triangles,
     emitters: Vec<Emitter>,
+    tof: Option<TimeOfFlight>,
     origin_m: DVec3,
     /// A power of two, so that nothing is rounded by it.
     pub metres_per_unit: f64,
@@ -36,7 +41,28 @@ pub struct Receiver {
     pub surface: Surface,
     /// Unit vector.
     pub to_camera: DVec3,
+    /// |PC|
+    distance: f64,
     lobes: Lobes,
+}
+
+/// What paths bring to C.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Arrived {
+    /// W/sr/m²
+    pub radiance: DVec3,
+    /// Z of each frequency of time of flight.
+    pub phasors: [Phasor; MAX_FREQUENCIES],
+}
+
+impl Arrived {
+    /// Adds what this is so many times.
+    pub fn add(&mut self, other: &Arrived, times: f64) {
+        self.radiance += times * other.radiance;
+        for (own, other) in self.phasors.iter_mut().zip(other.phasors) {
+            *own = *own + other * times;
+        }
+    }
 }
 
 impl Receiver {
@@ -45,6 +71,7 @@ impl Receiver {
         Receiver {
             surface: surface.towards(to_camera, distance),
             to_camera,
+            distance,
             lobes: surface.brdf.lobes(surface.normal, to_camera),
         }
     }
@@ -75,8 +102,40 @@ impl Transport {
             emitters: lights
                 .map(|light| Emitter::new(light, to_local, metres_per_unit))
                 .collect(),
+            tof: scene.tof.clone(),
             origin_m,
             metres_per_unit,
+        }
+    }
+
+    /// Of time of flight.
+    pub fn frequency_count(&self) -> usize {
+        self.tof.as_ref().map_or(0, |tof| tof.frequencies_hz.len())
+    }
+
+    /// |LP| + |PC| of the nearest modulated light, metres.
+    pub fn shortest_path_m(&self, receiver: &Receiver) -> f64 {
+        let is_modulated = |light: usize| self.tof.as_ref().is_some_and(|t| t.is_modulated(light));
+        let lights = self.emitters.iter().enumerate();
+        let lengths = lights
+            .filter(|(light, _)| is_modulated(*light))
+            .map(|(_, emitter)| emitter.distance_to(receiver.surface.position));
+        let nearest = lengths.fold(f64::INFINITY, f64::min);
+        (nearest + receiver.distance) * self.metres_per_unit
+    }
+
+    /// Adds the light of a path from one of the lights to C.
+    fn add_path(&self, sum: &mut Arrived, radiance: DVec3, light: usize, length: f64) {
+        sum.radiance += radiance;
+        let Some(tof) = self.tof.as_ref().filter(|tof| tof.is_modulated(light)) else {
+            return;
+        };
+        let (seen, length_m) = (
+            tof.weighted(radiance.to_array()),
+            length * self.metres_per_unit,
+        );
+        for (phasor, &frequency_hz) in sum.phasors.iter_mut().zip(&tof.frequencies_hz) {
+            *phasor = *phasor + Phasor::of_path(seen, length_m, frequency_hz);
         }
     }
 
@@ -104,24 +163,25 @@ impl Transport {
         Some(self.surfaces.at(&hit, ray.direction))
     }
 
-    /// L_{P→C} of all lights, W/sr/m².
-    pub fn direct(&self, receiver: &Receiver) -> DVec3 {
-        let mut radiance = DVec3::ZERO;
-        for emitter in &self.emitters {
+    /// L_{P→C} of all lights.
+    pub fn direct(&self, receiver: &Receiver) -> Arrived {
+        let mut arrived = Arrived::default();
+        for (index, emitter) in self.emitters.iter().enumerate() {
             let surface = &receiver.surface;
             let sent = self.reflected(emitter, surface, receiver.to_camera);
             if let Some((sent, illumination)) = sent
                 && self.is_lit(surface, &illumination)
             {
-                radiance += sent;
+                let length = illumination.length + receiver.distance;
+                self.add_path(&mut arrived, sent, index, length);
             }
         }
-        radiance
+        arrived
     }
 
-    /// One sample of the single bounce, W/sr/m²: its expected value is the indirect radiance from P to C.
-    pub fn indirect(&self, receiver: &Receiver, draws: &Draws) -> DVec3 {
-        let mut radiance = DVec3::ZERO;
+    /// One sample of the single bounce: its expected value is the indirect light from P to C.
+    pub fn indirect(&self, receiver: &Receiver, draws: &Draws) -> Arrived {
+        let mut arrived = Arrived::default();
         let p = &receiver.surface;
         let direction = receiver.lobes.sample(draws.lobe, draws.direction);
         if is_above(p, direction) {
@@ -130,11 +190,12 @@ impl Transport {
                 ..Ray::half_line(p.start(), direction)
             };
             if let Some(q) = self.follow(&ray) {
-                for emitter in &self.emitters {
-                    if let Some((contribution, illumination)) = self.bounce(receiver, &q, emitter)
+                for (index, emitter) in self.emitters.iter().enumerate() {
+                    if let Some((contribution, illumination, length)) =
+                        self.bounce(receiver, &q, emitter)
                         && self.is_lit(&q, &illumination)
                     {
-                        radiance += contribution;
+                        self.add_path(&mut arrived, contribution, index, length);
                     }
                 }
             }
@@ -144,27 +205,28 @@ impl Transport {
             let Some(q) = self.follow(&ray) else {
                 continue;
             };
-            if let Some((contribution, _)) = self.bounce(receiver, &q, emitter)
+            if let Some((contribution, _, length)) = self.bounce(receiver, &q, emitter)
                 && self.is_between_free(p, &q)
             {
-                radiance += contribution;
+                self.add_path(&mut arrived, contribution, index, length);
             }
         }
-        radiance
+        arrived
     }
 
-    /// F(Q) / (p_P(Q) + p_L(Q)) with V = 1 on both segments; `None` where F is 0. Q is seen from one of its neighbours on the
+    /// F(Q) / (p_P(Q) + p_L(Q)) with V = 1 on both segments, and |LQ| + |QP| + |PC|; `None` where F is 0. Q is seen from one of its neighbours on the
     /// path, and must show the same side to the other one.
     fn bounce(
         &self,
         receiver: &Receiver,
         q: &Surface,
         emitter: &Emitter,
-    ) -> Option<(DVec3, Illumination)> {
+    ) -> Option<(DVec3, Illumination, f64)> {
         let p = &receiver.surface;
         let offset = q.position - p.position;
         let distance_squared = offset.length_squared();
-        let to_q = offset / distance_squared.sqrt();
+        let distance = distance_squared.sqrt();
+        let to_q = offset / distance;
         if !is_above(p, to_q) || q.geometric_normal.dot(-to_q) <= 0.0 {
             return None;
         }
@@ -176,7 +238,8 @@ impl Transport {
         let from_light = illumination.density * q.geometric_normal.dot(illumination.to_light);
         let f_p = p.brdf.eval(to_q, p.normal, receiver.to_camera);
         let scale = p.normal.dot(to_q) * area_to_angle / (from_p + from_light);
-        Some((f_p * radiance * scale, illumination))
+        let length = illumination.length + distance + receiver.distance;
+        Some((f_p * radiance * scale, illumination, length))
     }
 
     /// Radiance of a surface towards a unit direction by an unobstructed light: f · L_{L→P} · cosθ. `None` where it is 0.

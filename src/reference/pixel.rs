@@ -4,8 +4,11 @@ use glam::DVec3;
 use sobol_burley::sample_4d;
 
 use super::edge::{SUB_PIXEL_BITS, is_edge};
-use super::path::{Draws, Receiver, Transport};
-use crate::scene::{Bands, Camera, Lens};
+use super::path::{Arrived, Draws, Receiver, Transport};
+use crate::{
+    model::Phasor,
+    scene::{Camera, Lens},
+};
 
 /// One pixel of a reference.
 #[derive(Debug, Clone)]
@@ -20,10 +23,10 @@ pub struct Pixel {
     pub range_m: f64,
     /// Whether [another surface](is_edge) is so near that it might as well be seen.
     pub is_edge: bool,
-    /// L_{P→C}, W/sr/m².
-    pub direct: Bands,
-    /// Statistics over rounds, W/sr/m².
+    pub direct: Arrived,
+    /// Statistics over rounds: of the bands, W/sr/m², and of re and im of each phasor.
     pub indirect: [Moments; 3],
+    pub indirect_phasors: Vec<[Moments; 2]>,
 }
 
 /// Mean and scatter of the means of rounds.
@@ -76,8 +79,9 @@ impl Pixel {
             depth_m: f64::INFINITY,
             range_m: f64::INFINITY,
             is_edge,
-            direct: [0.0; 3],
+            direct: Arrived::default(),
             indirect: [Moments::default(); 3],
+            indirect_phasors: vec![Default::default(); transport.frequency_count()],
         };
         let Some(hit) = hit else {
             return background;
@@ -92,7 +96,7 @@ impl Pixel {
             material_id: 1 + material,
             depth_m: range_m / per_depth,
             range_m,
-            direct: transport.direct(&receiver).to_array(),
+            direct: transport.direct(&receiver),
             ..background
         }
     }
@@ -117,12 +121,12 @@ impl Pixel {
         samples: u32,
         index: u32,
         round: u32,
-    ) -> Bands {
+    ) -> Arrived {
+        let mut mean = Arrived::default();
         let Some(receiver) = self.receiver() else {
-            return [0.0; 3];
+            return mean;
         };
         let seed = mix(index, round);
-        let mut sum = DVec3::ZERO;
         for sample in 0..samples {
             let draw = |set: u32, seed: u32| sample_4d(sample, set, seed).map(f64::from);
             let [u0, u1, lobe, _] = draw(0, seed);
@@ -136,9 +140,35 @@ impl Pixel {
                 direction: [u0, u1],
                 emission: &emission,
             };
-            sum += transport.indirect(receiver, &draws);
+            mean.add(
+                &transport.indirect(receiver, &draws),
+                1.0 / f64::from(samples),
+            );
         }
-        (sum / f64::from(samples)).to_array()
+        mean
+    }
+
+    /// Of re and im of the indirect light's phasor.
+    pub fn phasor_moments(&self, frequency: usize) -> [Moments; 3] {
+        let [re, im] = self.indirect_phasors[frequency];
+        [re, im, Moments::default()]
+    }
+
+    /// Z of the indirect light.
+    pub fn indirect_phasor(&self, frequency: usize) -> Phasor {
+        let [re, im] = self.indirect_phasors[frequency].map(|moments| moments.mean);
+        Phasor { re, im }
+    }
+
+    /// Takes in the mean of a round, the `count`-th.
+    pub fn add_round(&mut self, mean: &Arrived, count: u32) {
+        for (moments, mean) in self.indirect.iter_mut().zip(mean.radiance.to_array()) {
+            moments.add(mean, count);
+        }
+        for ([re, im], mean) in self.indirect_phasors.iter_mut().zip(mean.phasors) {
+            re.add(mean.re, count);
+            im.add(mean.im, count);
+        }
     }
 }
 

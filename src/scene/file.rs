@@ -6,7 +6,7 @@ use glam::DMat3;
 
 use super::assets::{Assets, MeshRequest, Transform};
 use super::validate::Places;
-use super::{Scene, Shared, file_parts, indirect};
+use super::{Scene, Shared, file_parts, indirect, tof};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
 use crate::{Error, Result};
 
@@ -29,7 +29,7 @@ impl Scene {
     /// Those of [`Scene::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
         let known = [
-            "version", "camera", "sensor", "light", "mesh", "material", "direct", "indirect",
+            "version", "camera", "sensor", "tof", "light", "mesh", "material", "direct", "indirect",
         ];
         let mut keys = Keys::parse(text, file, "scene file", &known)?;
         let mut places = Places::from([(("scene", 0), file.display().to_string())]);
@@ -43,14 +43,24 @@ impl Scene {
             Ok(table)
         };
         let sensor = optional("sensor")?.map(file_parts::sensor).transpose()?;
+        let tof = optional("tof")?;
         let direct = optional("direct")?.map(file_parts::direct).transpose()?;
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
-        let mut lights = Vec::new();
+        let (mut lights, mut modulated) = (Vec::new(), Vec::new());
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert(("light", i), light.at.clone());
-            lights.push(file_parts::light(light)?);
+            let (light, is_modulated) = file_parts::light(light)?;
+            lights.push(light);
+            modulated.push(is_modulated);
         }
+        if let (None, Some(Some(modulated))) = (&tof, modulated.iter().find(|m| m.is_some())) {
+            let hint = "remove it, or add a [tof] table";
+            return Err(modulated.error("says nothing without [tof]", hint));
+        }
+        let tof = tof
+            .map(|keys| tof::from_keys(keys, &modulated))
+            .transpose()?;
 
         let mut assets = Assets::default();
         if let Some(mut materials) = keys.table("material")? {
@@ -70,6 +80,7 @@ impl Scene {
         let scene = Scene {
             camera,
             sensor,
+            tof,
             lights,
             meshes: assets.meshes.into_iter().map(Shared::from).collect(),
             materials: assets.materials,

@@ -1,6 +1,8 @@
 //! Reads the parts of a scene file that name no other file.
 
-use super::{Camera, Direct, Intrinsics, Lens, Light, Material, Sensor, Shadow, SpotCone};
+use super::{
+    Camera, Direct, Intrinsics, Lens, Light, Material, Photodetector, Sensor, Shadow, SpotCone,
+};
 use crate::Result;
 use crate::keys::{Keys, Value};
 
@@ -47,17 +49,41 @@ fn lens(keys: &mut Keys) -> Result<Lens> {
 }
 
 pub(super) fn sensor(mut keys: Keys) -> Result<Sensor> {
-    keys.only(&["pixel_pitch_um", "exposure_time_s", "duty_cycle"])?;
+    keys.only(&[
+        "pixel_pitch_um",
+        "exposure_time_s",
+        "duty_cycle",
+        "wavelength_nm",
+        "quantum_efficiency",
+    ])?;
     let pitch = keys.need("pixel_pitch_um", "pixel_pitch_um = [width, height]")?;
     let exposure = keys.need("exposure_time_s", "exposure_time_s = 1.0e-3")?;
     Ok(Sensor {
         pixel_pitch_um: pitch.numbers()?,
         exposure_time_s: exposure.number()?,
         duty_cycle: keys.need("duty_cycle", "duty_cycle = 0.5")?.number()?,
+        photodetector: photodetector(&mut keys)?,
     })
 }
 
-pub(super) fn light(mut keys: Keys) -> Result<Light> {
+fn photodetector(keys: &mut Keys) -> Result<Option<Photodetector>> {
+    let wavelength_nm = keys.optional("wavelength_nm", Value::number)?;
+    let quantum_efficiency = keys.optional("quantum_efficiency", Value::number)?;
+    match (wavelength_nm, quantum_efficiency) {
+        (None, None) => Ok(None),
+        (Some(wavelength_nm), Some(quantum_efficiency)) => Ok(Some(Photodetector {
+            wavelength_nm,
+            quantum_efficiency,
+        })),
+        _ => Err(keys.error(
+            "[sensor] has one of \"wavelength_nm\" and \"quantum_efficiency\", and not the other",
+            "give both, such as wavelength_nm = 850.0 and quantum_efficiency = 0.8, or neither",
+        )),
+    }
+}
+
+/// And what it says of its modulation.
+pub(super) fn light<'t>(mut keys: Keys<'t>) -> Result<(Light, Option<Value<'t>>)> {
     const POSITION: &str = "position = [x, y, z]";
     const DIRECTION: &str = "direction = [x, y, z], the way the light travels";
     const POWER: &str = "power_w = 50.0 or power_w = [r, g, b]";
@@ -67,17 +93,18 @@ pub(super) fn light(mut keys: Keys) -> Result<Light> {
 
     let kinds = format!("kind = \"{}\"", Light::KINDS.join("\" or \""));
     let kind = keys.need("kind", &kinds)?;
-    match kind.choice(&Light::KINDS, |kind| kind)? {
+    let modulated = keys.take("modulated");
+    let light = match kind.choice(&Light::KINDS, |kind| kind)? {
         "point" => {
             keys.only(&["position", "power_w"])?;
-            Ok(Light::Point {
+            Light::Point {
                 position_m: keys.need("position", POSITION)?.vec3()?,
                 power_w: keys.need("power_w", POWER)?.bands()?,
-            })
+            }
         }
         "spot" => {
             keys.only(&["position", "direction", INNER, OUTER, "power_w"])?;
-            Ok(Light::Spot {
+            Light::Spot {
                 position_m: keys.need("position", POSITION)?.vec3()?,
                 direction: keys.need("direction", DIRECTION)?.vec3()?,
                 cone: SpotCone {
@@ -85,16 +112,17 @@ pub(super) fn light(mut keys: Keys) -> Result<Light> {
                     outer_half_angle_deg: keys.need(OUTER, &format!("{OUTER} = 30.0"))?.number()?,
                 },
                 power_w: keys.need("power_w", POWER)?.bands()?,
-            })
+            }
         }
         _ => {
             keys.only(&["direction", "irradiance_w_m2"])?;
-            Ok(Light::Directional {
+            Light::Directional {
                 direction: keys.need("direction", DIRECTION)?.vec3()?,
                 irradiance_w_m2: keys.need("irradiance_w_m2", IRRADIANCE)?.bands()?,
-            })
+            }
         }
-    }
+    };
+    Ok((light, modulated))
 }
 
 pub(super) fn direct(mut keys: Keys) -> Result<Direct> {

@@ -1,8 +1,8 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, Intrinsics, Lens, Light, Material, Mesh, Parameter, Scene, Sensor, Shadow,
-    Texture,
+    Camera, Direct, Intrinsics, Lens, Light, Material, Mesh, Parameter, Photodetector, Scene,
+    Sensor, Shadow, Texture, TimeOfFlight,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -16,6 +16,7 @@ impl Scene {
         let Scene {
             camera,
             sensor,
+            tof,
             lights,
             meshes,
             materials,
@@ -31,9 +32,11 @@ impl Scene {
                 pixel_pitch_um: [width_um, height_um],
                 exposure_time_s,
                 duty_cycle,
+                photodetector: _,
             } = *sensor;
             [width_um, height_um, exposure_time_s, duty_cycle]
         });
+
         bytes.name(shadow.map_or("chosen", Shadow::name));
         bytes.name(indirect.map_or("none", |indirect| indirect.name()));
         if let Some(indirect) = indirect {
@@ -62,6 +65,18 @@ impl Scene {
         bytes.length(meshes);
         for mesh in meshes {
             bytes.0.update(&mesh.digest(digest_of_mesh));
+        }
+        // Scenes without time of flight keep the hash that they had before there was any.
+        if let Some(tof) = tof {
+            bytes.time_of_flight(tof);
+            let photodetector = sensor.and_then(|sensor| sensor.photodetector);
+            bytes.list(photodetector.as_slice(), |photodetector| {
+                let Photodetector {
+                    wavelength_nm,
+                    quantum_efficiency,
+                } = *photodetector;
+                [wavelength_nm, quantum_efficiency]
+            });
         }
         bytes.0.finalize().to_hex().to_string()
     }
@@ -110,6 +125,23 @@ impl Bytes {
             Lens::FovY { fov_y_deg } => self.numbers([0.0, fov_y_deg]),
             Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => self.numbers([1.0, fx, fy, cx, cy]),
         }
+    }
+
+    fn time_of_flight(&mut self, tof: &TimeOfFlight) {
+        let TimeOfFlight {
+            frequencies_hz,
+            phase_count,
+            contrasts,
+            band_weights,
+            phase_offset_deg,
+            ambient_lights,
+        } = tof;
+        self.name("tof");
+        self.list(frequencies_hz, |hz| [*hz]);
+        self.list(contrasts, |contrast| [*contrast]);
+        self.list(ambient_lights, |light| [*light as f64]);
+        self.numbers([f64::from(*phase_count), *phase_offset_deg]);
+        self.numbers(*band_weights);
     }
 
     fn light(&mut self, light: &Light) {

@@ -20,6 +20,7 @@ mod obj_check;
 mod shared;
 mod texels;
 mod texture;
+mod tof;
 mod validate;
 mod validate_surface;
 mod warnings;
@@ -34,6 +35,8 @@ pub use material::{Material, Texture};
 pub use mesh::Mesh;
 pub use shared::Shared;
 pub use texels::{Encoding, Texels};
+pub(crate) use tof::MAX_PHASES;
+pub use tof::{MAX_FREQUENCIES, PHASE_COUNTS, Photodetector, TimeOfFlight};
 #[cfg(feature = "capi")]
 #[cfg(feature = "capi")]
 pub(crate) use validate_surface::validate_instance;
@@ -47,6 +50,8 @@ pub struct Scene {
     pub camera: Camera,
     /// Without a sensor no energy layer is made.
     pub sensor: Option<Sensor>,
+    /// What the camera makes of path lengths; needs a sensor with a [`Photodetector`].
+    pub tof: Option<TimeOfFlight>,
     pub lights: Vec<Light>,
     pub meshes: Vec<Shared<Mesh>>,
     /// Indexed by [`Mesh::triangle_materials`].
@@ -75,6 +80,8 @@ pub struct Sensor {
     pub exposure_time_s: f64,
     /// Share of the exposure in which the signal is on, 0 to 1.
     pub duty_cycle: f64,
+    /// For time of flight.
+    pub photodetector: Option<Photodetector>,
 }
 
 impl Sensor {

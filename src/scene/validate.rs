@@ -61,6 +61,9 @@ impl Scene {
         for (i, light) in self.lights.iter().enumerate() {
             placed("light", i, light.validate(i))?;
         }
+        if let Some(tof) = &self.tof {
+            placed("tof", 0, tof.validate(&self.lights, self.sensor.as_ref()))?;
+        }
         for (i, texture) in self.textures.iter().enumerate() {
             placed("texture", i, texture.validate(i))?;
         }
@@ -196,7 +199,9 @@ impl Sensor {
             (0.0..=1.0).contains(&self.duty_cycle),
             format_args!("duty_cycle is {}", self.duty_cycle),
             "give a share from 0 to 1",
-        )
+        )?;
+        let photodetector = self.photodetector;
+        photodetector.map_or(Ok(()), |photodetector| photodetector.validate(&part))
     }
 }
 

@@ -16,6 +16,43 @@ fn camera_with(line: &str, replacement: &str) -> String {
 }
 
 #[test]
+fn time_of_flight_that_is_not_all_there() {
+    let scene = |tof: &str, of_light: &str| format!("{CAMERA}{LIGHT}{of_light}{tof}");
+    let tof = "[tof]\nfrequencies_mhz = [20]\ncontrast = 0.75\nband = \"R\"\n";
+    refuses_toml(
+        &scene(tof, ""),
+        &["scene.toml:11, tof: what a pixel detects is not known"],
+    );
+    refuses_toml(
+        &scene("", "modulated = true\n"),
+        &["scene.toml:11: \"modulated\" in [[light]] says nothing without [tof]"],
+    );
+    refuses_toml(
+        &scene(tof, "modulated = 1\n"),
+        &["scene.toml:11: \"modulated\"", "give true or false"],
+    );
+    refuses_toml(
+        &scene(&tof.replace("[20]", "[]"), ""),
+        &["scene.toml:12: \"frequencies_mhz\" is empty"],
+    );
+    refuses_toml(
+        &scene(&tof.replace("\"R\"", "\"X\""), ""),
+        &["unknown band \"X\" in [tof]", "R, G, B"],
+    );
+    refuses_toml(
+        &scene(&tof.replace("0.75", "\"much\""), ""),
+        &["\"contrast\" in [tof] is the string \"much\""],
+    );
+    refuses_toml(
+        &scene(
+            "[sensor]\npixel_pitch_um = [1, 1]\nexposure_time_s = 1\nduty_cycle = 1\nwavelength_nm = 850\n",
+            "",
+        ),
+        &["scene.toml:11: [sensor] has one of \"wavelength_nm\""],
+    );
+}
+
+#[test]
 fn unreadable_and_invalid_scene_files() {
     let folder = SceneFolder::new();
     let missing = Scene::load(&folder.path("none.toml"));

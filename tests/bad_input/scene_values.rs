@@ -1,8 +1,8 @@
 //! Every bad value of a scene from slices is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    Camera, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Material, Mesh, Scene,
-    Sensor, SpotCone, Texels, Texture, VplSum,
+    Camera, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
+    Photodetector, Scene, Sensor, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
 
@@ -20,7 +20,9 @@ fn scene() -> Scene {
             pixel_pitch_um: [12.0, 12.0],
             exposure_time_s: 1e-3,
             duty_cycle: 0.5,
+            photodetector: None,
         }),
+        tof: None,
         lights: vec![Light::Point {
             position_m: DVec3::Y,
             power_w: [1.0; 3],
@@ -46,6 +48,31 @@ fn scene() -> Scene {
         direct: Direct::default(),
         indirect: Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8)),
     }
+}
+
+fn tof() -> TimeOfFlight {
+    TimeOfFlight {
+        frequencies_hz: vec![20e6, 100e6],
+        phase_count: 4,
+        contrasts: vec![0.75; 2],
+        band_weights: [1.0, 0.0, 0.0],
+        phase_offset_deg: 0.0,
+        ambient_lights: Vec::new(),
+    }
+}
+
+/// Makes the scene's camera one of time of flight.
+fn detects(scene: &mut Scene) -> &mut TimeOfFlight {
+    photodetector(scene);
+    scene.tof.insert(tof())
+}
+
+fn photodetector(scene: &mut Scene) -> &mut Photodetector {
+    let sensor = scene.sensor.as_mut().unwrap();
+    sensor.photodetector.insert(Photodetector {
+        wavelength_nm: 850.0,
+        quantum_efficiency: 0.8,
+    })
 }
 
 fn final_gather(target_error: f64, max_ms: Option<f64>, max_rays: Option<u64>) -> IndirectLight {
@@ -180,6 +207,60 @@ fn scenes_from_slices_are_validated() {
         (
             Box::new(|s| s.sensor.as_mut().unwrap().duty_cycle = NAN),
             "sensor: duty_cycle is NaN",
+        ),
+        (
+            Box::new(|s| s.tof = Some(tof())),
+            "tof: what a pixel detects is not known; give [sensor] a wavelength_nm and a quantum_efficiency",
+        ),
+        (
+            Box::new(|s| detects(s).frequencies_hz.clear()),
+            "tof: there are 0 frequencies; give 1 to 4",
+        ),
+        (
+            Box::new(|s| detects(s).frequencies_hz[1] = NAN),
+            "tof: frequency 1 is NaN Hz",
+        ),
+        (
+            Box::new(|s| detects(s).phase_count = 2),
+            "tof: phases is 2; give 3 to 8 phase images",
+        ),
+        (
+            Box::new(|s| detects(s).contrasts.truncate(1)),
+            "tof: there are 1 contrasts for 2 frequencies",
+        ),
+        (
+            Box::new(|s| detects(s).contrasts[0] = 1.5),
+            "tof: contrast 0 is 1.5",
+        ),
+        (
+            Box::new(|s| detects(s).band_weights = [0.0; 3]),
+            "tof: the weights of the bands are [0.0, 0.0, 0.0]",
+        ),
+        (
+            Box::new(|s| detects(s).phase_offset_deg = f64::INFINITY),
+            "tof: phase_offset_deg is inf",
+        ),
+        (
+            Box::new(|s| detects(s).ambient_lights.push(1)),
+            "tof: ambient light 1 is not in the scene",
+        ),
+        (
+            Box::new(|s| {
+                detects(s);
+                s.lights[0] = Light::Directional {
+                    direction: DVec3::NEG_Y,
+                    irradiance_w_m2: [1.0; 3],
+                };
+            }),
+            "tof: light 0 (directional) is modulated, but has no position: its paths have no length; give it modulated = false",
+        ),
+        (
+            Box::new(|s| photodetector(s).wavelength_nm = 0.0),
+            "sensor: wavelength_nm is 0",
+        ),
+        (
+            Box::new(|s| photodetector(s).quantum_efficiency = 1.1),
+            "sensor: quantum_efficiency is 1.1",
         ),
         (
             Box::new(|s| s.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 0))),

@@ -180,7 +180,7 @@ pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
         Layer::InstanceId => CAMLUX_LAYER_INSTANCE_ID,
         Layer::MaterialId => CAMLUX_LAYER_MATERIAL_ID,
         Layer::StandardError => CAMLUX_LAYER_STDERR,
-        Layer::Edge => -1,
+        Layer::Edge | Layer::HalfPath | Layer::Tof(..) => -1,
     };
     let bits = |data: &LayerData| match data {
         LayerData::Float(values) => values.iter().map(|value| value.to_bits()).collect(),

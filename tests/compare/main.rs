@@ -14,6 +14,7 @@ mod kernels;
 mod rays;
 mod reference;
 mod reference_mesh;
+mod reference_tof;
 mod reference_truth;
 mod shadow_rays;
 mod shadows;

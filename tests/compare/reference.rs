@@ -73,7 +73,7 @@ fn assert_agrees(what: &str, sampled: &Sampled, expected: f64) {
 }
 
 /// A point light of 1 W/sr.
-fn lamp(position_m: DVec3) -> Light {
+pub fn lamp(position_m: DVec3) -> Light {
     Light::Point {
         position_m,
         power_w: [4.0 * PI; 3],
@@ -122,7 +122,7 @@ fn sphere() -> Mesh {
 const FEW: u32 = 1024;
 
 /// A sphere around a light of π W/sr, with other meshes in it.
-fn lit_sphere(others: Vec<Mesh>, camera_m: DVec3) -> Scene {
+pub fn lit_sphere(others: Vec<Mesh>, camera_m: DVec3) -> Scene {
     let light = Light::Point {
         position_m: DVec3::ZERO,
         power_w: [4.0 * PI * PI; 3],

@@ -18,6 +18,18 @@ pub fn scene(random: &mut Random, oddity: usize) -> String {
         writer.key("pixel_pitch_um", |w| w.vector(2, "3.45"));
         writer.key("exposure_time_s", |w| w.number("1e-3"));
         writer.key("duty_cycle", |w| w.number("0.5"));
+        if writer.happens(2) {
+            writer.key("wavelength_nm", |w| w.number("850"));
+            writer.key("quantum_efficiency", |w| w.number("0.8"));
+        }
+    }
+    if writer.happens(3) {
+        writer.line("[tof]");
+        writer.key("frequencies_mhz", |w| w.vector(2, "20"));
+        writer.key("phases", |w| w.number("4"));
+        writer.key("contrast", |w| w.number("0.75"));
+        writer.key("band", |w| w.word(&["R", "G"]));
+        writer.key("phase_offset_deg", |w| w.number("5"));
     }
     if writer.happens(2) {
         writer.line("[direct]");

@@ -91,8 +91,7 @@ fn the_plan_knows_what_a_frame_holds_and_has_checked_all_of_it() {
 
         let values = |layer| frame.values(layer).map_or(0, <[f32]>::len);
         let ids = |layer| frame.ids(layer).map_or(0, <[u32]>::len);
-        let words: usize = Layer::ALL
-            .into_iter()
+        let words: usize = Layer::all()
             .map(|layer| values(layer).max(ids(layer)))
             .sum();
         assert_eq!(plan.layer_bytes(), 4 * words as u64, "{what}");

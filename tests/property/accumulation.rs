@@ -34,6 +34,7 @@ fn closed_room(estimator: VplSum, rsm_size: u32) -> Scene {
             lens: Lens::FovY { fov_y_deg: 80.0 },
         },
         sensor: None,
+        tof: None,
         lights: vec![Light::Point {
             position_m: DVec3::new(0.1, 0.4, -0.2),
             power_w: [50.0, 40.0, 30.0],

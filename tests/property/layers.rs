@@ -57,6 +57,7 @@ fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
             pixel_pitch_um: [7.5, 5.0],
             exposure_time_s: 3e-4,
             duty_cycle: 0.4,
+            photodetector: None,
         });
         if !indirect {
             scene.indirect = None;

@@ -37,6 +37,7 @@ fn room(light_m: DVec3) -> Scene {
             lens: Lens::FovY { fov_y_deg: 50.0 },
         },
         sensor: None,
+        tof: None,
         lights: vec![point_light(light_m)],
         materials: vec![Material::lambert("grey", [0.7; 3])],
         meshes: walls.map(Shared::from).to_vec(),

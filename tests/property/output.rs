@@ -28,8 +28,7 @@ fn camera() -> Camera {
 /// A frame with every layer, whose values tell layer, pixel and channel apart.
 fn frame() -> Frame {
     let pixels = WIDTH * HEIGHT;
-    let layers = Layer::ALL
-        .into_iter()
+    let layers = Layer::all()
         .zip(1_u32..)
         .map(|(layer, number)| {
             let count = pixels * layer.channel_names().len() as u32;
@@ -68,7 +67,9 @@ fn frame() -> Frame {
                 pixel_pitch_um: [12.0, 10.0],
                 exposure_time_s: 1e-3,
                 duty_cycle: 0.5,
+                photodetector: None,
             }),
+            tof: None,
             scene_hash: "0123abcd".into(),
         },
     }
@@ -144,8 +145,9 @@ fn every_layer_comes_back_bit_for_bit() {
     let frame = frame();
     let image = write(&frame, &ExrOptions::default(), &folder.path().join("a.exr"));
     assert_eq!(image.layer_data[0].size.0, WIDTH as usize);
-    assert_eq!(channel_names(&image).len(), 26);
-    for layer in Layer::ALL {
+    // Those of a frame, of half the path, and of four frequencies.
+    assert_eq!(channel_names(&image).len(), 26 + 1 + 4 * 29);
+    for layer in Layer::all() {
         let names = layer.channel_names();
         for (offset, name) in names.iter().enumerate() {
             let pixels = (WIDTH * HEIGHT) as usize;
@@ -579,7 +581,7 @@ fn preview_of_direct_light_is_one_panel_and_black_stays_black() {
 
 #[test]
 fn layer_names_are_unique_and_found_again() {
-    for layer in Layer::ALL {
+    for layer in Layer::all() {
         assert_eq!(Layer::from_name(layer.name()), Some(layer));
         let prefix = layer.name();
         assert!(

@@ -210,3 +210,53 @@ fn parse_takes_its_folder_from_the_file_name() {
     let parsed = Scene::parse(&text, &folder.path("unwritten.toml")).unwrap();
     assert_eq!(parsed.hash(), folder.load(&text).unwrap().hash());
 }
+
+#[test]
+fn time_of_flight_is_read_with_its_lights() {
+    const CAMERA: &str = "[camera]
+resolution = [8, 6]
+position = [0, 1, 3]
+look_at = [0, 1, 0]
+up = [0, 1, 0]
+fov_y_deg = 50
+[sensor]
+pixel_pitch_um = [12, 10]
+exposure_time_s = 1.0e-3
+duty_cycle = 0.5
+wavelength_nm = 850
+quantum_efficiency = 0.8
+";
+    let light = |modulated: &str| {
+        format!("[[light]]\nkind = \"point\"\nposition = [0, 2, 0]\npower_w = 1\n{modulated}\n")
+    };
+    let lights = [
+        light(""),
+        light("modulated = false"),
+        light("modulated = true"),
+    ]
+    .concat();
+    let scene = load(&format!(
+        "{CAMERA}{lights}[tof]\nfrequencies_mhz = [20, 100.5]\ncontrast = 0.75\nband = \"G\"\n"
+    ));
+    let photodetector = scene.sensor.unwrap().photodetector.unwrap();
+    assert_eq!(photodetector.wavelength_nm, 850.0);
+    assert_eq!(photodetector.quantum_efficiency, 0.8);
+    let tof = scene.tof.clone().unwrap();
+    assert_eq!(tof.frequencies_hz, [20e6, 100.5e6]);
+    assert_eq!((tof.phase_count, tof.phase_offset_deg), (4, 0.0));
+    assert_eq!(tof.contrasts, [0.75, 0.75]);
+    assert_eq!(tof.band_weights, [0.0, 1.0, 0.0]);
+    assert_eq!(
+        [0, 1, 2].map(|light| tof.is_modulated(light)),
+        [true, false, true]
+    );
+
+    let all = load(&format!(
+        "{CAMERA}{lights}[tof]\nfrequencies_mhz = [20, 100]\ncontrast = [0.5, 0.6]\nband = [0.5, 0.25, 0]\nphases = 3\nphase_offset_deg = -4\n"
+    ));
+    let tof = all.tof.clone().unwrap();
+    assert_eq!(tof.contrasts, [0.5, 0.6]);
+    assert_eq!(tof.weighted([2.0, 4.0, 8.0]), 2.0);
+    assert_eq!((tof.phase_count, tof.phase_offset_deg), (3, -4.0));
+    assert_ne!(all.hash(), scene.hash());
+}

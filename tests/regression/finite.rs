@@ -25,6 +25,7 @@ fn square(light_position_m: DVec3) -> Scene {
             lens: Lens::FovY { fov_y_deg: 40.0 },
         },
         sensor: None,
+        tof: None,
         lights: vec![Light::Point {
             position_m: light_position_m,
             power_w: [1e10; 3],

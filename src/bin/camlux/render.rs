@@ -63,7 +63,7 @@ fn parse_layer(name: &str) -> Result<Layer, String> {
 }
 
 fn layer_names() -> String {
-    let rendered = Layer::ALL.into_iter().filter(|layer| layer.is_rendered());
+    let rendered = Layer::all().filter(|layer| layer.is_rendered());
     let names: Vec<&str> = rendered.map(Layer::name).collect();
     names.join(", ")
 }

@@ -57,7 +57,7 @@ fn object(frames: &Frames) -> Value {
 
 /// The layers in the files, with their channels and units.
 fn layers(scene: &Scene, exr: &ExrOptions) -> Map<String, Value> {
-    let layers = Layer::ALL.into_iter();
+    let layers = Layer::all();
     let written = layers.filter(|layer| layer.is_made_for(scene) && exr.picks(*layer));
     let described = written.map(|layer| {
         let value = json!({ "channels": layer.channel_names(), "unit": layer.unit() });

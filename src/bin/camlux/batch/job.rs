@@ -98,7 +98,7 @@ fn size(value: &Value) -> camlux::Result<[u32; 2]> {
 }
 
 fn exr_options(keys: &mut Keys) -> Result<ExrOptions, Failure> {
-    let rendered = Layer::ALL.into_iter();
+    let rendered = Layer::all();
     let rendered = rendered.filter(|layer| layer.is_rendered());
     let rendered: Vec<Layer> = rendered.collect();
     let layers = keys.take("layers").map(|value| {

@@ -1,0 +1,200 @@
+//! A time-of-flight camera, and what its pixels detect.
+
+use super::{Bands, Light, Sensor, validate::Part};
+use crate::{
+    Result,
+    keys::{Keys, Value},
+};
+
+/// Modulation frequencies of one scene at most.
+pub const MAX_FREQUENCIES: usize = 4;
+/// Phase images of a frequency.
+pub const PHASE_COUNTS: std::ops::RangeInclusive<u32> = 3..=MAX_PHASES as u32;
+pub(crate) const MAX_PHASES: usize = 8;
+
+/// A camera whose pixels correlate light with the modulation of its source (AMCW).
+#[derive(Debug, Clone, PartialEq)]
+pub struct TimeOfFlight {
+    /// One to [`MAX_FREQUENCIES`].
+    pub frequencies_hz: Vec<f64>,
+    /// N, within [`PHASE_COUNTS`]: phase image i is taken at 2πi/N.
+    pub phase_count: u32,
+    /// K of each frequency, 0 to 1.
+    pub contrasts: Vec<f64>,
+    /// How much of each band the pixels see. Applied to what arrives.
+    pub band_weights: Bands,
+    /// Is added to every phase that is measured.
+    pub phase_offset_deg: f64,
+    /// Indices into [`Scene::lights`] of those that are not modulated. Directional lights must be among them: a path of parallel light has no length.
+    pub ambient_lights: Vec<usize>,
+}
+
+/// How a pixel turns light into electrons.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Photodetector {
+    /// λ
+    pub wavelength_nm: f64,
+    /// η, electrons per photon, 0 to 1.
+    pub quantum_efficiency: f64,
+}
+
+impl TimeOfFlight {
+    /// Whether a light of the scene is modulated.
+    pub fn is_modulated(&self, light: usize) -> bool {
+        !self.ambient_lights.contains(&light)
+    }
+
+    /// What the pixels see of a value per band.
+    pub fn weighted(&self, bands: Bands) -> f64 {
+        let bands = bands.iter().zip(&self.band_weights);
+        bands.map(|(value, weight)| value * weight).sum()
+    }
+
+    pub(super) fn validate(&self, lights: &[Light], sensor: Option<&Sensor>) -> Result<()> {
+        let part = Part("tof".into());
+        let count = self.frequencies_hz.len();
+        part.require(
+            (1..=MAX_FREQUENCIES).contains(&count),
+            format_args!("there are {count} frequencies"),
+            format!("give 1 to {MAX_FREQUENCIES}; render again for more"),
+        )?;
+        part.require_each(
+            &self.frequencies_hz,
+            |hz| (1.0..=1e12).contains(hz),
+            |i, hz| format!("frequency {i} is {hz} Hz"),
+            "give 1 Hz to 1 THz",
+        )?;
+        let (least, most) = PHASE_COUNTS.into_inner();
+        part.require(
+            PHASE_COUNTS.contains(&self.phase_count),
+            format_args!("phases is {}", self.phase_count),
+            format!("give {least} to {most} phase images"),
+        )?;
+        part.require(
+            self.contrasts.len() == count,
+            format_args!(
+                "there are {} contrasts for {count} frequencies",
+                self.contrasts.len()
+            ),
+            "give one for each frequency",
+        )?;
+        part.require_each(
+            &self.contrasts,
+            |contrast| (0.0..=1.0).contains(contrast),
+            |i, contrast| format!("contrast {i} is {contrast}"),
+            "give a share from 0 to 1",
+        )?;
+        let weights = self.band_weights;
+        part.require(
+            weights.iter().all(|weight| (0.0..=1e6).contains(weight)) && weights != [0.0; 3],
+            format_args!("the weights of the bands are {weights:?}"),
+            "give weights from 0 to 1e6, one of them above 0",
+        )?;
+        part.require(
+            self.phase_offset_deg.abs() <= 1e6,
+            format_args!("phase_offset_deg is {}", self.phase_offset_deg),
+            "give degrees within 1e6 of 0",
+        )?;
+        part.require(
+            sensor.is_some_and(|sensor| sensor.photodetector.is_some()),
+            "what a pixel detects is not known",
+            "give [sensor] a wavelength_nm and a quantum_efficiency",
+        )?;
+        part.require_each(
+            &self.ambient_lights,
+            |&light| light < lights.len(),
+            |_, light| format!("ambient light {light} is not in the scene"),
+            "give indices of lights",
+        )?;
+        for (i, light) in lights.iter().enumerate() {
+            part.require(
+                light.position_m().is_some() || !self.is_modulated(i),
+                format_args!(
+                    "light {i} ({}) is modulated, but has no position: its paths have no length",
+                    light.kind()
+                ),
+                "give it modulated = false, or take a point or a spot light",
+            )?;
+        }
+        Ok(())
+    }
+}
+
+impl Photodetector {
+    pub(super) fn validate(&self, part: &Part) -> Result<()> {
+        part.require(
+            (1.0..=1e6).contains(&self.wavelength_nm),
+            format_args!("wavelength_nm is {}", self.wavelength_nm),
+            "give nanometres from 1 to 1e6",
+        )?;
+        part.require(
+            (0.0..=1.0).contains(&self.quantum_efficiency),
+            format_args!("quantum_efficiency is {}", self.quantum_efficiency),
+            "give electrons per photon, 0 to 1",
+        )
+    }
+}
+
+#[cfg(feature = "reference")]
+impl super::Scene {
+    /// The time-of-flight camera of a valid scene, with its sensor.
+    pub(crate) fn time_of_flight(&self) -> Option<(&TimeOfFlight, Sensor, Photodetector)> {
+        let sensor = self.sensor?;
+        Some((self.tof.as_ref()?, sensor, sensor.photodetector?))
+    }
+}
+
+/// `modulated`: what each light of the file says.
+pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<TimeOfFlight> {
+    keys.only(&[
+        "frequencies_mhz",
+        "phases",
+        "contrast",
+        "band",
+        "phase_offset_deg",
+    ])?;
+    let frequencies = keys.need("frequencies_mhz", "frequencies_mhz = [20.0, 100.0]")?;
+    let frequencies = frequencies.filled("give at least one frequency")?.list()?;
+    let in_hz = |value: Value| Ok(1e6 * value.number()?);
+    let frequencies_hz = frequencies
+        .into_iter()
+        .map(in_hz)
+        .collect::<Result<Vec<_>>>()?;
+    let contrast = keys.need("contrast", "contrast = 0.75, or one for each frequency")?;
+    let contrasts = match contrast.number() {
+        Ok(contrast) => vec![contrast; frequencies_hz.len()],
+        Err(_) => {
+            let each = contrast.list()?.into_iter();
+            each.map(|value| value.number()).collect::<Result<_>>()?
+        }
+    };
+    let ambient = |light: &Option<Value>| match light {
+        Some(light) => light.flag().map(|is_modulated| !is_modulated),
+        None => Ok(false),
+    };
+    let ambient = modulated.iter().map(ambient).collect::<Result<Vec<_>>>()?;
+    let lights = ambient.iter().enumerate();
+    Ok(TimeOfFlight {
+        frequencies_hz,
+        phase_count: keys.optional("phases", Value::count)?.unwrap_or(4),
+        contrasts,
+        band_weights: keys
+            .need("band", "band = \"R\", or the weights of three bands")
+            .and_then(|band| band_weights(&band))?,
+        phase_offset_deg: keys
+            .optional("phase_offset_deg", Value::number)?
+            .unwrap_or(0.0),
+        ambient_lights: lights.filter(|(_, is)| **is).map(|(i, _)| i).collect(),
+    })
+}
+
+fn band_weights(band: &Value) -> Result<Bands> {
+    const NAMES: [&str; 3] = ["R", "G", "B"];
+    match band.text() {
+        Ok(_) => {
+            let chosen = band.choice(&NAMES, |name| name)?;
+            Ok(NAMES.map(|name| f64::from(u8::from(name == chosen))))
+        }
+        Err(_) => band.numbers(),
+    }
+}
