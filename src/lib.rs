@@ -52,6 +52,7 @@ pub use glam;
 pub use local_space::LocalSpace;
 pub use plan::{
     GatherKernel, GatherPlan, IndirectPlan, LightPlan, Plan, RayKernel, RefinementPlan, ShadowPlan,
+    TofPlan,
 };
 pub use renderer::{RenderOptions, Renderer};
 pub use scene::Scene;

@@ -194,6 +194,14 @@ impl RendererObject {
         }
         let start = Instant::now();
         let scene_now = scene.snapshot();
+        if scene_now.tof.is_some() {
+            return Err(crate::Error::scene(
+                "tof",
+                "this interface has no layers for time of flight yet",
+                "remove [tof] from the scene file, or render it with the program",
+            )
+            .into());
+        }
         let snapshot_ms = start.elapsed().as_secs_f64() * 1e3;
         let mut report = |progress| {
             if is_enough(progress, options) || token.is_cancelled() {

@@ -25,7 +25,7 @@ impl DrawnFrame {
         let camera = &self.description.camera;
         Ok(Frame {
             resolution_px: camera.resolution_px,
-            layers: read_layers(device, camera, &self.space, &self.images, pool)?,
+            layers: read_layers(device, &self.description, &self.space, &self.images, pool)?,
             stats: self.stats.clone(),
             description: self.description.clone(),
         })

@@ -12,6 +12,8 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
     pub key: FrameImagesKey,
     pub gbuffer: GBuffer<A>,
     pub direct: A::Image,
+    /// With time of flight: Z of the direct light but for the way to C, of two frequencies a layer.
+    pub direct_phasors: Option<A::Image>,
     /// With indirect light.
     pub indirect: Option<A::Image>,
     /// Standard error of `indirect` per band, W/sr/m²; where it is wanted.
@@ -27,6 +29,7 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
 pub(crate) struct FrameImagesKey {
     resolution_px: [u32; 2],
     is_specular: bool,
+    phasor_layers: Option<u32>,
     has_indirect: bool,
     has_indirect_stderr: bool,
     has_energy: bool,
@@ -38,6 +41,7 @@ impl FrameImagesKey {
         FrameImagesKey {
             resolution_px: plan.resolution_px,
             is_specular: plan.is_specular,
+            phasor_layers: plan.tof.map(|tof| tof.frequency_count.div_ceil(2)),
             has_indirect: plan.indirect.is_some(),
             has_indirect_stderr: plan.has_stderr_layer(),
             has_energy: plan.joule_per_irradiance.is_some(),
@@ -54,6 +58,13 @@ impl<A: Allocate> FrameImages<A> {
         Ok(FrameImages {
             gbuffer: GBuffer::new(allocate, plan)?,
             direct: image("direct radiance")?,
+            direct_phasors: key
+                .phasor_layers
+                .map(|layers| {
+                    let layers = Some(layers);
+                    allocate.image("direct phasors", ImageShape { layers, ..shape })
+                })
+                .transpose()?,
             indirect: key
                 .has_indirect
                 .then(|| image("indirect radiance"))
@@ -73,7 +84,8 @@ impl FrameImages {
     /// Zeros, to which light after light is added, and which stay where there is nothing to gather.
     pub fn record_clears(&self, recorder: &mut Recorder) {
         let others = self.indirect.iter().chain(&self.indirect_stderr);
-        for image in others.chain([&self.direct]) {
+        let direct = [&self.direct].into_iter().chain(&self.direct_phasors);
+        for image in others.chain(direct) {
             recorder.prepare_images(&[image]);
             recorder.clear_image(image);
         }

@@ -14,7 +14,13 @@ mod scene_resources;
 
 use crate::{
     Result,
-    passes::{Context, direct, gbuffer, rsm, sensor, shadow, surface::upload_view, view, vpl},
+    passes::{
+        Context,
+        direct::{self, DirectImages},
+        gbuffer, modulation, rsm, sensor, shadow,
+        surface::upload_view,
+        view, vpl,
+    },
 };
 
 pub(crate) use buffer_pool::BufferPool;
@@ -70,9 +76,15 @@ pub(crate) fn draw(
         gbuffer::draw(r, context, surfaces, &camera, gbuffer)
     })?;
 
+    let modulation = modulation::upload(context.device, context.scene, context.space)?;
+    let direct_images = DirectImages {
+        radiance: direct,
+        phasors: images.direct_phasors.as_ref().zip(modulation.as_ref()),
+    };
     for index in 0..context.plan.lights.len() {
         progress.begin_light(index, "direct")?;
         let (light, dirty) = lights.update(context, index, scene)?;
+        let origin_turns = modulation::origin_turns(context.scene, context.space, index);
         context.submit(|r| {
             if let Some(map) = dirty.rsm {
                 rsm::draw(r, context, surfaces, light, map)?;
@@ -85,9 +97,9 @@ pub(crate) fn draw(
                 context,
                 surfaces,
                 gbuffer,
-                light,
+                (light, origin_turns),
                 dirty.occluders,
-                direct,
+                direct_images,
             )?;
             if let Some((rsm, vpls)) = dirty.vpls {
                 vpl::extract(r, context, light, rsm, vpls)?;

@@ -7,15 +7,16 @@ use glam::DVec3;
 use super::{BufferPool, FrameImages};
 use crate::{
     Device, LocalSpace, Result,
-    output::{Layer, LayerData},
-    scene::Camera,
+    model::Phasor,
+    output::{FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, tof_layers},
+    scene::{Camera, Photodetector, Sensor, TimeOfFlight},
     vulkan::{Image, Readback},
 };
 
 /// The layers of a frame, in buffers of a pool as far as they fit.
 pub(crate) fn read_layers(
     device: &Device,
-    camera: &Camera,
+    description: &FrameDescription,
     space: &LocalSpace,
     images: &FrameImages,
     mut pool: BufferPool,
@@ -29,7 +30,9 @@ pub(crate) fn read_layers(
         depth,
         range,
         mesh_ids,
-    } = Geometry::of(pixels, camera, space, &mut pool);
+    } = Geometry::of(pixels, &description.camera, space, &mut pool);
+    let tof = description.time_of_flight();
+    let paths = tof.map(|(tof, ..)| Paths::of(pixels, description, tof, space));
 
     let mut rgb = |image: &Image| -> Result<Vec<f32>> {
         let pixels = readback.pixels(image)?;
@@ -68,7 +71,99 @@ pub(crate) fn read_layers(
         (Layer::MaterialId, Some(LayerData::Id(material_ids))),
     ];
     let made = |(layer, data): (Layer, Option<LayerData>)| Some((layer, data?));
-    Ok(layers.into_iter().filter_map(made).collect())
+    let mut layers: Vec<_> = layers.into_iter().filter_map(made).collect();
+    if let (Some(tof), Some(paths), Some(image)) = (tof, paths, &images.direct_phasors) {
+        let mut readback = Readback::new(device, image.shape)?;
+        let phasors = readback.pixels(image)?;
+        add_time_of_flight(&mut layers, tof, &paths, phasors);
+    }
+    Ok(layers)
+}
+
+/// What time of flight has to know of each pixel's geometry, in f64: a wavelength of modulation may be much shorter than the scene.
+struct Paths {
+    /// |PC|; 0 for the background.
+    to_camera_m: Vec<f64>,
+    /// Half of |LP| + |PC| of the nearest modulated light; infinite for the background.
+    half_m: Vec<f64>,
+}
+
+impl Paths {
+    fn of(
+        positions: &[[f32; 4]],
+        description: &FrameDescription,
+        tof: &TimeOfFlight,
+        space: &LocalSpace,
+    ) -> Paths {
+        let lights = description.lights.iter().enumerate();
+        let modulated: Vec<DVec3> = lights
+            .filter(|(light, _)| tof.is_modulated(*light))
+            .filter_map(|(_, light)| light.position_m())
+            .collect();
+        let camera_m = description.camera.position_m;
+        let lengths = positions.iter().map(|&[x, y, z, mesh_id]| {
+            if mesh_id == 0.0 {
+                return (0.0, f64::INFINITY);
+            }
+            let p_m = space.to_world([x, y, z]);
+            let to_camera_m = p_m.distance(camera_m);
+            let to_lights_m = modulated.iter().map(|light_m| p_m.distance(*light_m));
+            let half_m = 0.5 * (to_camera_m + to_lights_m.fold(f64::INFINITY, f64::min));
+            (to_camera_m, half_m)
+        });
+        let (to_camera_m, half_m) = lengths.unzip();
+        Paths {
+            to_camera_m,
+            half_m,
+        }
+    }
+}
+
+/// Adds the layers of time of flight. `phasors` lack the way to C.
+fn add_time_of_flight(
+    layers: &mut Vec<(Layer, LayerData)>,
+    camera: (&TimeOfFlight, Sensor, Photodetector),
+    paths: &Paths,
+    phasors: &[[f32; 4]],
+) {
+    let (tof, ..) = camera;
+    let count = paths.half_m.len();
+    let radiance = layers.iter().find_map(|(layer, data)| match data {
+        LayerData::Float(values) if *layer == Layer::Radiance => Some(values),
+        _ => None,
+    });
+    let (radiance, _) = radiance.map_or(&[][..], |values| values).as_chunks::<3>();
+    let seen = |bands: &[f32; 3]| tof.weighted(bands.map(f64::from));
+    let radiances: Vec<f64> = radiance.iter().map(seen).collect();
+    let half_paths = paths.half_m.iter().map(|&half_m| half_m as f32);
+    layers.push((Layer::HalfPath, LayerData::Float(half_paths.collect())));
+    for (frequency, &frequency_hz) in tof.frequencies_hz.iter().enumerate() {
+        let of_layer = &phasors[count * (frequency / 2)..];
+        let pixels = of_layer.iter().zip(&paths.to_camera_m);
+        let pixels = pixels.map(|(texel, &to_camera_m)| {
+            let [re, im] = match frequency % 2 {
+                0 => [texel[0], texel[1]],
+                _ => [texel[2], texel[3]],
+            };
+            let to_surface = Phasor {
+                re: re.into(),
+                im: im.into(),
+            };
+            PixelPhasors {
+                direct: to_surface * Phasor::of_path(1.0, to_camera_m, frequency_hz),
+                indirect: Phasor::default(),
+            }
+        });
+        let pixels: Vec<PixelPhasors> = pixels.take(count).collect();
+        let parts = FrameParts {
+            has_sensor: true,
+            has_indirect: false,
+            has_stderr: false,
+            tof: Some([tof.frequencies_hz.len() as u32, tof.phase_count]),
+        };
+        let made = tof_layers(camera, frequency, &pixels, &radiances, &paths.half_m).into_iter();
+        layers.extend(made.filter(|(layer, _)| layer.is_made_with(parts)));
+    }
 }
 
 /// What the image of positions and meshes tells: P, its distances from the camera (m), and ids.

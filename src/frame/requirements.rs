@@ -6,7 +6,7 @@ use super::{
 };
 use crate::{
     Result,
-    output::Layer,
+    output::{FrameParts, Layer},
     passes::{
         final_gather, hits, light, rays, rsm::Rsm, shadow::ShadowMap, surface, textures,
         vpl::VplLists,
@@ -67,10 +67,13 @@ impl Plan {
 
     /// Bytes of the frame's layers, which lie in the host's memory.
     pub fn layer_bytes(&self) -> u64 {
-        let (sensor, indirect) = (self.joule_per_irradiance.is_some(), self.indirect.is_some());
-        let stderr = self.has_stderr_layer();
-        let layers = Layer::all();
-        let layers = layers.filter(|layer| layer.is_made_with(sensor, indirect, stderr));
+        let parts = FrameParts {
+            has_sensor: self.joule_per_irradiance.is_some(),
+            has_indirect: self.indirect.is_some(),
+            has_stderr: self.has_stderr_layer(),
+            tof: self.tof.map(|tof| [tof.frequency_count, tof.phase_count]),
+        };
+        let layers = Layer::all().filter(|layer| layer.is_made_with(parts));
         let words: usize = layers.map(|layer| layer.channel_names().len()).sum();
         self.pixel_count() * words as u64 * WORD_BYTES
     }

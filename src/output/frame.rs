@@ -3,7 +3,7 @@
 use super::atomic::output_error;
 use super::tof_layers::{TOF_LAYERS, TofQuantity, describe_tof};
 use crate::error::Result;
-use crate::scene::{Camera, IndirectLight, Light, Scene, Sensor, TimeOfFlight};
+use crate::scene::{Camera, IndirectLight, Light, Photodetector, Scene, Sensor, TimeOfFlight};
 
 /// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre.
 ///
@@ -128,28 +128,61 @@ impl Layer {
 
     /// Whether renders can have the layer, and not a reference image alone.
     pub fn is_rendered(self) -> bool {
-        !matches!(self, Layer::Edge | Layer::HalfPath | Layer::Tof(..))
+        let of_reference = TofQuantity::PhasorStandardError;
+        self != Layer::Edge && !matches!(self, Layer::Tof(_, quantity) if quantity == of_reference)
     }
 
     /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light, `stderr` a scene that
-    /// asks for it. No render has `edge`.
+    /// asks for it, those of time of flight one with a camera for it. No render has `edge`.
     pub fn is_made_for(self, scene: &Scene) -> bool {
         let stderr = scene.indirect.and_then(|indirect| indirect.stderr_layer());
-        self.is_made_with(
-            scene.sensor.is_some(),
-            scene.indirect.is_some(),
-            stderr.unwrap_or(false),
-        )
+        self.is_made_with(FrameParts {
+            has_sensor: scene.sensor.is_some(),
+            has_indirect: scene.indirect.is_some(),
+            has_stderr: stderr.unwrap_or(false),
+            tof: FrameParts::of_tof(scene.tof.as_ref()),
+        })
     }
 
-    /// Whether a frame with or without a sensor, indirect light and its standard error has the layer.
-    pub(crate) fn is_made_with(self, sensor: bool, indirect: bool, stderr: bool) -> bool {
+    /// Whether a frame of these parts has the layer.
+    pub(crate) fn is_made_with(self, parts: FrameParts) -> bool {
+        let has_frequency =
+            |frequency: u8| parts.tof.is_some_and(|[n, _]| u32::from(frequency) < n);
         match self {
-            Layer::StandardError => stderr,
-            Layer::Energy => sensor,
-            Layer::Indirect => indirect,
+            Layer::StandardError => parts.has_stderr,
+            Layer::Energy => parts.has_sensor,
+            Layer::Indirect => parts.has_indirect,
+            Layer::HalfPath => parts.tof.is_some(),
+            Layer::Tof(frequency, quantity) => {
+                has_frequency(frequency)
+                    && match quantity {
+                        TofQuantity::PhasorIndirect | TofQuantity::MultipathError => {
+                            parts.has_indirect
+                        }
+                        TofQuantity::Taps(phase) => {
+                            parts.tof.is_some_and(|[_, n]| u32::from(phase) < n)
+                        }
+                        _ => self.is_rendered(),
+                    }
+            }
             _ => self.is_rendered(),
         }
+    }
+}
+
+/// What decides on the layers of a frame.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FrameParts {
+    pub has_sensor: bool,
+    pub has_indirect: bool,
+    pub has_stderr: bool,
+    /// Of time of flight: how many frequencies, and how many phase images of each.
+    pub tof: Option<[u32; 2]>,
+}
+
+impl FrameParts {
+    fn of_tof(tof: Option<&TimeOfFlight>) -> Option<[u32; 2]> {
+        tof.map(|tof| [tof.frequencies_hz.len() as u32, tof.phase_count])
     }
 }
 
@@ -418,6 +451,12 @@ impl FrameDescription {
             tof: scene.tof.clone(),
             scene_hash,
         }
+    }
+
+    /// The time-of-flight camera, with its sensor.
+    pub(crate) fn time_of_flight(&self) -> Option<(&TimeOfFlight, Sensor, Photodetector)> {
+        let sensor = self.sensor?;
+        Some((self.tof.as_ref()?, sensor, sensor.photodetector?))
     }
 }
 

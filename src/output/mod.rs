@@ -8,18 +8,17 @@ mod exr_read;
 mod frame;
 mod header;
 mod png;
-#[cfg(feature = "reference")]
 mod tof;
 mod tof_layers;
 
 pub use atomic::OutputFile;
 pub use exr::{ExrCompression, ExrOptions, WrittenExr, write_exr, write_exr_hashed};
 pub use exr_read::{ImageLayer, LayeredImage};
+pub(crate) use frame::FrameParts;
 pub use frame::{
     Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples, StopReason,
 };
 pub use header::Attribute;
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
-#[cfg(feature = "reference")]
 pub(crate) use tof::{PixelPhasors, tof_layers};
 pub use tof_layers::TofQuantity;

@@ -3,7 +3,8 @@
 use super::{Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, surface::Surfaces};
 use crate::{
     RayKernel, Result,
-    vulkan::{Image, Recorder, Resource, shaders::DirectParameters},
+    scene::MAX_FREQUENCIES,
+    vulkan::{Buffer, Image, Recorder, Resource, shaders::DirectParameters},
 };
 
 /// What the shadow test looks into.
@@ -15,25 +16,41 @@ pub(crate) enum Occluders<'o> {
     Rays(RayKernel, &'o RayTriangles),
 }
 
-/// Shades the G-buffer.
+/// Where direct light is added up.
+#[derive(Clone, Copy)]
+pub(crate) struct DirectImages<'i> {
+    pub radiance: &'i Image,
+    /// With time of flight: Z but for the way to C, and the [modulation](super::modulation).
+    pub phasors: Option<(&'i Image, &'i Buffer)>,
+}
+
+/// Shades the G-buffer. `origin_turns` is that of the light, where it is modulated.
 pub(crate) fn shade(
     recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
     gbuffer: &GBuffer,
-    light: &DeviceLight,
+    (light, origin_turns): (&DeviceLight, Option<[f32; MAX_FREQUENCIES]>),
     occluders: Occluders,
-    direct: &Image,
+    direct: DirectImages,
 ) -> Result<()> {
     let plan = context.plan;
     let mut words = vec![light.plan.kind, plan.brdf_word()];
     let mut resources = gbuffer.resources();
     resources.extend([
         ("light", Resource::Buffer(&light.uniform)),
-        ("direct_radiance", Resource::Image(direct)),
+        ("direct_radiance", Resource::Image(direct.radiance)),
     ]);
+    if let (Some((phasors, modulation)), Some(_)) = (direct.phasors, origin_turns) {
+        words.push("phasors");
+        resources.extend([
+            ("direct_phasors", Resource::Image(phasors)),
+            ("modulation", Resource::Buffer(modulation)),
+        ]);
+    }
     let parameters = DirectParameters {
         camera_position: context.camera_position(),
+        origin_turns: origin_turns.unwrap_or_default(),
         ..DirectParameters::default()
     };
     match occluders {

@@ -22,6 +22,7 @@ pub(crate) mod gbuffer;
 pub(crate) mod hits;
 pub(crate) mod light;
 pub(crate) mod light_rays;
+pub(crate) mod modulation;
 pub(crate) mod predict;
 pub(crate) mod random;
 pub(crate) mod rays;
@@ -175,6 +176,11 @@ mod tests {
                 let words = |&(kernel, tree)| ("direct", vec![kind, brdf, kernel, tree]);
                 requested.extend(kernels.iter().map(words));
                 requested.push(("direct", vec![kind, brdf]));
+            }
+            for kind in ["point", "spot"] {
+                let words = |&(kernel, tree)| ("direct", vec![kind, brdf, "phasors", kernel, tree]);
+                requested.extend(kernels.iter().map(words));
+                requested.push(("direct", vec![kind, brdf, "phasors"]));
             }
             requested.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
             requested.push(("vpl", vec!["count", brdf]));

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{GatherPlan, LightPlan, Plan, RayKernel, ShadowPlan};
+use super::{GatherPlan, LightPlan, Plan, RayKernel, ShadowPlan, TofPlan};
 use crate::scene::ErrorNorm;
 
 impl fmt::Display for Plan {
@@ -82,6 +82,16 @@ impl fmt::Display for Plan {
                 writeln!(f, "  error_estimate  on a sample of pixels")?;
             }
         }
+        if let Some(tof) = self.tof {
+            let TofPlan {
+                frequency_count,
+                phase_count,
+            } = tof;
+            writeln!(
+                f,
+                "             with phasors of {frequency_count} frequencies, {phase_count} phase images each"
+            )?;
+        }
         if self.joule_per_irradiance.is_some() {
             writeln!(f, "  sensor")?;
         }
@@ -112,6 +122,7 @@ impl fmt::Display for Plan {
                 self.joule_per_irradiance.is_some(),
                 "sensor: the scene has no [sensor]",
             ),
+            (self.tof.is_some(), "phasors: the scene has no [tof]"),
             (
                 !is_sum,
                 "visibility between VPLs and pixels: see docs/model.md",

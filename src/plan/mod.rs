@@ -43,6 +43,15 @@ pub struct Plan {
     pub indirect: Option<IndirectPlan>,
     /// Joules per W/m² on the pixel, with a sensor.
     pub joule_per_irradiance: Option<f64>,
+    /// With time of flight.
+    pub tof: Option<TofPlan>,
+}
+
+/// What time of flight takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TofPlan {
+    pub frequency_count: u32,
+    pub phase_count: u32,
 }
 
 /// What one light takes.
@@ -144,13 +153,17 @@ impl Plan {
     /// What a scene needs, whether the device can hold it or not.
     pub(crate) fn for_scene(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
         scene.validate()?;
-        if scene.tof.is_some() {
+        if scene.tof.is_some() && scene.indirect.is_some() {
             return Err(Error::scene(
                 "tof",
-                "frames have no time of flight yet",
-                "remove [tof], or take camlux reference, which has it",
+                "frames have time of flight of direct light only, and the scene has [indirect]",
+                "remove one of them, or take camlux reference, which has both",
             ));
         }
+        let tof = scene.tof.as_ref().map(|tof| TofPlan {
+            frequency_count: tof.frequencies_hz.len() as u32,
+            phase_count: tof.phase_count,
+        });
         let meshes = || scene.meshes.iter();
         let is_specular = |mesh: &Mesh| scene.materials_of(mesh).any(Material::is_specular);
         let is_textured = |mesh: &Mesh| {
@@ -195,6 +208,7 @@ impl Plan {
             map_sets: 1,
             indirect,
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
+            tof,
         })
     }
 

@@ -329,7 +329,14 @@ impl Reference {
             let standard_error = values.map(|variance| variance.sqrt() as f32).collect();
             layers.insert(3, (Layer::StandardError, LayerData::Float(standard_error)));
         }
-        layers.extend(self.tof_layers(&radiance));
+        let description = FrameDescription {
+            reference: Some(ReferenceSamples {
+                samples_per_pixel: self.samples_per_pixel(),
+                samples_per_round: self.samples_per_round,
+            }),
+            ..FrameDescription::new(&self.scene, self.scene.hash())
+        };
+        layers.extend(self.tof_layers(&description, &radiance));
         Frame {
             resolution_px: self.scene.camera.resolution_px,
             layers,
@@ -339,19 +346,17 @@ impl Reference {
                 wall_milliseconds: self.wall_milliseconds,
                 ..FrameStats::default()
             },
-            description: FrameDescription {
-                reference: Some(ReferenceSamples {
-                    samples_per_pixel: self.samples_per_pixel(),
-                    samples_per_round: self.samples_per_round,
-                }),
-                ..FrameDescription::new(&self.scene, self.scene.hash())
-            },
+            description,
         }
     }
 
     /// Those of a time-of-flight camera.
-    fn tof_layers(&self, radiance: &dyn Fn(&Pixel) -> Bands) -> Vec<(Layer, LayerData)> {
-        let Some(camera) = self.scene.time_of_flight() else {
+    fn tof_layers(
+        &self,
+        description: &FrameDescription,
+        radiance: &dyn Fn(&Pixel) -> Bands,
+    ) -> Vec<(Layer, LayerData)> {
+        let Some(camera) = description.time_of_flight() else {
             return Vec::new();
         };
         let (tof, ..) = camera;

@@ -135,15 +135,6 @@ impl Photodetector {
     }
 }
 
-#[cfg(feature = "reference")]
-impl super::Scene {
-    /// The time-of-flight camera of a valid scene, with its sensor.
-    pub(crate) fn time_of_flight(&self) -> Option<(&TimeOfFlight, Sensor, Photodetector)> {
-        let sensor = self.sensor?;
-        Some((self.tof.as_ref()?, sensor, sensor.photodetector?))
-    }
-}
-
 /// `modulated`: what each light of the file says.
 pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<TimeOfFlight> {
     keys.only(&[

@@ -19,5 +19,6 @@ mod reference_truth;
 mod shadow_rays;
 mod shadows;
 mod smooth;
+mod tof;
 mod truth;
 mod uncertainty;

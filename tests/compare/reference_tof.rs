@@ -18,7 +18,7 @@ use camlux::{
 use glam::DVec3;
 
 /// A camera of time of flight that sees the band R.
-fn with_tof(mut scene: Scene, frequencies_hz: &[f64]) -> Scene {
+pub fn with_tof(mut scene: Scene, frequencies_hz: &[f64]) -> Scene {
     scene.sensor = Some(Sensor {
         pixel_pitch_um: [10.0; 2],
         exposure_time_s: 1e-3,

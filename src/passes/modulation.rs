@@ -1,0 +1,42 @@
+//! What the shaders know of a time-of-flight camera's modulation.
+
+use crate::{
+    LocalSpace, Result, Scene,
+    model::SPEED_OF_LIGHT_M_S,
+    scene::{MAX_FREQUENCIES, TimeOfFlight},
+    vulkan::{Buffer, Device, shaders},
+};
+
+/// For the kernels that carry phasors; `None` without time of flight.
+pub(crate) fn upload(device: &Device, scene: &Scene, space: &LocalSpace) -> Result<Option<Buffer>> {
+    let Some(tof) = &scene.tof else {
+        return Ok(None);
+    };
+    let parameters = shaders::Modulation {
+        turns_per_unit: per_frequency(tof, |per_metre| per_metre * space.metres_per_unit),
+        band_weights: tof.band_weights.map(|weight| weight as f32),
+        layer_count: tof.frequencies_hz.len().div_ceil(2) as u32,
+    };
+    Buffer::upload(device, "modulation", &[parameters]).map(Some)
+}
+
+/// The phase of a light at the local origin, turns of each frequency; `None` where it is not modulated.
+pub(crate) fn origin_turns(
+    scene: &Scene,
+    space: &LocalSpace,
+    light: usize,
+) -> Option<[f32; MAX_FREQUENCIES]> {
+    let tof = scene.tof.as_ref().filter(|tof| tof.is_modulated(light))?;
+    let distance_m = scene.lights[light].position_m()?.distance(space.origin_m);
+    Some(per_frequency(tof, |per_metre| {
+        (per_metre * distance_m).fract()
+    }))
+}
+
+/// A value of each frequency from its turns per metre; 0 where there are fewer.
+fn per_frequency(tof: &TimeOfFlight, value: impl Fn(f64) -> f64) -> [f32; MAX_FREQUENCIES] {
+    std::array::from_fn(|i| {
+        let frequency_hz = tof.frequencies_hz.get(i);
+        frequency_hz.map_or(0.0, |hz| value(hz / SPEED_OF_LIGHT_M_S) as f32)
+    })
+}

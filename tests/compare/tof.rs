@@ -1,0 +1,230 @@
+//! Time of flight of frames: direct light against the reference and against what is known of it.
+
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::rooms::{quad, scene_of};
+use crate::reference::lamp;
+use crate::reference_tof::with_tof;
+use camlux::{
+    Error, Scene,
+    doctor::scenes::moved,
+    model::{SPEED_OF_LIGHT_M_S, range_m},
+    output::{Frame, Layer, TofQuantity},
+    reference::Reference,
+    scene::{IndirectLight, Light, Shadow},
+};
+use glam::DVec3;
+
+const FREQUENCIES_HZ: [f64; 4] = [20e6, 100e6, 200e6, 1e6];
+
+/// A scene of direct light whose lamps, other than directional ones, are modulated.
+fn modulated(scene: Scene, frequencies_hz: &[f64]) -> Scene {
+    let lights = scene.lights.iter().enumerate();
+    let ambient = lights.filter(|(_, light)| light.position_m().is_none());
+    let ambient = ambient.map(|(i, _)| i).collect();
+    let mut scene = with_tof(scene, frequencies_hz);
+    scene.indirect = None;
+    scene.tof.as_mut().expect("it was given").ambient_lights = ambient;
+    scene
+}
+
+fn phasors(frame: &Frame, frequency: usize) -> Vec<camlux::model::Phasor> {
+    let layer = Layer::Tof(frequency as u8, TofQuantity::PhasorDirect);
+    let values = frame.values(layer).expect("the layer is there");
+    let phasor = |pixel: &[f32]| camlux::model::Phasor {
+        re: pixel[0].into(),
+        im: pixel[1].into(),
+    };
+    values.chunks_exact(2).map(phasor).collect()
+}
+
+/// relRMSE of the phasors of pixels that both see in the same light, away from edges and not in the last percent of it. Which lights are in shadow is
+/// another question.
+fn deviation(frame: &Frame, truth: &Frame, frequency: usize) -> f64 {
+    let ids = |frame: &Frame| frame.ids(Layer::InstanceId).expect("it is there").to_vec();
+    let (seen, due) = (ids(frame), ids(truth));
+    let values = |frame: &Frame| frame.values(Layer::Radiance).expect("it is there").to_vec();
+    let (radiance, due_radiance) = (values(frame), values(truth));
+    let edges = truth.ids(Layer::Edge).expect("a reference has them");
+    let (found, due_phasors) = (phasors(frame, frequency), phasors(truth, frequency));
+    let brightest = due_phasors
+        .iter()
+        .map(|z| z.magnitude())
+        .fold(0.0, f64::max);
+    let (mut squares, mut all, mut count) = (0.0, 0.0, 0);
+    for i in 0..seen.len() {
+        let least = 0.01 * brightest;
+        let both = found[i].magnitude() > least && due_phasors[i].magnitude() > least;
+        let [light, due_light] = [&radiance, &due_radiance].map(|values| values[3 * i]);
+        let is_one_light = (light - due_light).abs() < 1e-3 * due_light;
+        if seen[i] == due[i] && edges[i] == 0 && both && is_one_light {
+            let deviation = found[i] + due_phasors[i] * -1.0;
+            squares += deviation.magnitude().powi(2);
+            all += due_phasors[i].magnitude().powi(2);
+            count += 1;
+        }
+    }
+    assert!(count > 200, "{count} pixels");
+    (squares / all).sqrt()
+}
+
+#[test]
+fn direct_phasors_match_the_reference() {
+    let mut gpu = Gpu::open();
+    for name in DEMO_SCENES {
+        for shadow in Shadow::ALL {
+            let mut scene = demo_scene(name, [48, 48]);
+            // A lamp aside, so that two phases add up.
+            let beside = scene.camera.position_m + DVec3::new(0.3, 0.1, 0.0);
+            scene.lights.push(lamp(beside));
+            let mut scene = modulated(scene, &FREQUENCIES_HZ);
+            scene.tof.as_mut().expect("it was given").band_weights = [0.5, 0.25, 1.0];
+            scene.direct.shadow = Some(shadow);
+            let frame = gpu.render(&scene);
+            let truth = Reference::new(&scene, 1).expect("a valid scene").frame();
+            for (i, frequency_hz) in FREQUENCIES_HZ.into_iter().enumerate() {
+                let error = deviation(&frame, &truth, i);
+                println!("{name} {} {frequency_hz:e} Hz: {error:.1e}", shadow.name());
+                // The radiance of textured surfaces is within 1e-5.
+                let bound = if name == "textured" { 2e-5 } else { 3e-6 };
+                assert!(error < bound, "{name} at {frequency_hz} Hz: {error:e}");
+            }
+        }
+    }
+}
+
+/// A floor before a wall, of this size and at this place.
+fn corner(size_m: f64, shift_m: DVec3) -> Scene {
+    let meshes = vec![
+        quad("floor", DVec3::NEG_Z, DVec3::X, 2.0 * DVec3::Z, 0),
+        quad("wall", DVec3::NEG_Z, DVec3::Y, 2.0 * DVec3::Z, 1),
+    ];
+    let camera_m = DVec3::new(0.9, 0.8, 0.3);
+    let mut scene = scene_of(meshes, lamp(camera_m), camera_m, DVec3::new(0.2, 0.2, 0.0));
+    scene.camera.resolution_px = [64, 48];
+    moved(&scene, size_m, shift_m)
+}
+
+/// How far the range of lit pixels is off half their path, at most, modulo c/2f.
+fn worst_range_m(frame: &Frame, frequency: usize, frequency_hz: f64) -> f64 {
+    let half_paths = frame.values(Layer::HalfPath).expect("it is there");
+    let phasors = phasors(frame, frequency);
+    let unambiguous_m = SPEED_OF_LIGHT_M_S / (2.0 * frequency_hz);
+    let lit = phasors.iter().zip(half_paths);
+    let deviations = lit.filter_map(|(phasor, &half_path)| {
+        let away = range_m(*phasor, frequency_hz)? - f64::from(half_path);
+        let away = away.rem_euclid(unambiguous_m);
+        Some(away.min(unambiguous_m - away))
+    });
+    let worst = deviations.clone().fold(0.0, f64::max);
+    assert!(deviations.count() > 500);
+    worst
+}
+
+#[test]
+fn direct_light_alone_has_the_true_range() {
+    let mut gpu = Gpu::open();
+    let frequencies_hz = [20e6, 100e6, 200e6, 1e6];
+    let far = DVec3::new(1e5, -3e4, 2e4);
+    for (size_m, shift_m, bound_m) in [
+        (1e-3, DVec3::ZERO, 1e-5),
+        (10.0, DVec3::ZERO, 1e-5),
+        (10.0, far, 1e-5),
+        // The device's positions have 24 bits.
+        (1e4, DVec3::ZERO, 2e-3),
+    ] {
+        let scene = modulated(corner(size_m, shift_m), &frequencies_hz);
+        let frame = gpu.render(&scene);
+        for (i, frequency_hz) in frequencies_hz.into_iter().enumerate() {
+            let worst = worst_range_m(&frame, i, frequency_hz);
+            println!("{size_m} m at {frequency_hz:e} Hz: {worst:.1e} m");
+            assert!(
+                worst < bound_m,
+                "{size_m} m at {frequency_hz} Hz: {worst} m"
+            );
+        }
+    }
+}
+
+/// A light that is farther away than the scene is large keeps the digits of the scene.
+#[test]
+fn a_far_light_keeps_its_phase() {
+    let mut gpu = Gpu::open();
+    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[100e6]);
+    let position_m = DVec3::new(3e4, 4e4, 1e3);
+    scene.lights = vec![Light::Point {
+        position_m,
+        power_w: [1e9; 3],
+    }];
+    let worst = worst_range_m(&gpu.render(&scene), 0, 100e6);
+    println!("50 km: {worst:.1e} m");
+    // Half a path of 25 km has steps of 2 mm as an f32.
+    assert!(worst < 2e-3, "{worst}");
+    let frame = gpu.render(&scene);
+    let truth = Reference::new(&scene, 1).expect("a valid scene").frame();
+    let deviation = deviation(&frame, &truth, 0);
+    println!("against the reference: {deviation:.1e}");
+    assert!(deviation < 1e-5, "{deviation:e}");
+}
+
+#[test]
+fn two_lights_in_antiphase_have_no_range() {
+    let mut gpu = Gpu::open();
+    let frequency_hz = 50e6;
+    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[frequency_hz]);
+    // Half a wavelength apart, on a line with the pixel in the middle, and of equal irradiance there.
+    let p_m = DVec3::new(0.5, 0.0, 0.1);
+    let along = DVec3::new(0.6, 0.8, 0.0);
+    let half_wave_m = 0.5 * SPEED_OF_LIGHT_M_S / frequency_hz;
+    let light = |distance_m: f64| Light::Point {
+        position_m: p_m + distance_m * along,
+        power_w: [distance_m * distance_m; 3],
+    };
+    scene.lights = vec![light(1.0), light(1.0 + half_wave_m)];
+    scene.camera.resolution_px = [1, 1];
+    scene.camera.look_at_m = p_m;
+    let frame = gpu.render(&scene);
+    let layer = |quantity| frame.values(Layer::Tof(0, quantity)).expect("it is there")[0];
+    let radiance = frame.values(Layer::Radiance).expect("it is there")[0];
+    let phasor = phasors(&frame, 0)[0].magnitude();
+    assert!(
+        radiance > 0.0 && phasor < 1e-5 * f64::from(radiance),
+        "{phasor} of {radiance}"
+    );
+    assert!(layer(TofQuantity::Amplitude) < 1e-5 * layer(TofQuantity::Intensity));
+}
+
+#[test]
+fn a_background_has_no_range() {
+    let mut gpu = Gpu::open();
+    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[20e6]);
+    scene.camera.look_at_m = 2.0 * scene.camera.position_m;
+    let frame = gpu.render(&scene);
+    let values = |quantity| frame.values(Layer::Tof(0, quantity)).expect("it is there");
+    assert!(
+        values(TofQuantity::Range)
+            .iter()
+            .all(|range| range.is_nan())
+    );
+    assert!(values(TofQuantity::Phasor).iter().all(|&part| part == 0.0));
+    assert!(
+        values(TofQuantity::Taps(0))
+            .iter()
+            .all(|&charge| charge == 0.0)
+    );
+    let half_paths = frame.values(Layer::HalfPath).expect("it is there");
+    assert!(half_paths.iter().all(|half_path| half_path.is_infinite()));
+}
+
+#[test]
+fn indirect_light_with_time_of_flight_is_refused() {
+    let mut gpu = Gpu::open();
+    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[20e6]);
+    scene.indirect = Some(IndirectLight::final_gather(0.05));
+    match gpu.renderer.render(&scene, &mut Default::default()) {
+        Err(Error::Scene { at, problem, .. }) => {
+            assert_eq!(at, "tof");
+            assert!(problem.contains("direct light only"), "{problem}");
+        }
+        other => panic!("{other:?}"),
+    }
+}
