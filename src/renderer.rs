@@ -52,6 +52,8 @@ pub struct RenderOptions<'a> {
     pub ray_kernel: Option<RayKernel>,
     /// Another number: other samples of final gathering, whose image has other noise and another error.
     pub seed: u32,
+    /// Of a series: another number, other noise of the sensor.
+    pub frame_index: u32,
 }
 
 impl Default for RenderOptions<'_> {
@@ -62,6 +64,7 @@ impl Default for RenderOptions<'_> {
             gather_kernel: None,
             ray_kernel: None,
             seed: 0,
+            frame_index: 0,
         }
     }
 }
@@ -235,7 +238,10 @@ impl Renderer {
             images,
             space,
             stats,
-            description: FrameDescription::new(scene, scene.hash()),
+            description: FrameDescription {
+                frame_index: options.frame_index,
+                ..FrameDescription::new(scene, scene.hash())
+            },
         })
     }
 }

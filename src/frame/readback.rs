@@ -1,15 +1,16 @@
 //! From images on the device to the frame's layers.
 
-use std::thread;
-
 use glam::DVec3;
 
 use super::{BufferPool, FrameImages};
 use crate::{
     Device, LocalSpace, Result,
     model::Phasor,
-    output::{FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, tof_layers},
-    scene::{Camera, Photodetector, Sensor, TimeOfFlight},
+    output::{
+        FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, TofCamera, for_each_at_once,
+        per_pixel, pixels_of_a_thread,
+    },
+    scene::{Camera, TimeOfFlight},
     vulkan::{Image, Readback},
 };
 
@@ -32,7 +33,7 @@ pub(crate) fn read_layers(
         mesh_ids,
     } = Geometry::of(pixels, &description.camera, space, &mut pool);
     let tof = description.time_of_flight();
-    let paths = tof.map(|(tof, ..)| Paths::of(pixels, description, tof, space));
+    let paths = tof.map(|camera| Paths::of(pixels, description, camera.tof, space));
 
     let mut rgb = |image: &Image| -> Result<Vec<f32>> {
         let pixels = readback.pixels(image)?;
@@ -122,11 +123,11 @@ impl Paths {
 /// Adds the layers of time of flight. `phasors` lack the way to C.
 fn add_time_of_flight(
     layers: &mut Vec<(Layer, LayerData)>,
-    camera: (&TimeOfFlight, Sensor, Photodetector),
+    camera: TofCamera,
     paths: &Paths,
     phasors: &[[f32; 4]],
 ) {
-    let (tof, ..) = camera;
+    let tof = camera.tof;
     let count = paths.half_m.len();
     let radiance = layers.iter().find_map(|(layer, data)| match data {
         LayerData::Float(values) if *layer == Layer::Radiance => Some(values),
@@ -161,8 +162,11 @@ fn add_time_of_flight(
             has_stderr: false,
             tof: Some([tof.frequencies_hz.len() as u32, tof.phase_count]),
         };
-        let made = tof_layers(camera, frequency, &pixels, &radiances, &paths.half_m).into_iter();
-        layers.extend(made.filter(|(layer, _)| layer.is_made_with(parts)));
+        let made = camera.layers(frequency, &pixels, &radiances, &paths.half_m);
+        layers.extend(
+            made.into_iter()
+                .filter(|(layer, _)| layer.is_made_with(parts)),
+        );
     }
 }
 
@@ -216,34 +220,4 @@ impl Geometry {
         });
         geometry
     }
-}
-
-/// `N` values for each pixel.
-fn per_pixel<T: Send, const N: usize>(values: &mut [T], value: impl Fn(usize) -> [T; N] + Sync) {
-    let (pixels, _) = values.as_chunks_mut::<N>();
-    let share = pixels_of_a_thread(pixels.len());
-    for_each_at_once(pixels.chunks_mut(share).enumerate(), |(part, pixels)| {
-        for (i, pixel) in pixels.iter_mut().enumerate() {
-            *pixel = value(part * share + i);
-        }
-    });
-}
-
-/// As many threads as there are cores: most of the time goes to memory, whose pages the system may have to clear. Of a small
-/// image, to start one would take longer than its work.
-fn pixels_of_a_thread(count: usize) -> usize {
-    let threads = thread::available_parallelism().map_or(1, usize::from);
-    count.div_ceil(threads).max(1 << 14)
-}
-
-/// Does all parts at once, the first of them on this thread.
-fn for_each_at_once<T: Send>(mut parts: impl Iterator<Item = T>, work: impl Fn(T) + Sync) {
-    let first = parts.next();
-    thread::scope(|scope| {
-        for part in parts {
-            let work = &work;
-            scope.spawn(move || work(part));
-        }
-        first.into_iter().for_each(&work);
-    });
 }

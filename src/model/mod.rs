@@ -12,6 +12,7 @@ mod direct;
 mod indirect;
 mod light;
 mod phasor;
+mod sensor_noise;
 mod solid_angle;
 mod sum;
 
@@ -24,5 +25,6 @@ pub use phasor::{
     PLANCK_CONSTANT_J_S, PhaseSampling, Phasor, SPEED_OF_LIGHT_M_S, electrons, multipath_error_m,
     range_m, unambiguous_range_m, wrap_count,
 };
+pub use sensor_noise::Reading;
 pub use solid_angle::{rectangle_solid_angle, triangle_solid_angle};
 pub use sum::CompensatedSum;

@@ -159,15 +159,15 @@ impl PhaseSampling {
 
     /// K·Q_Z from the differences D_i = A_i − B_i of all phase images, by least squares: 2/N·Σ D_i·e^{−iτ_i}. Its magnitude is the
     /// amplitude, its argument the phase; of four images φ = atan2(D_3 − D_1, D_0 − D_2).
-    pub fn demodulate(&self, differences: &[f64]) -> Phasor {
+    pub fn demodulate(&self, differences: impl IntoIterator<Item = f64>) -> Phasor {
         let scale = 2.0 / f64::from(self.phase_count);
-        let term = |(phase, &difference): (usize, &f64)| {
+        let term = |(phase, difference): (usize, f64)| {
             let (sine, cosine) = self.delay_rad(phase as u32).sin_cos();
             Phasor {
                 re: scale * difference * cosine,
                 im: -scale * difference * sine,
             }
         };
-        differences.iter().enumerate().map(term).sum()
+        differences.into_iter().enumerate().map(term).sum()
     }
 }

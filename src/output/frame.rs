@@ -1,9 +1,10 @@
 //! The result of a render: named layers of pixels, how they were computed, and what it cost.
 
 use super::atomic::output_error;
+use super::tof::TofCamera;
 use super::tof_layers::{TOF_LAYERS, TofQuantity, describe_tof};
 use crate::error::Result;
-use crate::scene::{Camera, IndirectLight, Light, Photodetector, Scene, Sensor, TimeOfFlight};
+use crate::scene::{Camera, ChargeUnit, IndirectLight, Light, Scene, Sensor, TimeOfFlight};
 
 /// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre.
 ///
@@ -87,6 +88,21 @@ impl Layer {
     /// The unit of the values; "1" for a plain number.
     pub fn unit(self) -> &'static str {
         self.describe().2
+    }
+
+    /// The unit in a frame of this time-of-flight camera, which may give charges as numbers.
+    pub fn unit_by(self, tof: Option<&TimeOfFlight>) -> &'static str {
+        let is_charge = matches!(
+            self,
+            Layer::Tof(
+                _,
+                TofQuantity::Taps(_) | TofQuantity::Amplitude | TofQuantity::Intensity
+            )
+        );
+        match tof.map(|tof| tof.output) {
+            Some(ChargeUnit::DigitalNumbers) if is_charge => "DN",
+            _ => self.unit(),
+        }
     }
 
     /// Name, channels, unit.
@@ -435,6 +451,8 @@ pub struct FrameDescription {
     pub sensor: Option<Sensor>,
     /// Only of an image with its layers.
     pub tof: Option<TimeOfFlight>,
+    /// Of a series: what the sensor's noise depends on beside its seed.
+    pub frame_index: u32,
     /// Identifies the scene, its meshes and textures included.
     pub scene_hash: String,
 }
@@ -449,14 +467,20 @@ impl FrameDescription {
             camera: scene.camera,
             sensor: scene.sensor,
             tof: scene.tof.clone(),
+            frame_index: 0,
             scene_hash,
         }
     }
 
-    /// The time-of-flight camera, with its sensor.
-    pub(crate) fn time_of_flight(&self) -> Option<(&TimeOfFlight, Sensor, Photodetector)> {
+    /// The time-of-flight camera, where there is one.
+    pub(crate) fn time_of_flight(&self) -> Option<TofCamera<'_>> {
         let sensor = self.sensor?;
-        Some((self.tof.as_ref()?, sensor, sensor.photodetector?))
+        Some(TofCamera {
+            tof: self.tof.as_ref()?,
+            sensor,
+            photodetector: sensor.photodetector?,
+            frame_index: self.frame_index,
+        })
     }
 }
 

@@ -8,7 +8,10 @@ use super::exr::ExrOptions;
 use super::frame::{Frame, FrameDescription};
 use crate::{
     model::PhaseSampling,
-    scene::{Camera, CameraBasis, Intrinsics, Parameter, Photodetector, Sensor, TimeOfFlight},
+    scene::{
+        Camera, CameraBasis, Intrinsics, Parameter, Photodetector, Sensor, SensorNoise,
+        TimeOfFlight,
+    },
 };
 
 /// A value in the header of an OpenEXR file.
@@ -91,6 +94,7 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
         camera,
         sensor,
         tof,
+        frame_index,
         scene_hash,
     } = &frame.description;
     let mut header = LayerAttributes {
@@ -113,7 +117,8 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     add("driver", stats.driver.as_str().into());
     let layers = frame.layers.iter().map(|(layer, _)| layer);
     for layer in layers.filter(|layer| options.picks(**layer)) {
-        add(&format!("unit.{}", layer.name()), layer.unit().into());
+        let unit = layer.unit_by(frame.description.tof.as_ref());
+        add(&format!("unit.{}", layer.name()), unit.into());
     }
     match (indirect, reference) {
         (Some(indirect), _) => {
@@ -187,6 +192,9 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     }
     if let Some(tof) = tof {
         time_of_flight(tof, lights.len(), &mut add);
+        if tof.noise.is_some() {
+            add("tof.noise.frame", count(*frame_index));
+        }
     }
     let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
     add("camera.focal_px", Attribute::Vector2([fx, fy]));
@@ -211,6 +219,8 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
         band_weights,
         phase_offset_deg,
         ambient_lights: _,
+        output,
+        noise,
     } = tof;
     for (i, &frequency_hz) in frequencies_hz.iter().enumerate() {
         add(
@@ -228,6 +238,30 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
     }
     add("tof.band_weights", Attribute::Vector3(*band_weights));
     add("tof.phase_offset_deg", Attribute::Number(*phase_offset_deg));
+    add("tof.output", output.name().into());
+    if let Some(noise) = noise {
+        let SensorNoise {
+            seed,
+            dark_e_per_s,
+            read_noise_e,
+            full_well_e,
+            gain_dn_per_e,
+            black_level_dn,
+            bits,
+        } = *noise;
+        // An int has 31 bits only.
+        add("tof.noise.seed", seed.to_string().as_str().into());
+        for (name, value) in [
+            ("dark_e_per_s", dark_e_per_s),
+            ("read_noise_e", read_noise_e),
+            ("full_well_e", full_well_e),
+            ("gain_dn_per_e", gain_dn_per_e),
+            ("black_level_dn", black_level_dn),
+            ("bits", f64::from(bits)),
+        ] {
+            add(&format!("tof.noise.{name}"), Attribute::Number(value));
+        }
+    }
     for light in 0..light_count {
         let is_modulated = i32::from(tof.is_modulated(light));
         add(

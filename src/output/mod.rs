@@ -7,6 +7,7 @@ mod exr_header_order;
 mod exr_read;
 mod frame;
 mod header;
+mod per_pixel;
 mod png;
 mod tof;
 mod tof_layers;
@@ -19,6 +20,7 @@ pub use frame::{
     Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples, StopReason,
 };
 pub use header::Attribute;
+pub(crate) use per_pixel::{for_each_at_once, per_pixel, pixels_of_a_thread};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
-pub(crate) use tof::{PixelPhasors, tof_layers};
+pub(crate) use tof::{PixelPhasors, TofCamera};
 pub use tof_layers::TofQuantity;

@@ -1,9 +1,9 @@
 //! What a time-of-flight camera makes of the phasors of its pixels. In f64: of a phase, f32 keeps 1e-7 turns.
 
-use super::{Layer, LayerData, TofQuantity};
+use super::{Layer, LayerData, TofQuantity, per_pixel};
 use crate::{
-    model::{PhaseSampling, Phasor, electrons, multipath_error_m, range_m, wrap_count},
-    scene::{Photodetector, Sensor, TimeOfFlight},
+    model::{PhaseSampling, Phasor, Reading, electrons, multipath_error_m, range_m, wrap_count},
+    scene::{ChargeUnit, Photodetector, Sensor, TimeOfFlight},
 };
 
 /// What a pixel has of one frequency.
@@ -13,78 +13,153 @@ pub(crate) struct PixelPhasors {
     pub indirect: Phasor,
 }
 
-/// The layers of one frequency, but for the standard error. `phasors`, `radiances` (L of all light, as the pixels see it, W/sr/m²) and `half_paths_m`
-/// are those of the pixels.
-pub(crate) fn tof_layers(
-    (tof, sensor, photodetector): (&TimeOfFlight, Sensor, Photodetector),
-    frequency: usize,
-    phasors: &[PixelPhasors],
-    radiances: &[f64],
-    half_paths_m: &[f64],
-) -> Vec<(Layer, LayerData)> {
-    let frequency_hz = tof.frequencies_hz[frequency];
-    let sampling = PhaseSampling::of(tof, frequency);
-    let offset = Phasor::of_angle(tof.phase_offset_deg.to_radians());
-    let wavelength_m = 1e-9 * photodetector.wavelength_nm;
-    let electrons_per_radiance = electrons(
-        sensor.joule_per_irradiance(),
-        wavelength_m,
-        photodetector.quantum_efficiency,
-    );
-    let total = |p: &PixelPhasors| p.direct + p.indirect;
-    let measured = |p: &PixelPhasors| total(p) * offset * electrons_per_radiance;
-    let or_nan = |value: Option<f64>| value.unwrap_or(f64::NAN);
-    let floats = |value: &dyn Fn(&PixelPhasors) -> f64| {
-        LayerData::Float(phasors.iter().map(|p| value(p) as f32).collect())
-    };
-    let complex = |value: &dyn Fn(&PixelPhasors) -> Phasor| {
-        let values = phasors.iter().map(value);
-        LayerData::Float(values.flat_map(|z| [z.re as f32, z.im as f32]).collect())
-    };
-    let all_phases = f64::from(tof.phase_count) * electrons_per_radiance;
-    let intensities = radiances
-        .iter()
-        .map(|radiance| (all_phases * radiance) as f32);
-    let wraps = half_paths_m
-        .iter()
-        .map(|&half_path_m| match half_path_m.is_finite() {
-            true => wrap_count(half_path_m, frequency_hz),
+/// A camera with all that its layers depend on.
+#[derive(Clone, Copy)]
+pub(crate) struct TofCamera<'t> {
+    pub tof: &'t TimeOfFlight,
+    pub sensor: Sensor,
+    pub photodetector: Photodetector,
+    pub frame_index: u32,
+}
+
+impl TofCamera<'_> {
+    /// The layers of one frequency, but for the standard error. `phasors`, `radiances` (L of all light, as the pixels see it, W/sr/m²) and `half_paths_m`
+    /// are those of the pixels.
+    pub fn layers(
+        &self,
+        frequency: usize,
+        phasors: &[PixelPhasors],
+        radiances: &[f64],
+        half_paths_m: &[f64],
+    ) -> Vec<(Layer, LayerData)> {
+        let frequency_hz = self.tof.frequencies_hz[frequency];
+        let total = |i: usize| phasors[i].direct + phasors[i].indirect;
+        let count = phasors.len();
+        let complex = |value: &(dyn Fn(usize) -> Phasor + Sync)| {
+            floats(count, |i| {
+                let Phasor { re, im } = value(i);
+                [re, im]
+            })
+        };
+        let or_nan = |value: Option<f64>| [value.unwrap_or(f64::NAN)];
+        let images = self.phase_images(frequency, &total, radiances);
+        let measured = |i: usize| self.measured(frequency, &images, i);
+        let wraps = half_paths_m.iter().map(|&half_m| match half_m.is_finite() {
+            true => wrap_count(half_m, frequency_hz),
             false => 0,
         });
-    let mut layers = vec![
-        (TofQuantity::Phasor, complex(&total)),
-        (TofQuantity::PhasorDirect, complex(&|p| p.direct)),
-        (TofQuantity::PhasorIndirect, complex(&|p| p.indirect)),
-        (
-            TofQuantity::Range,
-            floats(&|p| or_nan(range_m(total(p) * offset, frequency_hz))),
-        ),
-        (
-            TofQuantity::Amplitude,
-            floats(&|p| sampling.contrast * measured(p).magnitude()),
-        ),
-        (
-            TofQuantity::Intensity,
-            LayerData::Float(intensities.collect()),
-        ),
-        (
-            TofQuantity::MultipathError,
-            floats(&|p| or_nan(multipath_error_m(total(p), p.direct, frequency_hz))),
-        ),
-        (TofQuantity::Wraps, LayerData::Id(wraps.collect())),
-    ];
-    for phase in 0..tof.phase_count {
-        let taps = phasors.iter().zip(radiances).flat_map(|(p, radiance)| {
-            let energy = electrons_per_radiance * radiance;
-            sampling
-                .taps(energy, measured(p), phase)
-                .map(|charge| charge as f32)
-        });
-        layers.push((
-            TofQuantity::Taps(phase as u8),
-            LayerData::Float(taps.collect()),
-        ));
+        let mut layers = vec![
+            (TofQuantity::Phasor, complex(&total)),
+            (TofQuantity::PhasorDirect, complex(&|i| phasors[i].direct)),
+            (
+                TofQuantity::PhasorIndirect,
+                complex(&|i| phasors[i].indirect),
+            ),
+            (
+                TofQuantity::Range,
+                floats(count, |i| {
+                    let measured = match self.tof.noise {
+                        Some(_) => measured(i),
+                        None => total(i) * self.offset(),
+                    };
+                    or_nan(range_m(measured, frequency_hz))
+                }),
+            ),
+            (
+                TofQuantity::Amplitude,
+                floats(count, |i| [measured(i).magnitude()]),
+            ),
+            (
+                TofQuantity::Intensity,
+                floats(count, |i| [self.intensity(&images, i)]),
+            ),
+            (
+                TofQuantity::MultipathError,
+                floats(count, |i| {
+                    or_nan(multipath_error_m(total(i), phasors[i].direct, frequency_hz))
+                }),
+            ),
+            (TofQuantity::Wraps, LayerData::Id(wraps.collect())),
+        ];
+        for (phase, image) in images.into_iter().enumerate() {
+            layers.push((TofQuantity::Taps(phase as u8), LayerData::Float(image)));
+        }
+        let named = |(quantity, data)| (Layer::Tof(frequency as u8, quantity), data);
+        layers.into_iter().map(named).collect()
     }
-    let named = |(quantity, data)| (Layer::Tof(frequency as u8, quantity), data);
-    layers.into_iter().map(named).collect()
+
+    /// What both taps of each pixel give, of each phase image.
+    fn phase_images(
+        &self,
+        frequency: usize,
+        total: &(dyn Fn(usize) -> Phasor + Sync),
+        radiances: &[f64],
+    ) -> Vec<Vec<f32>> {
+        let sampling = PhaseSampling::of(self.tof, frequency);
+        let per_radiance = electrons(
+            self.sensor.joule_per_irradiance(),
+            1e-9 * self.photodetector.wavelength_nm,
+            self.photodetector.quantum_efficiency,
+        );
+        let image = |phase: u32| {
+            let mut taps = vec![0.0; 2 * radiances.len()];
+            per_pixel(&mut taps, |i| {
+                let phasor = total(i) * self.offset() * per_radiance;
+                let expected = sampling.taps(per_radiance * radiances[i], phasor, phase);
+                [0, 1].map(|tap| {
+                    let reading = Reading {
+                        frame: self.frame_index,
+                        pixel: i as u32,
+                        frequency: frequency as u8,
+                        phase: phase as u8,
+                        tap: tap as u8,
+                    };
+                    self.read(expected[tap], reading) as f32
+                })
+            });
+            taps
+        };
+        (0..self.tof.phase_count).map(image).collect()
+    }
+
+    /// What a tap gives, in the unit of the output.
+    fn read(&self, expected_e: f64, reading: Reading) -> f64 {
+        let Some(noise) = &self.tof.noise else {
+            return expected_e;
+        };
+        let electrons = noise.electrons(expected_e, self.sensor.exposure_time_s, reading);
+        match self.tof.output {
+            ChargeUnit::Electrons => electrons,
+            ChargeUnit::DigitalNumbers => noise.digital_number(electrons),
+        }
+    }
+
+    /// K·Q_Z of a pixel as its phase images tell it.
+    fn measured(&self, frequency: usize, images: &[Vec<f32>], pixel: usize) -> Phasor {
+        let difference =
+            |image: &Vec<f32>| f64::from(image[2 * pixel]) - f64::from(image[2 * pixel + 1]);
+        let differences = images.iter().map(difference);
+        PhaseSampling::of(self.tof, frequency).demodulate(differences)
+    }
+
+    /// Σ(A + B), what stands for no electrons taken off.
+    fn intensity(&self, images: &[Vec<f32>], pixel: usize) -> f64 {
+        let none = match (self.tof.output, &self.tof.noise) {
+            (ChargeUnit::DigitalNumbers, Some(noise)) => noise.black_level_dn,
+            _ => 0.0,
+        };
+        let taps = images.iter().flat_map(|image| &image[2 * pixel..][..2]);
+        taps.map(|&charge| f64::from(charge) - none).sum()
+    }
+
+    fn offset(&self) -> Phasor {
+        Phasor::of_angle(self.tof.phase_offset_deg.to_radians())
+    }
+}
+
+/// `N` values for each pixel.
+fn floats<const N: usize>(count: usize, value: impl Fn(usize) -> [f64; N] + Sync) -> LayerData {
+    let mut values = vec![0.0; N * count];
+    per_pixel(&mut values, |i| value(i).map(|value| value as f32));
+    LayerData::Float(values)
 }

@@ -29,9 +29,9 @@ use crate::{
     Error, Result, Scene,
     output::{
         Frame, FrameDescription, FrameStats, Layer, LayerData, LayeredImage, PixelPhasors,
-        ReferenceSamples, TofQuantity, tof_layers,
+        ReferenceSamples, TofQuantity,
     },
-    scene::{Bands, Direct},
+    scene::{Bands, ChargeUnit, Direct, TimeOfFlight},
 };
 
 /// Paths between two calls of the progress function: a fifth of a second on two cores.
@@ -68,6 +68,11 @@ impl Reference {
             direct: Direct::default(),
             indirect: None,
             sensor: scene.sensor.filter(|_| scene.tof.is_some()),
+            tof: scene.tof.clone().map(|tof| TimeOfFlight {
+                output: ChargeUnit::Electrons,
+                noise: None,
+                ..tof
+            }),
             ..scene.clone()
         };
         let transport = Transport::new(&scene);
@@ -359,7 +364,7 @@ impl Reference {
         let Some(camera) = description.time_of_flight() else {
             return Vec::new();
         };
-        let (tof, ..) = camera;
+        let tof = camera.tof;
         let seen = |pixel: &Pixel| tof.weighted(radiance(pixel));
         let radiances: Vec<f64> = self.pixels.iter().map(seen).collect();
         let half_path = |pixel: &Pixel| {
@@ -377,7 +382,7 @@ impl Reference {
                 indirect: pixel.indirect_phasor(frequency),
             });
             let phasors: Vec<PixelPhasors> = phasors.collect();
-            let of_frequency = tof_layers(camera, frequency, &phasors, &radiances, &half_paths_m);
+            let of_frequency = camera.layers(frequency, &phasors, &radiances, &half_paths_m);
             layers.extend(of_frequency);
             if self.rounds >= 2 {
                 let variances = self.variances(&|pixel| pixel.phasor_moments(frequency));

@@ -2,7 +2,7 @@
 
 use super::{
     Camera, Direct, Intrinsics, Lens, Light, Material, Mesh, Parameter, Photodetector, Scene,
-    Sensor, Shadow, Texture, TimeOfFlight,
+    Sensor, SensorNoise, Shadow, Texture, TimeOfFlight,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -135,6 +135,8 @@ impl Bytes {
             band_weights,
             phase_offset_deg,
             ambient_lights,
+            output,
+            noise,
         } = tof;
         self.name("tof");
         self.list(frequencies_hz, |hz| [*hz]);
@@ -142,6 +144,22 @@ impl Bytes {
         self.list(ambient_lights, |light| [*light as f64]);
         self.numbers([f64::from(*phase_count), *phase_offset_deg]);
         self.numbers(*band_weights);
+        self.name(output.name());
+        self.length(noise.as_slice());
+        if let Some(noise) = noise {
+            let SensorNoise {
+                seed,
+                dark_e_per_s,
+                read_noise_e,
+                full_well_e,
+                gain_dn_per_e,
+                black_level_dn,
+                bits,
+            } = *noise;
+            self.0.update(&seed.to_le_bytes());
+            self.numbers([dark_e_per_s, read_noise_e, full_well_e, gain_dn_per_e]);
+            self.numbers([black_level_dn, f64::from(bits)]);
+        }
     }
 
     fn light(&mut self, light: &Light) {

@@ -36,7 +36,9 @@ pub use mesh::Mesh;
 pub use shared::Shared;
 pub use texels::{Encoding, Texels};
 pub(crate) use tof::MAX_PHASES;
-pub use tof::{MAX_FREQUENCIES, PHASE_COUNTS, Photodetector, TimeOfFlight};
+pub use tof::{
+    ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, Photodetector, SensorNoise, TimeOfFlight,
+};
 #[cfg(feature = "capi")]
 #[cfg(feature = "capi")]
 pub(crate) use validate_surface::validate_instance;

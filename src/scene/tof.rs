@@ -27,6 +27,50 @@ pub struct TimeOfFlight {
     pub phase_offset_deg: f64,
     /// Indices into [`Scene::lights`] of those that are not modulated. Directional lights must be among them: a path of parallel light has no length.
     pub ambient_lights: Vec<usize>,
+    /// What the taps' charges are given in.
+    pub output: ChargeUnit,
+    /// `None`: layers hold expected values.
+    pub noise: Option<SensorNoise>,
+}
+
+/// What charges are given in.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum ChargeUnit {
+    #[default]
+    Electrons,
+    /// Digital numbers, which need a [`SensorNoise`] for gain, black level and bits.
+    DigitalNumbers,
+}
+
+impl ChargeUnit {
+    /// Both, in the order of the documentation.
+    pub const ALL: [ChargeUnit; 2] = [ChargeUnit::Electrons, ChargeUnit::DigitalNumbers];
+
+    /// The name used in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            ChargeUnit::Electrons => "electrons",
+            ChargeUnit::DigitalNumbers => "dn",
+        }
+    }
+}
+
+/// The noise of a sensor, and how it turns electrons into numbers. Each tap is a well of its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SensorNoise {
+    /// Another number: other noise.
+    pub seed: u64,
+    /// Dark current of a tap, electrons per second.
+    pub dark_e_per_s: f64,
+    /// σ_r, electrons.
+    pub read_noise_e: f64,
+    /// Electrons that a tap holds at most.
+    pub full_well_e: f64,
+    pub gain_dn_per_e: f64,
+    /// The number that stands for no electrons.
+    pub black_level_dn: f64,
+    /// Numbers are from 0 to 2^bits − 1.
+    pub bits: u32,
 }
 
 /// How a pixel turns light into electrons.
@@ -106,6 +150,15 @@ impl TimeOfFlight {
             |_, light| format!("ambient light {light} is not in the scene"),
             "give indices of lights",
         )?;
+        let is_in_electrons = self.output == ChargeUnit::Electrons;
+        part.require(
+            is_in_electrons || self.noise.is_some(),
+            "output is \"dn\", and there is no gain",
+            "add [tof.noise], which has gain, black level and bits",
+        )?;
+        if let Some(noise) = &self.noise {
+            noise.validate()?;
+        }
         for (i, light) in lights.iter().enumerate() {
             part.require(
                 light.position_m().is_some() || !self.is_modulated(i),
@@ -117,6 +170,52 @@ impl TimeOfFlight {
             )?;
         }
         Ok(())
+    }
+}
+
+impl SensorNoise {
+    fn validate(&self) -> Result<()> {
+        let part = Part("tof noise".into());
+        for (name, value, most) in [
+            ("dark_e_per_s", self.dark_e_per_s, 1e12),
+            ("read_noise_e", self.read_noise_e, 1e12),
+            ("full_well_e", self.full_well_e, 1e15),
+            ("gain_dn_per_e", self.gain_dn_per_e, 1e12),
+            ("black_level_dn", self.black_level_dn, 1e12),
+        ] {
+            part.require(
+                (0.0..=most).contains(&value),
+                format_args!("{name} is {value}"),
+                format!("give a value from 0 to {most:e}"),
+            )?;
+        }
+        part.require(
+            (1..=24).contains(&self.bits),
+            format_args!("bits is {}", self.bits),
+            "give 1 to 24",
+        )
+    }
+
+    fn from_keys(mut keys: Keys) -> Result<SensorNoise> {
+        keys.only(&[
+            "seed",
+            "dark_e_per_s",
+            "read_noise_e",
+            "full_well_e",
+            "gain_dn_per_e",
+            "black_level_dn",
+            "bits",
+        ])?;
+        let mut number = |key, example| keys.need(key, example)?.number();
+        Ok(SensorNoise {
+            dark_e_per_s: number("dark_e_per_s", "dark_e_per_s = 0.0")?,
+            read_noise_e: number("read_noise_e", "read_noise_e = 10.0")?,
+            full_well_e: number("full_well_e", "full_well_e = 100000, of a tap")?,
+            gain_dn_per_e: number("gain_dn_per_e", "gain_dn_per_e = 0.04")?,
+            black_level_dn: number("black_level_dn", "black_level_dn = 0")?,
+            bits: keys.need("bits", "bits = 12")?.count()?,
+            seed: keys.optional("seed", Value::large_count)?.unwrap_or(0),
+        })
     }
 }
 
@@ -143,7 +242,10 @@ pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<T
         "contrast",
         "band",
         "phase_offset_deg",
+        "output",
+        "noise",
     ])?;
+    let noise = keys.table("noise")?;
     let frequencies = keys.need("frequencies_mhz", "frequencies_mhz = [20.0, 100.0]")?;
     let frequencies = frequencies.filled("give at least one frequency")?.list()?;
     let in_hz = |value: Value| Ok(1e6 * value.number()?);
@@ -175,6 +277,12 @@ pub(super) fn from_keys(mut keys: Keys, modulated: &[Option<Value>]) -> Result<T
         phase_offset_deg: keys
             .optional("phase_offset_deg", Value::number)?
             .unwrap_or(0.0),
+        output: keys
+            .optional("output", |word| {
+                word.choice(&ChargeUnit::ALL, ChargeUnit::name)
+            })?
+            .unwrap_or_default(),
+        noise: noise.map(SensorNoise::from_keys).transpose()?,
         ambient_lights: lights.filter(|(_, is)| **is).map(|(i, _)| i).collect(),
     })
 }

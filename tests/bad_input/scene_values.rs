@@ -1,8 +1,8 @@
 //! Every bad value of a scene from slices is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    Camera, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
-    Photodetector, Scene, Sensor, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
+    Camera, ChargeUnit, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
+    Photodetector, Scene, Sensor, SensorNoise, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
 
@@ -58,6 +58,8 @@ fn tof() -> TimeOfFlight {
         band_weights: [1.0, 0.0, 0.0],
         phase_offset_deg: 0.0,
         ambient_lights: Vec::new(),
+        output: ChargeUnit::Electrons,
+        noise: None,
     }
 }
 
@@ -65,6 +67,18 @@ fn tof() -> TimeOfFlight {
 fn detects(scene: &mut Scene) -> &mut TimeOfFlight {
     photodetector(scene);
     scene.tof.insert(tof())
+}
+
+fn noise(scene: &mut Scene) -> &mut SensorNoise {
+    detects(scene).noise.insert(SensorNoise {
+        seed: 1,
+        dark_e_per_s: 0.0,
+        read_noise_e: 10.0,
+        full_well_e: 1e5,
+        gain_dn_per_e: 0.04,
+        black_level_dn: 0.0,
+        bits: 12,
+    })
 }
 
 fn photodetector(scene: &mut Scene) -> &mut Photodetector {
@@ -254,6 +268,19 @@ fn scenes_from_slices_are_validated() {
             }),
             "tof: light 0 (directional) is modulated, but has no position: its paths have no length; give it modulated = false",
         ),
+        (
+            Box::new(|s| detects(s).output = ChargeUnit::DigitalNumbers),
+            "tof: output is \"dn\", and there is no gain; add [tof.noise]",
+        ),
+        (
+            Box::new(|s| noise(s).full_well_e = -1.0),
+            "tof noise: full_well_e is -1",
+        ),
+        (
+            Box::new(|s| noise(s).read_noise_e = NAN),
+            "tof noise: read_noise_e is NaN",
+        ),
+        (Box::new(|s| noise(s).bits = 25), "tof noise: bits is 25"),
         (
             Box::new(|s| photodetector(s).wavelength_nm = 0.0),
             "sensor: wavelength_nm is 0",

@@ -277,6 +277,32 @@ fn shards_share_the_frames() {
     assert!(stderr.contains("2..13: the job has 12 frames"), "{stderr}");
 }
 
+/// The noise of a sensor depends on the frame's number, not on what else is rendered.
+#[test]
+fn time_of_flight_has_noise_of_its_own_in_each_frame() {
+    let jobs = Jobs::new("[job]\nscene = \"scene.toml\"\nframes = 3\n");
+    let sensor = "[sensor]\npixel_pitch_um = [10, 10]\nexposure_time_s = 1e-3\nduty_cycle = 1\nwavelength_nm = 850\nquantum_efficiency = 0.8\n";
+    let tof = "[tof]\nfrequencies_mhz = [20]\ncontrast = 0.75\nband = \"R\"\noutput = \"dn\"\n";
+    let noise = "[tof.noise]\ndark_e_per_s = 0\nread_noise_e = 5\nfull_well_e = 1e5\ngain_dn_per_e = 0.1\nblack_level_dn = 10\nbits = 12\n";
+    jobs.write("scene.toml", &format!("{SCENE}{sensor}{tof}{noise}"));
+    jobs.succeed("all", &[]);
+    jobs.succeed("shard", &["--shard", "2/3"]);
+    let file = |set: &str, i: usize| jobs.path(&format!("{set}/frames/{i:06}.exr"));
+    let taps = |i| {
+        let image = LayeredImage::read(file("all", i)).unwrap();
+        image.layer("tof0.phase0").unwrap().values.clone()
+    };
+    assert_ne!(taps(0), taps(1));
+    assert_ne!(taps(1), taps(2));
+    let of_shard = (0..3).find(|&i| file("shard", i).exists()).unwrap();
+    let bytes = |set| fs::read(file(set, of_shard)).unwrap();
+    assert!(bytes("all") == bytes("shard"), "frame {of_shard}");
+    let dataset: serde_json::Value =
+        serde_json::from_slice(&jobs.read("all/dataset.json")).unwrap();
+    assert_eq!(dataset["scenes"][0]["layers"]["tof0.phase0"]["unit"], "DN");
+    assert_eq!(dataset["scenes"][0]["layers"]["tof0.range"]["unit"], "m");
+}
+
 #[test]
 fn nonsense_for_frames_and_shards_is_wrong_usage() {
     let jobs = Jobs::new(JOB);

@@ -13,7 +13,7 @@ use camlux::{
     model::{Phasor, SPEED_OF_LIGHT_M_S, multipath_error_m, range_m},
     output::{Frame, Layer, LayeredImage, OutputFile, TofQuantity, write_exr},
     reference::Reference,
-    scene::{Lens, Light, Photodetector, Sensor, TimeOfFlight},
+    scene::{ChargeUnit, Lens, Light, Photodetector, Sensor, TimeOfFlight},
 };
 use glam::DVec3;
 
@@ -35,6 +35,8 @@ pub fn with_tof(mut scene: Scene, frequencies_hz: &[f64]) -> Scene {
         band_weights: [1.0, 0.0, 0.0],
         phase_offset_deg: 0.0,
         ambient_lights: Vec::new(),
+        output: ChargeUnit::Electrons,
+        noise: None,
     });
     scene
 }

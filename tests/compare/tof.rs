@@ -5,12 +5,12 @@ use crate::common::rooms::{quad, scene_of};
 use crate::reference::lamp;
 use crate::reference_tof::with_tof;
 use camlux::{
-    Error, Scene,
+    Error, RenderOptions, Scene,
     doctor::scenes::moved,
     model::{SPEED_OF_LIGHT_M_S, range_m},
-    output::{Frame, Layer, TofQuantity},
+    output::{Frame, Layer, LayerData, TofQuantity},
     reference::Reference,
-    scene::{IndirectLight, Light, Shadow},
+    scene::{ChargeUnit, IndirectLight, Light, SensorNoise, Shadow},
 };
 use glam::DVec3;
 
@@ -226,5 +226,56 @@ fn indirect_light_with_time_of_flight_is_refused() {
             assert!(problem.contains("direct light only"), "{problem}");
         }
         other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn noise_is_the_same_for_the_same_frame_and_other_for_another() {
+    let mut gpu = Gpu::open();
+    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[20e6, 100e6]);
+    let clean = gpu.render(&scene);
+    let tof = scene.tof.as_mut().expect("it was given");
+    tof.output = ChargeUnit::DigitalNumbers;
+    tof.noise = Some(SensorNoise {
+        seed: 3,
+        dark_e_per_s: 1e3,
+        read_noise_e: 5.0,
+        full_well_e: 1e5,
+        gain_dn_per_e: 0.5,
+        black_level_dn: 32.0,
+        bits: 16,
+    });
+    let mut render = |scene: &Scene, frame_index| {
+        let mut options = RenderOptions {
+            frame_index,
+            ..RenderOptions::default()
+        };
+        let frame = gpu.renderer.render(scene, &mut options);
+        frame.expect("the scene renders").layers
+    };
+    let taps = |layers: &[(Layer, LayerData)]| {
+        let taps =
+            |(layer, _): &&(Layer, LayerData)| matches!(layer, Layer::Tof(_, TofQuantity::Taps(_)));
+        layers.iter().filter(taps).cloned().collect::<Vec<_>>()
+    };
+    let first = taps(&render(&scene, 0));
+    assert_eq!(first.len(), 8);
+    assert_eq!(first, taps(&render(&scene, 0)));
+    assert_ne!(first, taps(&render(&scene, 1)));
+    // Of lit pixels the numbers are about what is expected.
+    for (layer, data) in &first {
+        let expected = clean.values(*layer).expect("it is there");
+        let LayerData::Float(values) = data else {
+            panic!("{layer:?} holds ids")
+        };
+        for (value, expected) in values.iter().zip(expected) {
+            let mean = 32.0 + 0.5 * (f64::from(*expected) + 1.0);
+            let deviation = (0.25 * (f64::from(*expected) + 26.0) + 1.0 / 12.0).sqrt();
+            let off = (f64::from(*value) - mean) / deviation;
+            assert!(
+                value.fract() == 0.0 && off.abs() < 7.0,
+                "{layer:?}: {value} for {mean}"
+            );
+        }
     }
 }

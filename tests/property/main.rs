@@ -36,4 +36,5 @@ mod scene_file;
 mod scene_hash;
 mod scenes;
 mod scenes_load;
+mod sensor_noise;
 mod texture;

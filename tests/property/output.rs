@@ -70,6 +70,7 @@ fn frame() -> Frame {
                 photodetector: None,
             }),
             tof: None,
+            frame_index: 0,
             scene_hash: "0123abcd".into(),
         },
     }

@@ -63,7 +63,7 @@ fn phase_images_give_the_phasor_back() {
             assert!(close(a + b, energy, 1e-15) && *a >= 0.0 && *b >= 0.0);
         }
         let differences: Vec<_> = taps.iter().map(|[a, b]| a - b).collect();
-        let found = sampling.demodulate(&differences);
+        let found = sampling.demodulate(differences.iter().copied());
         assert!(
             close(found.re, 0.6 * phasor.re, 1e-15),
             "{phase_count}: {found:?}"

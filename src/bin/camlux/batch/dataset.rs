@@ -60,7 +60,8 @@ fn layers(scene: &Scene, exr: &ExrOptions) -> Map<String, Value> {
     let layers = Layer::all();
     let written = layers.filter(|layer| layer.is_made_for(scene) && exr.picks(*layer));
     let described = written.map(|layer| {
-        let value = json!({ "channels": layer.channel_names(), "unit": layer.unit() });
+        let value =
+            json!({ "channels": layer.channel_names(), "unit": layer.unit_by(scene.tof.as_ref()) });
         (layer.name().to_owned(), value)
     });
     described.collect()

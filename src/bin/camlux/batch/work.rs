@@ -68,7 +68,11 @@ impl Engine {
 
     pub fn render(&mut self, planned: &Planned) -> Result<Frame, Error> {
         let scene = planned.scene(&mut self.posed);
-        let rendered = self.renderer.render(&scene, &mut RenderOptions::default());
+        let mut options = RenderOptions {
+            frame_index: planned.index as u32,
+            ..RenderOptions::default()
+        };
+        let rendered = self.renderer.render(&scene, &mut options);
         if let Err(Error::DeviceLost { .. }) = rendered {
             // It is of no more use; the frames behind this one need another.
             *self = Engine::open(&self.options)?;

@@ -1,0 +1,144 @@
+//! What makes of the light on a pixel a number: shot noise, dark current, read noise, full well, gain, rounding (EMVA 1288, release 4.0).
+
+use std::convert::Infallible;
+
+use rand_core::TryRng;
+use rand_distr::{Distribution, Poisson, StandardNormal};
+
+use crate::scene::SensorNoise;
+
+/// One reading of one tap. Random numbers depend on this and the seed alone: not on threads, nor on what else is rendered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Reading {
+    pub frame: u32,
+    pub pixel: u32,
+    pub frequency: u8,
+    pub phase: u8,
+    pub tap: u8,
+}
+
+impl SensorNoise {
+    /// What is read of a tap in which light frees so many electrons on average, electrons. May be below 0, by read noise.
+    pub fn electrons(&self, expected_e: f64, exposure_time_s: f64, reading: Reading) -> f64 {
+        let mut random = Philox::new(self.seed, reading);
+        let mean = expected_e + self.dark_e_per_s * exposure_time_s;
+        // No distribution: no electron.
+        let freed = Poisson::new(mean).map_or(0.0, |poisson| poisson.sample(&mut random));
+        let noise: f64 = StandardNormal.sample(&mut random);
+        freed.min(self.full_well_e) + self.read_noise_e * noise
+    }
+
+    /// The number that stands for so many electrons.
+    pub fn digital_number(&self, electrons: f64) -> f64 {
+        let number = self.black_level_dn + self.gain_dn_per_e * electrons;
+        let most = f64::from(self.bits).exp2() - 1.0;
+        number.round().clamp(0.0, most)
+    }
+}
+
+/// Philox4x32-10 (Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", 2011): a number is a function of key and counter.
+struct Philox {
+    key: [u32; 2],
+    counter: [u32; 4],
+    numbers: [u32; 4],
+    used: usize,
+}
+
+impl Philox {
+    fn new(seed: u64, reading: Reading) -> Philox {
+        let Reading {
+            frame,
+            pixel,
+            frequency,
+            phase,
+            tap,
+        } = reading;
+        Philox {
+            key: [seed as u32, (seed >> 32) as u32],
+            counter: [
+                0,
+                u32::from_le_bytes([frequency, phase, tap, 0]),
+                pixel,
+                frame,
+            ],
+            numbers: [0; 4],
+            used: 4,
+        }
+    }
+
+    fn next(&mut self) -> u32 {
+        if self.used == 4 {
+            self.numbers = philox(self.counter, self.key);
+            self.counter[0] = self.counter[0].wrapping_add(1);
+            self.used = 0;
+        }
+        self.used += 1;
+        self.numbers[self.used - 1]
+    }
+}
+
+fn philox(counter: [u32; 4], key: [u32; 2]) -> [u32; 4] {
+    let [mut c0, mut c1, mut c2, mut c3] = counter;
+    let [mut k0, mut k1] = key;
+    for _ in 0..10 {
+        let a = u64::from(c0) * 0xd251_1f53;
+        let b = u64::from(c2) * 0xcd9e_8d57;
+        [c0, c1, c2, c3] = [
+            (b >> 32) as u32 ^ c1 ^ k0,
+            b as u32,
+            (a >> 32) as u32 ^ c3 ^ k1,
+            a as u32,
+        ];
+        k0 = k0.wrapping_add(0x9e37_79b9);
+        k1 = k1.wrapping_add(0xbb67_ae85);
+    }
+    [c0, c1, c2, c3]
+}
+
+impl TryRng for Philox {
+    type Error = Infallible;
+
+    fn try_next_u32(&mut self) -> Result<u32, Infallible> {
+        Ok(self.next())
+    }
+
+    fn try_next_u64(&mut self) -> Result<u64, Infallible> {
+        Ok(u64::from(self.next()) | u64::from(self.next()) << 32)
+    }
+
+    fn try_fill_bytes(&mut self, bytes: &mut [u8]) -> Result<(), Infallible> {
+        for part in bytes.chunks_mut(4) {
+            part.copy_from_slice(&self.next().to_le_bytes()[..part.len()]);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::philox;
+
+    /// Known answers of Random123, `kat_vectors`.
+    #[test]
+    fn philox_gives_its_known_answers() {
+        for (counter, key, due) in [
+            (
+                [0; 4],
+                [0; 2],
+                [0x6627_e8d5, 0xe169_c58d, 0xbc57_ac4c, 0x9b00_dbd8],
+            ),
+            (
+                [u32::MAX; 4],
+                [u32::MAX; 2],
+                [0x408f_276d, 0x41c8_3b0e, 0xa20b_c7c6, 0x6d54_51fd],
+            ),
+            (
+                [0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344],
+                [0xa409_3822, 0x299f_31d0],
+                [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1],
+            ),
+        ] {
+            assert_eq!(philox(counter, key), due);
+        }
+    }
+}

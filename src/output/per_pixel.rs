@@ -1,0 +1,39 @@
+//! What is done for each pixel on the host, on all its cores.
+
+use std::thread;
+
+/// Fills `N` values for each pixel.
+pub(crate) fn per_pixel<T: Send, const N: usize>(
+    values: &mut [T],
+    value: impl Fn(usize) -> [T; N] + Sync,
+) {
+    let (pixels, _) = values.as_chunks_mut::<N>();
+    let share = pixels_of_a_thread(pixels.len());
+    for_each_at_once(pixels.chunks_mut(share).enumerate(), |(part, pixels)| {
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            *pixel = value(part * share + i);
+        }
+    });
+}
+
+/// As many threads as there are cores: most of the time goes to memory, whose pages the system may have to clear. Of a small
+/// image, to start one would take longer than its work.
+pub(crate) fn pixels_of_a_thread(count: usize) -> usize {
+    let threads = thread::available_parallelism().map_or(1, usize::from);
+    count.div_ceil(threads).max(1 << 14)
+}
+
+/// Does all parts at once, the first of them on this thread.
+pub(crate) fn for_each_at_once<T: Send>(
+    mut parts: impl Iterator<Item = T>,
+    work: impl Fn(T) + Sync,
+) {
+    let first = parts.next();
+    thread::scope(|scope| {
+        for part in parts {
+            let work = &work;
+            scope.spawn(move || work(part));
+        }
+        first.into_iter().for_each(&work);
+    });
+}
