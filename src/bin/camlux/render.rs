@@ -64,8 +64,10 @@ fn parse_layer(name: &str) -> Result<Layer, String> {
 
 fn layer_names() -> String {
     let rendered = Layer::all().filter(|layer| layer.is_rendered());
-    let names: Vec<&str> = rendered.map(Layer::name).collect();
-    names.join(", ")
+    let plain = rendered.filter(|layer| !matches!(layer, Layer::Tof(..)));
+    let names: Vec<&str> = plain.map(Layer::name).collect();
+    // There are too many of these to be listed.
+    format!("{}, and with [tof] tof0.range and so on", names.join(", "))
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
