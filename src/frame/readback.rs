@@ -140,22 +140,17 @@ fn add_time_of_flight(
     layers.push((Layer::HalfPath, LayerData::Float(half_paths.collect())));
     for (frequency, &frequency_hz) in tof.frequencies_hz.iter().enumerate() {
         let of_layer = &phasors[count * (frequency / 2)..];
-        let pixels = of_layer.iter().zip(&paths.to_camera_m);
-        let pixels = pixels.map(|(texel, &to_camera_m)| {
-            let [re, im] = match frequency % 2 {
-                0 => [texel[0], texel[1]],
-                _ => [texel[2], texel[3]],
+        let mut pixels = vec![PixelPhasors::default(); count];
+        per_pixel(&mut pixels, |i| {
+            let [re, im] = match (frequency % 2, of_layer[i]) {
+                (0, [re, im, ..]) | (_, [.., re, im]) => [re, im].map(f64::from),
             };
-            let to_surface = Phasor {
-                re: re.into(),
-                im: im.into(),
-            };
-            PixelPhasors {
-                direct: to_surface * Phasor::of_path(1.0, to_camera_m, frequency_hz),
+            let way_to_camera = Phasor::of_path(1.0, paths.to_camera_m[i], frequency_hz);
+            [PixelPhasors {
+                direct: Phasor { re, im } * way_to_camera,
                 indirect: Phasor::default(),
-            }
+            }]
         });
-        let pixels: Vec<PixelPhasors> = pixels.take(count).collect();
         let parts = FrameParts {
             has_sensor: true,
             has_indirect: false,

@@ -124,33 +124,38 @@ pub fn electrons(energy_j: f64, wavelength_m: f64, quantum_efficiency: f64) -> f
 }
 
 /// How the phase images of one frequency sample a phasor. The signs of the convention are here and nowhere else.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct PhaseSampling {
-    /// N, 3 or more: image i is taken at τ_i = 2πi/N.
-    pub phase_count: u32,
     /// K, 0 to 1: of the demodulation.
-    pub contrast: f64,
+    contrast: f64,
+    /// e^{iτ_i}
+    delays: Vec<Phasor>,
 }
 
 impl PhaseSampling {
-    /// That of one of a camera's frequencies.
-    pub fn of(tof: &TimeOfFlight, frequency: usize) -> PhaseSampling {
+    /// N = `phase_count` images, 3 or more: image i is taken at τ_i = 2πi/N.
+    pub fn new(phase_count: u32, contrast: f64) -> PhaseSampling {
+        let delay = |phase| Phasor::of_angle(PhaseSampling::delay_rad(phase, phase_count));
         PhaseSampling {
-            phase_count: tof.phase_count,
-            contrast: tof.contrasts[frequency],
+            contrast,
+            delays: (0..phase_count).map(delay).collect(),
         }
     }
 
+    /// That of one of a camera's frequencies.
+    pub fn of(tof: &TimeOfFlight, frequency: usize) -> PhaseSampling {
+        PhaseSampling::new(tof.phase_count, tof.contrasts[frequency])
+    }
+
     /// τ_i, rad.
-    pub fn delay_rad(&self, phase: u32) -> f64 {
-        TAU * f64::from(phase) / f64::from(self.phase_count)
+    pub fn delay_rad(phase: u32, phase_count: u32) -> f64 {
+        TAU * f64::from(phase) / f64::from(phase_count)
     }
 
     /// What the two taps collect in phase image i: A_i, B_i = ½(Q ± K·Re(Q_Z·e^{+iτ_i})). `energy` is Q, of all light, and `phasor` Q_Z, of the
     /// modulated light, in the same unit.
-    pub fn taps(&self, energy: f64, phasor: Phasor, phase: u32) -> [f64; 2] {
-        let (sine, cosine) = self.delay_rad(phase).sin_cos();
-        let half_difference = 0.5 * self.contrast * (phasor.re * cosine - phasor.im * sine);
+    pub fn taps(&self, energy: f64, phasor: Phasor, phase: usize) -> [f64; 2] {
+        let half_difference = 0.5 * self.contrast * (phasor * self.delays[phase]).re;
         [
             0.5 * energy + half_difference,
             0.5 * energy - half_difference,
@@ -160,14 +165,10 @@ impl PhaseSampling {
     /// K·Q_Z from the differences D_i = A_i − B_i of all phase images, by least squares: 2/N·Σ D_i·e^{−iτ_i}. Its magnitude is the
     /// amplitude, its argument the phase; of four images φ = atan2(D_3 − D_1, D_0 − D_2).
     pub fn demodulate(&self, differences: impl IntoIterator<Item = f64>) -> Phasor {
-        let scale = 2.0 / f64::from(self.phase_count);
-        let term = |(phase, difference): (usize, f64)| {
-            let (sine, cosine) = self.delay_rad(phase as u32).sin_cos();
-            Phasor {
-                re: scale * difference * cosine,
-                im: -scale * difference * sine,
-            }
-        };
-        differences.into_iter().enumerate().map(term).sum()
+        let scale = 2.0 / self.delays.len() as f64;
+        let terms = differences.into_iter().zip(&self.delays);
+        terms
+            .map(|(difference, delay)| delay.conjugate() * (scale * difference))
+            .sum()
     }
 }

@@ -229,7 +229,7 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
         );
         add(&format!("tof{i}.contrast"), Attribute::Number(contrasts[i]));
         for phase in 0..*phase_count {
-            let delay_rad = PhaseSampling::of(tof, i).delay_rad(phase);
+            let delay_rad = PhaseSampling::delay_rad(phase, *phase_count);
             add(
                 &format!("tof{i}.phase{phase}.delay_rad"),
                 Attribute::Number(delay_rad),

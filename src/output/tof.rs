@@ -42,8 +42,16 @@ impl TofCamera<'_> {
             })
         };
         let or_nan = |value: Option<f64>| [value.unwrap_or(f64::NAN)];
-        let images = self.phase_images(frequency, &total, radiances);
-        let measured = |i: usize| self.measured(frequency, &images, i);
+        let sampling = PhaseSampling::of(self.tof, frequency);
+        let offset = Phasor::of_angle(self.tof.phase_offset_deg.to_radians());
+        let delayed = |i: usize| total(i) * offset;
+        let images = self.phase_images((frequency, &sampling), &delayed, radiances);
+        // K·Q_Z as the phase images tell it.
+        let measured = |i: usize| {
+            let difference =
+                |image: &Vec<f32>| f64::from(image[2 * i]) - f64::from(image[2 * i + 1]);
+            sampling.demodulate(images.iter().map(difference))
+        };
         let wraps = half_paths_m.iter().map(|&half_m| match half_m.is_finite() {
             true => wrap_count(half_m, frequency_hz),
             false => 0,
@@ -60,7 +68,7 @@ impl TofCamera<'_> {
                 floats(count, |i| {
                     let measured = match self.tof.noise {
                         Some(_) => measured(i),
-                        None => total(i) * self.offset(),
+                        None => delayed(i),
                     };
                     or_nan(range_m(measured, frequency_hz))
                 }),
@@ -91,20 +99,19 @@ impl TofCamera<'_> {
     /// What both taps of each pixel give, of each phase image.
     fn phase_images(
         &self,
-        frequency: usize,
-        total: &(dyn Fn(usize) -> Phasor + Sync),
+        (frequency, sampling): (usize, &PhaseSampling),
+        phasor: &(dyn Fn(usize) -> Phasor + Sync),
         radiances: &[f64],
     ) -> Vec<Vec<f32>> {
-        let sampling = PhaseSampling::of(self.tof, frequency);
         let per_radiance = electrons(
             self.sensor.joule_per_irradiance(),
             1e-9 * self.photodetector.wavelength_nm,
             self.photodetector.quantum_efficiency,
         );
-        let image = |phase: u32| {
+        let image = |phase: usize| {
             let mut taps = vec![0.0; 2 * radiances.len()];
             per_pixel(&mut taps, |i| {
-                let phasor = total(i) * self.offset() * per_radiance;
+                let phasor = phasor(i) * per_radiance;
                 let expected = sampling.taps(per_radiance * radiances[i], phasor, phase);
                 [0, 1].map(|tap| {
                     let reading = Reading {
@@ -119,7 +126,7 @@ impl TofCamera<'_> {
             });
             taps
         };
-        (0..self.tof.phase_count).map(image).collect()
+        (0..self.tof.phase_count as usize).map(image).collect()
     }
 
     /// What a tap gives, in the unit of the output.
@@ -134,14 +141,6 @@ impl TofCamera<'_> {
         }
     }
 
-    /// K·Q_Z of a pixel as its phase images tell it.
-    fn measured(&self, frequency: usize, images: &[Vec<f32>], pixel: usize) -> Phasor {
-        let difference =
-            |image: &Vec<f32>| f64::from(image[2 * pixel]) - f64::from(image[2 * pixel + 1]);
-        let differences = images.iter().map(difference);
-        PhaseSampling::of(self.tof, frequency).demodulate(differences)
-    }
-
     /// Σ(A + B), what stands for no electrons taken off.
     fn intensity(&self, images: &[Vec<f32>], pixel: usize) -> f64 {
         let none = match (self.tof.output, &self.tof.noise) {
@@ -150,10 +149,6 @@ impl TofCamera<'_> {
         };
         let taps = images.iter().flat_map(|image| &image[2 * pixel..][..2]);
         taps.map(|&charge| f64::from(charge) - none).sum()
-    }
-
-    fn offset(&self) -> Phasor {
-        Phasor::of_angle(self.tof.phase_offset_deg.to_radians())
     }
 }
 

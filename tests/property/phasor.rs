@@ -52,11 +52,8 @@ fn nothing_has_no_range() {
 fn phase_images_give_the_phasor_back() {
     let (energy, phasor) = (3.0, Phasor { re: -0.7, im: 1.1 });
     for phase_count in [3, 4, 5, 8] {
-        let sampling = PhaseSampling {
-            phase_count,
-            contrast: 0.6,
-        };
-        let taps: Vec<_> = (0..phase_count)
+        let sampling = PhaseSampling::new(phase_count, 0.6);
+        let taps: Vec<_> = (0..phase_count as usize)
             .map(|phase| sampling.taps(energy, phasor, phase))
             .collect();
         for [a, b] in &taps {

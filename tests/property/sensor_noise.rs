@@ -97,10 +97,8 @@ fn a_range_scatters_as_it_should() {
         ..NOISE
     };
     let (frequency_hz, of_signal, of_ambient) = (20e6, 20_000.0, 15_000.0);
-    let sampling = PhaseSampling {
-        phase_count: 4,
-        contrast: 0.75,
-    };
+    let contrast = 0.75;
+    let sampling = PhaseSampling::new(4, contrast);
     let phasor = Phasor::of_path(of_signal, 2.0 * 3.1, frequency_hz);
     let mut differences_of_first = Vec::new();
     let range = |pixel| {
@@ -121,7 +119,7 @@ fn a_range_scatters_as_it_should() {
     };
     let ranges: Vec<f64> = (0..READINGS).map(range).collect();
     let of_difference = of_signal + of_ambient + 2.0 * noise.read_noise_e.powi(2);
-    let difference = sampling.contrast * phasor.re;
+    let difference = contrast * phasor.re;
     assert_moments(
         "difference",
         &differences_of_first,
@@ -129,7 +127,7 @@ fn a_range_scatters_as_it_should() {
         of_difference,
     );
     let per_radian = SPEED_OF_LIGHT_M_S / (4.0 * PI * frequency_hz);
-    let sigma_m = per_radian / (sampling.contrast * of_signal) * (of_difference / 2.0).sqrt();
+    let sigma_m = per_radian / (contrast * of_signal) * (of_difference / 2.0).sqrt();
     assert!(3.1 < unambiguous_range_m(frequency_hz));
     assert_moments("range", &ranges, 3.1, sigma_m.powi(2));
 }
