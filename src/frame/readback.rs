@@ -155,7 +155,7 @@ fn add_time_of_flight(
             has_sensor: true,
             has_indirect: false,
             has_stderr: false,
-            tof: Some([tof.frequencies_hz.len() as u32, tof.phase_count]),
+            tof: FrameParts::of_tof(Some(tof)),
         };
         let made = camera.layers(frequency, &pixels, &radiances, &paths.half_m);
         layers.extend(

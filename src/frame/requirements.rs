@@ -100,7 +100,9 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
         |requirements| gathering(plan, requirements),
         |requirements| {
             let readback = requirements.of(GrowsWith::Resolution);
-            let bytes = plan.pixel_count() * PIXEL_BYTES;
+            // That of phasors has a buffer of its own.
+            let phasor_layers = plan.tof.map_or(0, |tof| tof.frequency_count.div_ceil(2));
+            let bytes = plan.pixel_count() * PIXEL_BYTES * u64::from(1 + phasor_layers);
             readback.buffer("image on its way to the host", bytes, BufferUse::Readback)
         },
     )?;

@@ -197,7 +197,7 @@ pub(crate) struct FrameParts {
 }
 
 impl FrameParts {
-    fn of_tof(tof: Option<&TimeOfFlight>) -> Option<[u32; 2]> {
+    pub fn of_tof(tof: Option<&TimeOfFlight>) -> Option<[u32; 2]> {
         tof.map(|tof| [tof.frequencies_hz.len() as u32, tof.phase_count])
     }
 }

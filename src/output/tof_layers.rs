@@ -3,7 +3,8 @@
 use super::Layer;
 use crate::scene::{MAX_FREQUENCIES, MAX_PHASES};
 
-/// A quantity of one frequency. Pixels without light hold 0, but NaN in `range` and `mpi`.
+/// A quantity of one frequency. Pixels without light hold 0, but NaN in `range` and `mpi`. Charges are electrons, or digital numbers where the
+/// scene asks for them ([`Layer::unit_by`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum TofQuantity {
     /// Z, of all light, W/sr/m², channels re, im.

@@ -1,6 +1,6 @@
 //! The true single bounce, sampled by paths on the CPU in f64: what the engine's images are measured against.
 //!
-//! Shares the scene and nothing else with the shaders, the f64 kernels and the rasteriser: rays through a tree of boxes
+//! Shares the scene, and for time of flight e^{iφ} and what is derived of phasors, with the rest, and nothing else with the shaders, the f64 kernels and the rasteriser: rays through a tree of boxes
 //! instead of maps, its own BRDF, lights and camera. The scene is moved to the origin and scaled to a size of about 1,
 //! exactly, so that a scene of 1 mm and one of 10 km are computed alike.
 

@@ -36,7 +36,6 @@ impl Scene {
             } = *sensor;
             [width_um, height_um, exposure_time_s, duty_cycle]
         });
-
         bytes.name(shadow.map_or("chosen", Shadow::name));
         bytes.name(indirect.map_or("none", |indirect| indirect.name()));
         if let Some(indirect) = indirect {

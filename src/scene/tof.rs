@@ -25,7 +25,7 @@ pub struct TimeOfFlight {
     pub band_weights: Bands,
     /// Is added to every phase that is measured.
     pub phase_offset_deg: f64,
-    /// Indices into [`Scene::lights`] of those that are not modulated. Directional lights must be among them: a path of parallel light has no length.
+    /// Indices into [`Scene::lights`](crate::Scene::lights) of those that are not modulated. Directional lights must be among them: a path of parallel light has no length.
     pub ambient_lights: Vec<usize>,
     /// What the taps' charges are given in.
     pub output: ChargeUnit,

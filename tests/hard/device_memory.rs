@@ -6,7 +6,10 @@ use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
 use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
     output::Layer,
-    scene::{IndirectLight, Mesh, Shadow, Texels, VplSum},
+    scene::{
+        ChargeUnit, IndirectLight, Mesh, Photodetector, Sensor, Shadow, Texels, TimeOfFlight,
+        VplSum,
+    },
 };
 
 /// By how much the figure may be over what was held: there are fewer boxes for rays where triangles stand alone, and the list of all
@@ -46,6 +49,33 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
             with(&demo, |scene| {
                 scene.indirect = None;
                 scene.direct.shadow = Some(Shadow::Map);
+            }),
+        );
+        add(
+            "time of flight",
+            with(&demo, |scene| {
+                scene.indirect = None;
+                scene.sensor = Some(Sensor {
+                    pixel_pitch_um: [10.0; 2],
+                    exposure_time_s: 1e-3,
+                    duty_cycle: 1.0,
+                    photodetector: Some(Photodetector {
+                        wavelength_nm: 850.0,
+                        quantum_efficiency: 0.8,
+                    }),
+                });
+                let is_ambient = |light: &usize| scene.lights[*light].position_m().is_none();
+                let ambient_lights = (0..scene.lights.len()).filter(is_ambient).collect();
+                scene.tof = Some(TimeOfFlight {
+                    frequencies_hz: vec![20e6, 50e6, 100e6],
+                    phase_count: 4,
+                    contrasts: vec![0.75; 3],
+                    band_weights: [1.0, 0.0, 0.0],
+                    phase_offset_deg: 0.0,
+                    ambient_lights,
+                    output: ChargeUnit::Electrons,
+                    noise: None,
+                });
             }),
         );
         add(
