@@ -15,8 +15,6 @@
 struct DirectParameters {
     // C
     camera_position: vec3<f32>,
-    // Phase of the light at the local origin; only where it is modulated.
-    origin_turns: vec4<f32>,
 }
 
 var position_mesh: texture_2d<f32>;
@@ -26,7 +24,7 @@ var ks_shininess: texture_2d<f32>;
 var<uniform> light: Light;
 var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 #if PHASORS
-// Z of two frequencies a layer, but for the way to C: re and im of the first, re and im of the second.
+// Z but for the way to C.
 var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
 #endif
 var<immediate> parameters: DirectParameters;
@@ -79,8 +77,8 @@ fn add_light(place: vec2<u32>, pixel: Pixel) {
     textureStore(direct_radiance, place, vec4<f32>(sum, 0.0));
 #if PHASORS
     let seen = dot(modulation.band_weights, reflected);
-    let path = phasors_of(parameters.origin_turns + modulation.turns_per_unit * excess_length(light, pixel.position));
-    for (var layer = 0u; layer < modulation.layer_count; layer++) {
+    let path = phasors_of(turns_from_light(light, pixel.position));
+    for (var layer = 0u; layer < modulation.pair_count; layer++) {
         let pair = select(vec4<f32>(path.re.xy, path.im.xy), vec4<f32>(path.re.zw, path.im.zw), layer == 1u).xzyw;
         textureStore(direct_phasors, place, layer, textureLoad(direct_phasors, place, layer) + seen * pair);
     }

@@ -11,8 +11,14 @@ struct ErrorEstimateParameters {
 }
 
 var indirect_radiance: texture_storage_2d<rgba32float, read>;
+#if PHASORS
+var indirect_phasors: texture_storage_2d_array<rgba32float, read>;
+const ESTIMATE_VECTORS: u32 = 6u;
+#else
+const ESTIMATE_VECTORS: u32 = 2u;
+#endif
 var<storage, read> receivers: array<u32>;
-// Two a receiver: diffuse, specular. Of noisy gathers the sums over samples, and of their squared differences. Where gathers have no
+// As the refinement has them. Of noisy gathers the sums over samples, and of their squared differences. Where gathers have no
 // noise, the second may be the first.
 var<storage, read> results: array<vec4<f32>>;
 #if NOISY
@@ -20,9 +26,25 @@ var<storage, read> results: array<vec4<f32>>;
 var<storage, read> sample_ranges: array<u32>;
 #endif
 // Two a receiver: Σ over bands of (x − t₁)(x − t₂), t₁·t₂, (t₁ − t₂)²; the variance of a sample. And the pixel; the error that was
-// expected, as the resolve pass has it; packets of samples of a gather.
+// expected, as the resolve pass has it; packets of samples of a gather. With phasors the first of these follows for Z of each frequency.
 var<storage, read_write> estimates: array<vec4<f32>>;
 var<immediate> parameters: ErrorEstimateParameters;
+
+#if PHASORS
+// Z of two frequencies that a receiver's results reflect.
+fn seen_phasors(pixel: vec2<u32>, first: u32, pair: u32) -> vec4<f32> {
+    var phasors = vec4<f32>(0.0);
+    for (var i = 0u; i < modulation.band_count; i++) {
+        let band = modulation.bands[i];
+        let shares = seen_shares(pixel, band);
+        phasors += shares.x * results[first + phasor_result(pair, band, 0u)];
+#if PHONG
+        phasors += shares.y * results[first + phasor_result(pair, band, 1u)];
+#endif
+    }
+    return phasors;
+}
+#endif
 
 @compute @workgroup_size(64)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -32,8 +54,9 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let packed = receivers[id.x];
     let pixel = vec2<u32>(packed & 0xffffu, packed >> 16u);
-    let first = 2u * id.x;
-    let second = 2u * (id.x + parameters.second_result);
+    let first = RESULT_VECTORS * id.x;
+    let second = RESULT_VECTORS * (id.x + parameters.second_result);
+    let estimate = ESTIMATE_VECTORS * id.x;
     var per_sample = 1.0;
     var packets = 0.0;
 #if NOISY
@@ -45,7 +68,25 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let difference = first_radiance - second_radiance;
     let image_error = textureLoad(indirect_radiance, pixel);
     let image = image_error.rgb;
-    estimates[first] = vec4<f32>(dot(image - first_radiance, image - second_radiance), dot(first_radiance, second_radiance), dot(difference, difference),
+    estimates[estimate] = vec4<f32>(dot(image - first_radiance, image - second_radiance), dot(first_radiance, second_radiance), dot(difference, difference),
         0.5 * per_sample * reflect_squares(pixel, vec2<f32>(results[first].w + results[second].w, results[first + 1u].w + results[second + 1u].w)));
-    estimates[first + 1u] = vec4<f32>(vec2<f32>(pixel), image_error.w, packets);
+    estimates[estimate + 1u] = vec4<f32>(vec2<f32>(pixel), image_error.w, packets);
+#if PHASORS
+    for (var pair = 0u; pair < modulation.pair_count; pair++) {
+        let image_phasors = textureLoad(indirect_phasors, pixel, pair);
+        let first_phasors = per_sample * seen_phasors(pixel, first, pair);
+        let second_phasors = per_sample * seen_phasors(pixel, second, pair);
+        let change = first_phasors - second_phasors;
+        let errors = (image_phasors - first_phasors) * (image_phasors - second_phasors);
+        let signals = first_phasors * second_phasors;
+        for (var i = 0u; i < 2u; i++) {
+            let frequency = 2u * pair + i;
+            let of_frequency = select(vec4<f32>(1.0, 1.0, 0.0, 0.0), vec4<f32>(0.0, 0.0, 1.0, 1.0), i == 1u);
+            let squares = vec2<f32>(results[first + PHASOR_SQUARES][frequency] + results[second + PHASOR_SQUARES][frequency],
+                results[first + PHASOR_SQUARES + 1u][frequency] + results[second + PHASOR_SQUARES + 1u][frequency]);
+            estimates[estimate + 2u + frequency] = vec4<f32>(dot(of_frequency, errors), dot(of_frequency, signals), dot(of_frequency, change * change),
+                0.5 * per_sample * reflect_phasor_squares(pixel, squares));
+        }
+    }
+#endif
 }

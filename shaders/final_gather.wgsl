@@ -16,6 +16,9 @@
 #import vpl_list
 #import random
 #import refinement
+#if PHASORS
+#import phasor
+#endif
 
 // A light of the list `lights`, which lies there as in a buffer.
 #loader Light lights
@@ -79,8 +82,8 @@ var vpl_densities: texture_storage_2d<rgba32float, read>;
 var<storage, read_write> pilot_samples: array<PilotSample>;
 // Lattice sequence on the unit square. Each packet is in Morton order. A sampled image: some devices have eight storage images a kernel.
 var lattice: texture_2d<f32>;
-// Two a receiver, sums over its samples: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1; and for
-// each the squared differences.
+// Sums over a receiver's samples, as the refinement has them: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s
+// were 1; and for each the squared differences.
 var<storage, read_write> results: array<vec4<f32>>;
 var<immediate> parameters: FinalGatherParameters;
 
@@ -97,12 +100,24 @@ var<private> specular: vec3<f32>;
 // Σ over pairs of neighbouring samples of their difference squared, all bands together, of each of these.
 var<private> diffuse_squared_differences: f32;
 var<private> specular_squared_differences: f32;
+#if PHASORS
+var<private> diffuse_phasors: BandPhasors;
+var<private> specular_phasors: BandPhasors;
+// Of each frequency.
+var<private> diffuse_phasor_squares: vec4<f32>;
+var<private> specular_phasor_squares: vec4<f32>;
+#endif
 
 // What a Q contributes.
 struct Contribution {
     irradiance: vec3<f32>,
     // Shape of the specular lobe of P.
     lobe: Shape,
+#if PHASORS
+    // 1 where it is modulated, and the phase of its way to P.
+    is_modulated: f32,
+    turns: vec4<f32>,
+#endif
 }
 
 // Of a Q that sends `radiance` to P, if there is one sample of each technique. `direction` leads from P to Q and has unit length;
@@ -118,7 +133,10 @@ fn mis_contribution(direction: vec3<f32>, distance_squared: f32, radiance: vec3<
     density += lobe_density(1.0, receiver_lobe, direction, lobe);
 #endif
     density += f32(CANDIDATES) * vpl_density * distance_squared / max(cosine_q, 1e-6);
-    return Contribution(select(vec3<f32>(0.0), radiance * (cosine / density), is_above), lobe);
+    var contribution: Contribution;
+    contribution.irradiance = select(vec3<f32>(0.0), radiance * (cosine / density), is_above);
+    contribution.lobe = lobe;
+    return contribution;
 }
 
 // The density of a light's VPLs on a surface that faces it at a point which it reaches, as that of a VPL.
@@ -147,6 +165,10 @@ fn set_contribution(ray: u32, contribution: Contribution) {
 #repeat SLOT 8
     contributions[SLOT].irradiance = select(contributions[SLOT].irradiance, contribution.irradiance, ray == SLOTu);
     contributions[SLOT].lobe = select(contributions[SLOT].lobe, contribution.lobe, ray == SLOTu);
+#if PHASORS
+    contributions[SLOT].is_modulated = select(contributions[SLOT].is_modulated, contribution.is_modulated, ray == SLOTu);
+    contributions[SLOT].turns = select(contributions[SLOT].turns, contribution.turns, ray == SLOTu);
+#endif
 #endrepeat
 }
 
@@ -163,6 +185,23 @@ fn add_unblocked() {
     specular += in_lobe_SLOT;
 #endrepeat
     specular_squared_differences += square(in_lobe_0 - in_lobe_1) + square(in_lobe_2 - in_lobe_3) + square(in_lobe_4 - in_lobe_5) + square(in_lobe_6 - in_lobe_7);
+#endif
+#if PHASORS
+#repeat SLOT 8
+    let path_SLOT = phasors_of(contributions[SLOT].turns);
+    let phasors_SLOT = band_phasors(contributions[SLOT].is_modulated * arrived_SLOT, path_SLOT);
+    diffuse_phasors = add_phasors(diffuse_phasors, phasors_SLOT);
+#endrepeat
+    diffuse_phasor_squares += squared_difference(phasors_0, phasors_1) + squared_difference(phasors_2, phasors_3)
+        + squared_difference(phasors_4, phasors_5) + squared_difference(phasors_6, phasors_7);
+#if GLOSSY
+#repeat SLOT 8
+    let lobe_phasors_SLOT = band_phasors(contributions[SLOT].is_modulated * in_lobe_SLOT, path_SLOT);
+    specular_phasors = add_phasors(specular_phasors, lobe_phasors_SLOT);
+#endrepeat
+    specular_phasor_squares += squared_difference(lobe_phasors_0, lobe_phasors_1) + squared_difference(lobe_phasors_2, lobe_phasors_3)
+        + squared_difference(lobe_phasors_4, lobe_phasors_5) + squared_difference(lobe_phasors_6, lobe_phasors_7);
+#endif
 #endif
 }
 
@@ -201,9 +240,13 @@ fn follow_directions() {
             let geometric_cosine_light = dot(hit.geometric_normal, illumination.to_light);
             let reflected = eval_brdf(hit.brdf, hit.shading_normal, illumination.to_light, -direction);
             let offset = hit.position - receiver_position;
-            let found = mis_contribution(direction, dot(offset, offset), reflected * illumination.irradiance * cosine_light,
+            var found = mis_contribution(direction, dot(offset, offset), reflected * illumination.irradiance * cosine_light,
                 -dot(hit.geometric_normal, direction), facing_vpl_density(light, hit.position) * geometric_cosine_light);
             let is_lit = is_hit && cosine_light > 0.0 && geometric_cosine_light > 0.0 && any(found.irradiance > vec3<f32>(0.0));
+#if PHASORS
+            found.is_modulated = f32(light.is_modulated);
+            found.turns = turns_from_light(light, hit.position) + modulation.turns_per_unit * length(offset);
+#endif
             set_contribution(i, found);
             // On the side that P sees, where Q lies in a second surface, too.
             let end = before_surface(hit.position, hit.geometric_normal, END_SHIFT) - END_SHIFT * direction;
@@ -233,7 +276,11 @@ fn load_candidate(vpl_index: u32) -> Candidate {
     let vpl_lobe = load_vpl_lobe(vpl_index);
     radiance += vpl_lobe.specular * eval_lobe(vpl_lobe.lobe, -direction);
 #endif
-    let contribution = mis_contribution(direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.density);
+    var contribution = mis_contribution(direction, distance_squared, radiance, -dot(vpl.normal, direction), vpl.density);
+#if PHASORS
+    contribution.is_modulated = vpl.is_modulated;
+    contribution.turns = vpl.turns + modulation.turns_per_unit * sqrt(distance_squared);
+#endif
     var weight = diffuse_factor(vec3<f32>(1.0)).x;
 #if GLOSSY
     weight += specular_factor(vec3<f32>(1.0), receiver_lobe.shininess).x * contribution.lobe;
@@ -268,9 +315,18 @@ fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
             let to = load_candidate(vpl_index);
             // How candidates scatter is noise as that of rays, also where they are hidden: where few of them matter it is most.
             let is_second = f32(j & 1u);
-            diffuse_squared_differences += is_second * square(to.contribution.irradiance - before.irradiance);
+            let difference = to.contribution.irradiance - before.irradiance;
+            diffuse_squared_differences += is_second * square(difference);
 #if GLOSSY
-            specular_squared_differences += is_second * square(to.contribution.irradiance * to.contribution.lobe - before.irradiance * before.lobe);
+            let lobe_difference = to.contribution.irradiance * to.contribution.lobe - before.irradiance * before.lobe;
+            specular_squared_differences += is_second * square(lobe_difference);
+#endif
+#if PHASORS
+            // Neighbours have almost one phase.
+            diffuse_phasor_squares += is_second * square(modulation.is_seen * difference);
+#if GLOSSY
+            specular_phasor_squares += is_second * square(modulation.is_seen * lobe_difference);
+#endif
 #endif
             before = to.contribution;
             weight_sum += to.weight;
@@ -333,6 +389,29 @@ fn sum_over_lanes(own: vec4<f32>, in_group: u32) -> vec4<f32> {
 fn reflected(sum: vec4<f32>, factor: vec3<f32>) -> vec4<f32> {
     return sum * vec4<f32>(factor, factor.x * factor.x);
 }
+
+#if PHASORS
+// Adds up what the lanes found of one lobe; the first of them keeps it. `factor` is that of the BRDF.
+fn keep_phasors(phasors: BandPhasors, squares: vec4<f32>, lobe: u32, factor: f32, in_group: u32, receiver: u32, is_kept: bool) {
+    let place = RESULT_VECTORS * receiver;
+    let adds = parameters.adds == 1u;
+    let squares_sum = factor * factor * sum_over_lanes(squares, in_group);
+    if (is_kept) {
+        let result = place + PHASOR_SQUARES + lobe;
+        results[result] = select(vec4<f32>(0.0), results[result], adds) + squares_sum;
+    }
+#repeat BAND 3
+    let first_BAND = factor * sum_over_lanes(vec4<f32>(phasors.re[BAND].xy, phasors.im[BAND].xy).xzyw, in_group);
+    let second_BAND = factor * sum_over_lanes(vec4<f32>(phasors.re[BAND].zw, phasors.im[BAND].zw).xzyw, in_group);
+    if (is_kept) {
+        let result = place + phasor_result(0u, BANDu, lobe);
+        results[result] = select(vec4<f32>(0.0), results[result], adds) + first_BAND;
+        let next = place + phasor_result(1u, BANDu, lobe);
+        results[next] = select(vec4<f32>(0.0), results[next], adds) + second_BAND;
+    }
+#endrepeat
+}
+#endif
 
 @compute @workgroup_size(64)
 fn compute_main(
@@ -410,8 +489,20 @@ fn compute_main(
 #if GLOSSY
     let specular_sum = sum_over_lanes(vec4<f32>(specular, specular_squared_differences), in_group);
 #endif
+#if PHASORS
+    let receiver = parameters.first_result + slot;
+    keep_phasors(diffuse_phasors, diffuse_phasor_squares, 0u, diffuse_factor(vec3<f32>(1.0)).x, in_group, receiver, is_receiver && own_lane == 0u);
+#if GLOSSY
+    let glossy_factor = specular_factor(vec3<f32>(1.0), receiver_lobe.shininess).x;
+    keep_phasors(specular_phasors, specular_phasor_squares, 1u, glossy_factor, in_group, receiver, is_receiver && own_lane == 0u);
+#else
+#if PHONG
+    keep_phasors(specular_phasors, specular_phasor_squares, 1u, 0.0, in_group, receiver, is_receiver && own_lane == 0u);
+#endif
+#endif
+#endif
     if (is_receiver && own_lane == 0u) {
-        let place = 2u * (parameters.first_result + slot);
+        let place = RESULT_VECTORS * (parameters.first_result + slot);
         let adds = parameters.adds == 1u;
         results[place] = select(vec4<f32>(0.0), results[place], adds) + reflected(diffuse_sum, diffuse_factor(vec3<f32>(1.0)));
 #if PHONG

@@ -4,6 +4,10 @@
 // The sum has three levels (tile, dispatch, result), so that its rounding does not grow with the number of VPLs.
 
 #import vpl_list
+#if PHASORS
+#import phasor
+#import refinement
+#endif
 
 // Receivers of an invocation, chosen by measurement: more hide the latency of the division, fewer spill registers.
 #if PHONG GLOSSY
@@ -41,7 +45,13 @@ struct GatherParameters {
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
 var ks_shininess: texture_2d<f32>;
-// Two a receiver: what it reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1.
+#if PHASORS
+// That of the list.
+var<uniform> light: Light;
+#else
+const RESULT_VECTORS: u32 = 2u;
+#endif
+// As the refinement has them: what a receiver reflects by its diffuse and by its specular lobe, as if k_d and k_s were 1.
 var<storage, read_write> results: array<vec4<f32>>;
 var<storage, read> receivers: array<u32>;
 var<immediate> parameters: GatherParameters;
@@ -58,12 +68,87 @@ var<private> tile_specular: array<vec3<f32>, RECEIVERS>;
 var<private> specular: array<vec3<f32>, RECEIVERS>;
 #endif
 
+#if PHASORS
+// What a VPL's light has of the modulation.
+struct VplPhase {
+    // Of the way from L.
+    turns: Frequencies,
+    // Of the direction to L, along the surface.
+    along_surface: vec3<f32>,
+    // Logarithm of what is left of Z because the paths over the VPL's area differ, for a gradient of their length of 1.
+    damping: Frequencies,
+}
+
+// By bands, of frequencies.
+struct PhasorSum {
+    red: Phasors,
+    green: Phasors,
+    blue: Phasors,
+}
+
+var<private> tile_diffuse_phasors: array<PhasorSum, RECEIVERS>;
+var<private> diffuse_phasors: array<PhasorSum, RECEIVERS>;
+#if PHONG
+var<private> tile_specular_phasors: array<PhasorSum, RECEIVERS>;
+var<private> specular_phasors: array<PhasorSum, RECEIVERS>;
+#endif
+
+fn phase_of(vpl: Vpl) -> VplPhase {
+    let offset = light.position - vpl.position;
+    // What lies behind a list may lie in the light.
+    let to_light = offset * inverseSqrt(max(dot(offset, offset), 1e-18));
+    // Over a square of edge e Z is sinc(π·f/c·e·gradient) of that at its centre, which e^(−x²/6) follows.
+    let turns_per_edge = of_frequencies(modulation.turns_per_unit) * (PI * sqrt(vpl.density));
+    return VplPhase(of_frequencies(turns_from_light(light, vpl.position)), to_light - dot(to_light, vpl.normal) * vpl.normal,
+        turns_per_edge * turns_per_edge * (-1.0 / 6.0));
+}
+
+fn add_to(sum: PhasorSum, radiance: vec3<f32>, phasors: Phasors) -> PhasorSum {
+    return PhasorSum(Phasors(sum.red.re + radiance.r * phasors.re, sum.red.im + radiance.r * phasors.im),
+        Phasors(sum.green.re + radiance.g * phasors.re, sum.green.im + radiance.g * phasors.im),
+        Phasors(sum.blue.re + radiance.b * phasors.re, sum.blue.im + radiance.b * phasors.im));
+}
+
+fn sum_of(a: PhasorSum, b: PhasorSum) -> PhasorSum {
+    return PhasorSum(Phasors(a.red.re + b.red.re, a.red.im + b.red.im), Phasors(a.green.re + b.green.re, a.green.im + b.green.im),
+        Phasors(a.blue.re + b.blue.re, a.blue.im + b.blue.im));
+}
+
+// What is added to a receiver's results.
+fn keep_phasors(sum: PhasorSum, factor: f32, lobe: u32, receiver: u32) {
+    keep_band(sum.red, factor, 0u, lobe, receiver);
+    keep_band(sum.green, factor, 1u, lobe, receiver);
+    keep_band(sum.blue, factor, 2u, lobe, receiver);
+}
+
+fn keep_band(sum: Phasors, factor: f32, band: u32, lobe: u32, receiver: u32) {
+    let is_first = parameters.is_first == 1u;
+    let place = RESULT_VECTORS * receiver + phasor_result(0u, band, lobe);
+#if ONE
+    let first = factor * vec4<f32>(sum.re, sum.im, 0.0, 0.0);
+#else
+    let first = factor * vec4<f32>(sum.re.xy, sum.im.xy).xzyw;
+    let next = RESULT_VECTORS * receiver + phasor_result(1u, band, lobe);
+    results[next] = select(results[next], vec4<f32>(0.0), is_first) + factor * vec4<f32>(sum.re.zw, sum.im.zw).xzyw;
+#endif
+    results[place] = select(results[place], vec4<f32>(0.0), is_first) + first;
+}
+#endif
+
 // One VPL against every receiver. No branches: on a vector unit they skip nothing. In stages, each over all receivers, so
 // that the long chains of the lobes run side by side: 17 % faster than receiver by receiver.
+fn accumulate(
+    vpl: Vpl,
 #if GLOSSY
-fn accumulate(vpl: Vpl, vpl_lobe: VplLobe) {
-#else
-fn accumulate(vpl: Vpl) {
+    vpl_lobe: VplLobe,
+#endif
+#if PHASORS
+    phase: VplPhase,
+#endif
+) {
+#if PHASORS
+    var phasors: array<Phasors, RECEIVERS>;
+    let gradient_at_normal = 1.0 + dot(phase.along_surface, phase.along_surface);
 #endif
     var radiance: array<vec3<f32>, RECEIVERS>;
     var direction: array<vec3<f32>, RECEIVERS>;
@@ -73,7 +158,7 @@ fn accumulate(vpl: Vpl) {
         let receiver_side = max(dot(normal[i], offset), 0.0);
         // Negative where P lies above Q's horizon: negating costs the inner loop more than min does.
         let behind_vpl = dot(vpl.normal, offset);
-#if AVERAGE PHONG GLOSSY
+#if AVERAGE PHONG GLOSSY PHASORS
         let inverse_distance = inverseSqrt(max(distance_squared, 1e-18));
 #endif
 #if AVERAGE
@@ -97,6 +182,13 @@ fn accumulate(vpl: Vpl) {
 #else
         radiance[i] = vpl.diffuse * weight;
 #endif
+#if PHASORS
+        let cosine = behind_vpl * inverse_distance;
+        let gradient_squared = max(gradient_at_normal - 2.0 * inverse_distance * dot(phase.along_surface, offset) - cosine * cosine, 0.0);
+        let path = phasors_of(phase.turns + of_frequencies(modulation.turns_per_unit) * (distance_squared * inverse_distance));
+        let left = f32(light.is_modulated) * exp(phase.damping * gradient_squared);
+        phasors[i] = Phasors(left * path.re, left * path.im);
+#endif
     }
 #if GLOSSY
     for (var i = 0u; i < RECEIVERS; i++) {
@@ -106,7 +198,14 @@ fn accumulate(vpl: Vpl) {
     for (var i = 0u; i < RECEIVERS; i++) {
         tile_diffuse[i] += radiance[i];
 #if PHONG
-        tile_specular[i] += radiance[i] * eval_lobe(lobe[i], direction[i]);
+        let in_lobe = radiance[i] * eval_lobe(lobe[i], direction[i]);
+        tile_specular[i] += in_lobe;
+#endif
+#if PHASORS
+        tile_diffuse_phasors[i] = add_to(tile_diffuse_phasors[i], radiance[i], phasors[i]);
+#if PHONG
+        tile_specular_phasors[i] = add_to(tile_specular_phasors[i], in_lobe, phasors[i]);
+#endif
 #endif
     }
 }
@@ -130,6 +229,9 @@ var<workgroup> fetched: array<Vpl, FETCH_VPLS>;
 #if GLOSSY
 var<workgroup> fetched_lobes: array<VplLobe, FETCH_VPLS>;
 #endif
+#if PHASORS
+var<workgroup> fetched_phases: array<VplPhase, FETCH_VPLS>;
+#endif
 #endif
 
 @compute @workgroup_size(64)
@@ -150,6 +252,12 @@ fn compute_main(
         lobe[i] = lobe_of(to_camera, normal[i], textureLoad(ks_shininess, pixel[i], 0));
         specular[i] = vec3<f32>(0.0);
 #endif
+#if PHASORS
+        diffuse_phasors[i] = PhasorSum();
+#if PHONG
+        specular_phasors[i] = PhasorSum();
+#endif
+#endif
     }
 
     let end = parameters.first_vpl + parameters.vpl_count;
@@ -159,6 +267,12 @@ fn compute_main(
 #if PHONG
             tile_specular[i] = vec3<f32>(0.0);
 #endif
+#if PHASORS
+            tile_diffuse_phasors[i] = PhasorSum();
+#if PHONG
+            tile_specular_phasors[i] = PhasorSum();
+#endif
+#endif
         }
         let tile_end = min(tile + TILE_VPLS, end);
         for (var first = tile; first < tile_end; first += FETCH_VPLS) {
@@ -166,27 +280,41 @@ fn compute_main(
             let mine = fetch_vpl(first + lane);
 #if GLOSSY
             let my_lobe = load_vpl_lobe(first + lane);
-#repeat LANE 8
-            accumulate(vpl_of_LANE(mine), lobe_of_LANE(my_lobe));
-#endrepeat
-#else
-#repeat LANE 8
-            accumulate(vpl_of_LANE(mine));
-#endrepeat
 #endif
+#if PHASORS
+            let my_phase = phase_of(mine);
+#endif
+#repeat LANE 8
+            accumulate(
+                vpl_of_LANE(mine),
+#if GLOSSY
+                lobe_of_LANE(my_lobe),
+#endif
+#if PHASORS
+                phase_of_LANE(my_phase),
+#endif
+            );
+#endrepeat
 #endif
 #if BROADCAST4
             let mine = fetch_vpl(first + lane);
 #if GLOSSY
             let my_lobe = load_vpl_lobe(first + lane);
-#repeat LANE 4
-            accumulate(vpl_of_LANE(mine), lobe_of_LANE(my_lobe));
-#endrepeat
-#else
-#repeat LANE 4
-            accumulate(vpl_of_LANE(mine));
-#endrepeat
 #endif
+#if PHASORS
+            let my_phase = phase_of(mine);
+#endif
+#repeat LANE 4
+            accumulate(
+                vpl_of_LANE(mine),
+#if GLOSSY
+                lobe_of_LANE(my_lobe),
+#endif
+#if PHASORS
+                phase_of_LANE(my_phase),
+#endif
+            );
+#endrepeat
 #endif
 #if TILE
             workgroupBarrier();
@@ -194,13 +322,20 @@ fn compute_main(
 #if GLOSSY
             fetched_lobes[local] = load_vpl_lobe(first + local);
 #endif
+#if PHASORS
+            fetched_phases[local] = phase_of(fetched[local]);
+#endif
             workgroupBarrier();
             for (var i = 0u; i < FETCH_VPLS; i++) {
+                accumulate(
+                    fetched[i],
 #if GLOSSY
-                accumulate(fetched[i], fetched_lobes[i]);
-#else
-                accumulate(fetched[i]);
+                    fetched_lobes[i],
 #endif
+#if PHASORS
+                    fetched_phases[i],
+#endif
+                );
             }
 #endif
         }
@@ -209,19 +344,27 @@ fn compute_main(
 #if PHONG
             specular[i] += tile_specular[i];
 #endif
+#if PHASORS
+            diffuse_phasors[i] = sum_of(diffuse_phasors[i], tile_diffuse_phasors[i]);
+#if PHONG
+            specular_phasors[i] = sum_of(specular_phasors[i], tile_specular_phasors[i]);
+#endif
+#endif
         }
     }
 
-    for (var i = 0u; i < RECEIVERS; i++) {
+    var sign = 1.0;
 #if RADIOSITY
-        diffuse[i] = -diffuse[i];
-#if PHONG
-        specular[i] = -specular[i];
+    sign = -1.0;
 #endif
+    for (var i = 0u; i < RECEIVERS; i++) {
+        diffuse[i] *= sign;
+#if PHONG
+        specular[i] *= sign;
 #endif
         let slot = first_slot + i * WORKGROUP;
         if (slot < parameters.receiver_count) {
-            let place = 2u * (parameters.first_result + slot);
+            let place = RESULT_VECTORS * (parameters.first_result + slot);
             let is_first = parameters.is_first == 1u;
             results[place] = select(results[place], vec4<f32>(0.0), is_first) + vec4<f32>(diffuse_factor(vec3<f32>(1.0)) * diffuse[i], 0.0);
             var specular_sum = vec3<f32>(0.0);
@@ -229,6 +372,17 @@ fn compute_main(
             specular_sum = specular_factor(vec3<f32>(1.0), lobe[i].shininess) * specular[i];
 #endif
             results[place + 1u] = select(results[place + 1u], vec4<f32>(0.0), is_first) + vec4<f32>(specular_sum, 0.0);
+#if PHASORS
+            let receiver = parameters.first_result + slot;
+            keep_phasors(diffuse_phasors[i], sign * diffuse_factor(vec3<f32>(1.0)).x, 0u, receiver);
+            var lobe_sum = PhasorSum();
+            var lobe_factor = 0.0;
+#if PHONG
+            lobe_sum = specular_phasors[i];
+            lobe_factor = sign * specular_factor(vec3<f32>(1.0), lobe[i].shininess).x;
+#endif
+            keep_phasors(lobe_sum, lobe_factor, 1u, receiver);
+#endif
         }
     }
 }
@@ -239,6 +393,12 @@ fn vpl_of_LANE(mine: Vpl) -> Vpl {
     return Vpl(subgroupBroadcast(mine.position, LANEu), subgroupBroadcast(mine.density, LANEu),
         subgroupBroadcast(mine.normal, LANEu), subgroupBroadcast(mine.diffuse, LANEu));
 }
+
+#if PHASORS
+fn phase_of_LANE(mine: VplPhase) -> VplPhase {
+    return VplPhase(subgroupBroadcast(mine.turns, LANEu), subgroupBroadcast(mine.along_surface, LANEu), subgroupBroadcast(mine.damping, LANEu));
+}
+#endif
 
 fn lobe_of_LANE(mine: VplLobe) -> VplLobe {
     return VplLobe(subgroupBroadcast(mine.specular, LANEu), broadcast_of_LANE(mine.lobe));

@@ -44,6 +44,10 @@ struct Light {
     // Where its VPLs, or its tiles, begin in lists that all lights share.
     first_vpl: u32,
     first_tile: u32,
+    // 1 where it is modulated.
+    is_modulated: u32,
+    // Phase at the local origin of each frequency of the modulation.
+    origin_turns: vec4<f32>,
 }
 
 // A light as rays lead to it: its position and 1, or a direction to it, longer than the scene, and 0.

@@ -6,6 +6,9 @@
 #import hits
 #import vpl_list
 #import random
+#if PHASORS
+#import phasor
+#endif
 
 // A light of the list `lights`, which lies there as in a buffer.
 #loader Light lights
@@ -177,7 +180,10 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     let position = before_surface(hit.position, hit.geometric_normal, END_SHIFT) + END_SHIFT * illumination.to_light;
     let slot = vpl_place(place);
     textureStore(drawn_vpls, slot, 0, vec4<f32>(position, select(1.0, density, is_lit)));
-    textureStore(drawn_vpls, slot, 1, vec4<f32>(hit.geometric_normal, 0.0));
+    textureStore(drawn_vpls, slot, 1, vec4<f32>(hit.geometric_normal, f32(light.is_modulated)));
+#if PHASORS
+    textureStore(drawn_vpls, slot, TURNS_LAYER, turns_from_light(light, hit.position));
+#endif
     textureStore(drawn_vpls, slot, 2, vec4<f32>(diffuse_factor(hit.brdf.kd) * incident, 0.0));
 #if PHONG
     let ks_shininess = vec4<f32>(hit.brdf.ks, hit.brdf.shininess);

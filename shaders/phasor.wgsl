@@ -1,23 +1,33 @@
-// Phases of paths in turns of the modulation, for up to four frequencies at a time. A path's length counts from what it would be by way of the
-// local origin, so that f32 keeps the digits of lengths within the scene, however far the light is.
+// Phases of paths in turns of the modulation. A path's length counts from what it would be by way of the local origin, so that f32 keeps the
+// digits of lengths within the scene, however far the light is.
 
 #import light
+#import modulation
 
-struct Modulation {
-    // f/c times the local unit; 0 where there are fewer frequencies.
-    turns_per_unit: vec4<f32>,
-    // What the pixels see of each band.
-    band_weights: vec3<f32>,
-    // Of images of phasors, two frequencies a layer.
-    layer_count: u32,
+// A value of each frequency.
+#if ONE
+alias Frequencies = f32;
+
+fn of_frequencies(values: vec4<f32>) -> Frequencies {
+    return values.x;
+}
+#else
+alias Frequencies = vec4<f32>;
+
+fn of_frequencies(values: vec4<f32>) -> Frequencies {
+    return values;
+}
+#endif
+
+// Real and imaginary parts.
+struct Phasors {
+    re: Frequencies,
+    im: Frequencies,
 }
 
-var<uniform> modulation: Modulation;
-
-// Real and imaginary parts, one of each frequency.
-struct Phasors {
-    re: vec4<f32>,
-    im: vec4<f32>,
+// Turns of the path from a light to a point.
+fn turns_from_light(light: Light, position: vec3<f32>) -> vec4<f32> {
+    return fract(light.origin_turns + modulation.turns_per_unit * excess_length(light, position));
 }
 
 // |LP| less the light's distance from the origin: |v| − |L| = (v² − L²)/(|v| + |L|), v = P − L, without cancellation.
@@ -26,18 +36,39 @@ fn excess_length(light: Light, position: vec3<f32>) -> f32 {
     return dot(position, from_light - light.position) / max(length(from_light) + length(light.position), 1e-30);
 }
 
-// e^{i·2π·turns}, within 2e-7; Vulkan's own sin and cos promise 2^-11. Polynomials of sinf and cosf of Cephes, on ±π/4.
-fn phasors_of(turns: vec4<f32>) -> Phasors {
-    let quarters = 4.0 * (turns - round(turns));
-    let nearest = round(quarters);
-    let angle = 0.5 * PI * (quarters - nearest);
-    let z = angle * angle;
-    let sine = angle + angle * z * (-1.6666654611e-1 + z * (8.3321608736e-3 - z * 1.9515295891e-4));
-    let cosine = 1.0 - 0.5 * z + z * z * (4.166664568298827e-2 + z * (-1.388731625493765e-3 + z * 2.443315711809948e-5));
-    let is_odd = abs(nearest) == vec4<f32>(1.0);
-    let is_half = abs(nearest) == vec4<f32>(2.0);
-    // By a quarter: cos is ∓sin and sin is ±cos; by a half both change their sign.
-    let turned_re = select(cosine, -nearest * sine, is_odd);
-    let turned_im = select(sine, nearest * cosine, is_odd);
-    return Phasors(select(turned_re, -cosine, is_half), select(turned_im, -sine, is_half));
+// e^{i·2π·turns} of each frequency that there is, within 5e-7; Vulkan's own sin and cos promise 2^-11. Minimax polynomials on half a turn to
+// either side.
+fn phasors_of(turns: Frequencies) -> Phasors {
+    let x = turns - round(turns);
+    let z = x * x;
+    let sine = x * (6.28318527 + z * (-41.3416971 + z * (81.6050246 + z * (-76.7015512 + z * (42.0161658 + z * (-14.8686108 + z * 3.19969338))))));
+    let cosine = 1.0 + z * (-19.7392045 + z * (64.939119 + z * (-85.4501656 + z * (60.1678318 + z * (-25.9683134 + z * 6.52961042)))));
+    let is_used = of_frequencies(modulation.is_used);
+    return Phasors(is_used * cosine, is_used * sine);
 }
+
+#if ONE
+#else
+// Those of each band.
+struct BandPhasors {
+    re: mat3x4<f32>,
+    im: mat3x4<f32>,
+}
+
+fn band_phasors(radiance: vec3<f32>, path: Phasors) -> BandPhasors {
+    return BandPhasors(mat3x4<f32>(radiance.r * path.re, radiance.g * path.re, radiance.b * path.re),
+        mat3x4<f32>(radiance.r * path.im, radiance.g * path.im, radiance.b * path.im));
+}
+
+fn add_phasors(a: BandPhasors, b: BandPhasors) -> BandPhasors {
+    return BandPhasors(a.re + b.re, a.im + b.im);
+}
+
+// |a − b|² of each frequency, all bands together that pixels see.
+fn squared_difference(a: BandPhasors, b: BandPhasors) -> vec4<f32> {
+    let re = a.re - b.re;
+    let im = a.im - b.im;
+    let squares = mat3x4<f32>(re[0] * re[0] + im[0] * im[0], re[1] * re[1] + im[1] * im[1], re[2] * re[2] + im[2] * im[2]);
+    return squares * modulation.is_seen;
+}
+#endif

@@ -107,6 +107,13 @@ fn compute_main(
     // Variances and packets of the neighbours: of those on the surface, or else of all.
     var sampled = vec4<f32>(0.0);
     var sampled_anyhow = vec4<f32>(0.0);
+#if PHASORS
+    var phasor_variances = vec2<f32>(0.0);
+    var phasor_variances_anyhow = vec2<f32>(0.0);
+#endif
+#endif
+#if PHASORS
+    var weights: array<f32, NEIGHBOURS>;
 #endif
     var end = 4u;
     for (var i = 0u; i < end; i++) {
@@ -121,6 +128,9 @@ fn compute_main(
         let is_same = is_inside && is_known && is_one_surface(own, other);
         let at = vec2<f32>(offset);
         let weight = select(0.0, 1.0 / dot(at, at), is_same);
+#if PHASORS
+        weights[i] = weight;
+#endif
         total += weight;
         near += u32(is_same && i < 4u);
         mean += weight * at;
@@ -136,6 +146,11 @@ fn compute_main(
         let sampled_there = select(vec4<f32>(0.0), vec4<f32>(known_samples.variances, known_samples.packets, 1.0), is_inside && is_known);
         sampled_anyhow += sampled_there;
         sampled += select(vec4<f32>(0.0), sampled_there, is_same);
+#if PHASORS
+        let phasors_there = select(vec2<f32>(0.0), known_samples.phasor_variances, is_inside && is_known);
+        phasor_variances_anyhow += phasors_there;
+        phasor_variances += select(vec2<f32>(0.0), phasors_there, is_same);
+#endif
 #endif
         expected_error = max(expected_error, select(0.0, state.error, is_same));
         has_error = has_error || (is_same && state.kind != GATHERED_UNPREDICTED);
@@ -158,6 +173,22 @@ fn compute_main(
     specular = max(value_of(specular_plane, shares), vec3<f32>(0.0));
     textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
 #endif
+#if PHASORS
+    // The same plane, as what each neighbour counts in its value.
+    for (var lobe = 0u; lobe < LOBES; lobe++) {
+        let light = select(diffuse, specular, lobe == SPECULAR);
+        for (var layer = 0u; layer < phasor_layer_count(); layer++) {
+            var phasors = vec4<f32>(0.0);
+            for (var i = 0u; i < end; i++) {
+                let offset = neighbour_offset(i, is_axial);
+                let place = vec2<u32>(clamp(vec2<i32>(pixel) + offset * i32(parameters.reach), vec2<i32>(0), vec2<i32>(size) - 1));
+                let share = weights[i] * dot(shares, vec3<f32>(1.0, vec2<f32>(offset)));
+                phasors += share * textureLoad(gathered, place, phasor_layer(layer, lobe));
+            }
+            textureStore(gathered, pixel, phasor_layer(layer, lobe), limit_phasors(phasors, light[band_of(layer)]));
+        }
+    }
+#endif
     // The spacing has shrunk by √2 since the neighbours' errors were seen, and those are of second order. What leans to one side
     // is worse.
     expected_error *= 0.5 * max(leverage, 1.0);
@@ -170,6 +201,10 @@ fn compute_main(
     let own_packets = textureLoad(samples, pixel, SAMPLED).x;
     // What was gathered stays gathered.
     is_known &= own_packets == 0.0;
+#if PHASORS
+    phasor_variances = select(phasor_variances_anyhow / max(sampled_anyhow.w, 1.0), phasor_variances / max(sampled.w, 1.0), sampled.w > 0.0);
+    textureStore(samples, pixel, phasor_variances_layer(), vec4<f32>(phasor_variances, 0.0, 0.0));
+#endif
     sampled = select(sampled_anyhow, sampled, sampled.w > 0.0);
     textureStore(samples, pixel, SAMPLED, vec4<f32>(own_packets, sampled.xyz / max(sampled.w, 1.0)));
 #endif

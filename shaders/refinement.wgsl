@@ -1,8 +1,60 @@
 // What is known of a pixel between the passes of the refinement.
 
+#if PHASORS
+#import modulation
+#endif
+
 // Layers of the image `gathered`: what the diffuse lobe reflects for k_d = 1, W/sr/m², and the pixel's state; and what the specular lobe does.
 const DIFFUSE: u32 = 0u;
 const SPECULAR: u32 = 1u;
+
+// What a gather leaves of a receiver, for each lobe: light; with phasors, the squared differences of each frequency's; and Z of each pair of frequencies, per band.
+#if PHASORS
+const RESULT_VECTORS: u32 = 16u;
+const PHASOR_SQUARES: u32 = 2u;
+#else
+const RESULT_VECTORS: u32 = 2u;
+#endif
+
+#if PHASORS
+// Into a receiver's results.
+fn phasor_result(pair: u32, band: u32, lobe: u32) -> u32 {
+    return PHASOR_SQUARES + 2u * (1u + 3u * pair + band) + lobe;
+}
+
+// Behind those of light, `gathered` has layers of Z for each pair of frequencies and each band that pixels see, for k_d and k_s = 1, by
+// lobe: as the light's.
+#if PHONG
+const LOBES: u32 = 2u;
+#else
+const LOBES: u32 = 1u;
+#endif
+
+// Of a lobe: two pairs, three bands.
+const MAX_PHASOR_LAYERS: u32 = 6u;
+
+fn phasor_layer_count() -> u32 {
+    return modulation.pair_count * modulation.band_count;
+}
+
+fn phasor_layer(index: u32, lobe: u32) -> u32 {
+    return LOBES * (1u + index) + lobe;
+}
+
+// Z of two frequencies is no more than the light that it is of.
+fn limit_phasors(phasors: vec4<f32>, light: f32) -> vec4<f32> {
+    let magnitudes = sqrt(vec2<f32>(dot(phasors.xy, phasors.xy), dot(phasors.zw, phasors.zw)));
+    return phasors * min(vec2<f32>(1.0), light / max(magnitudes, vec2<f32>(1e-37))).xxyy;
+}
+
+fn pair_of(index: u32) -> u32 {
+    return index / modulation.band_count;
+}
+
+fn band_of(index: u32) -> u32 {
+    return modulation.bands[index % modulation.band_count];
+}
+#endif
 
 // Where a list of pixels has none. Pixels are column + 65536 · row.
 const NO_PIXEL: u32 = 0xffffffffu;

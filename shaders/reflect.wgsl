@@ -4,6 +4,9 @@
 // have eight a kernel.
 
 #import brdf
+#if PHASORS
+#import refinement
+#endif
 
 var position_mesh: texture_storage_2d<rgba32float, read>;
 var kd_material: texture_2d<f32>;
@@ -31,3 +34,37 @@ fn reflect_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
 #endif
     return reflected;
 }
+
+#if PHASORS
+// What pixels see of a band that the lobes reflect for 1: diffuse, specular.
+fn seen_shares(pixel: vec2<u32>, band: u32) -> vec2<f32> {
+    var shares = vec2<f32>(textureLoad(kd_material, pixel, 0).rgb[band], 0.0);
+#if PHONG
+    shares.y = reflected_share(textureLoad(ks_shininess, pixel))[band];
+#endif
+    return modulation.band_weights[band] * shares;
+}
+
+// As reflect_squares has it, from those of the bands that pixels see.
+fn reflect_phasor_squares(pixel: vec2<u32>, squares: vec2<f32>) -> f32 {
+    var shares = vec2<f32>(0.0);
+    for (var i = 0u; i < modulation.band_count; i++) {
+        shares += seen_shares(pixel, modulation.bands[i]);
+    }
+    var reflected = shares.x * shares.x * squares.x;
+#if PHONG
+    reflected += shares.y * shares.y * squares.y;
+#endif
+    return reflected / f32(modulation.band_count);
+}
+
+// The worst of the squared errors of Z, two frequencies, as one of light.
+fn worst_error_squared(pair: u32, difference: vec4<f32>) -> f32 {
+    let scales = select(modulation.error_scales.xy, modulation.error_scales.zw, pair == 1u);
+    return max(scales.x * dot(difference.xy, difference.xy), scales.y * dot(difference.zw, difference.zw));
+}
+
+fn worst_of(scaled: vec4<f32>) -> f32 {
+    return max(max(scaled.x, scaled.y), max(scaled.z, scaled.w));
+}
+#endif

@@ -20,6 +20,10 @@ struct ResolveParameters {
 var gathered: texture_storage_2d_array<rgba32float, read>;
 // The radiance; and what its error is expected to be but for a factor, all bands together: negative for an interpolated pixel.
 var indirect_radiance: texture_storage_2d<rgba32float, write>;
+#if PHASORS
+// Z but for the way to C.
+var indirect_phasors: texture_storage_2d_array<rgba32float, write>;
+#endif
 var<immediate> parameters: ResolveParameters;
 
 // Least error of a pixel, over the noise that is expected of one as bright: samples may have missed what they did not find.
@@ -58,4 +62,17 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
 #endif
     textureStore(indirect_radiance, pixel, vec4<f32>(radiance, error));
+#if PHASORS
+    for (var pair = 0u; pair < modulation.pair_count; pair++) {
+        var phasors = vec4<f32>(0.0);
+        for (var i = pair * modulation.band_count; i < (pair + 1u) * modulation.band_count; i++) {
+            let shares = seen_shares(pixel, band_of(i));
+            phasors += shares.x * textureLoad(gathered, pixel, phasor_layer(i, 0u));
+#if PHONG
+            phasors += shares.y * textureLoad(gathered, pixel, phasor_layer(i, 1u));
+#endif
+        }
+        textureStore(indirect_phasors, pixel, pair, phasors);
+    }
+#endif
 }

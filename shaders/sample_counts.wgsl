@@ -44,7 +44,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let counted = max(parameters.own_share * radiance, 1.7320508 * parameters.least_radiance);
     let around = textureLoad(samples, pixel, SAMPLED);
     // Not by the pixel's own samples: where they have missed light, they would stay few, and the pixel too dark.
-    let known = reflect_squares(pixel, around.yz);
+    let known = reflect_variances(pixel, sampling_around(pixel));
     let variance = select(parameters.mean_variance, max(known, parameters.least_variance * radiance * radiance) / (counted * counted), known > 0.0);
     let packets = u32(ceil(min(parameters.packets_scale * pow(variance, parameters.variance_power), f32(parameters.max_packets))));
     let first = select(u32(around.x), sample_ranges[index] >> 16u, parameters.goes_on == 1u);

@@ -11,10 +11,30 @@ const SAMPLED: u32 = 0u;
 const SUMS_DIFFUSE: u32 = 1u;
 const SUMS_SPECULAR: u32 = 2u;
 
+#if PHASORS
+// Behind all sums: the variances of Z as the pixels around have them, each as if it were one of light, diffuse and specular; and of each lobe
+// Σ of squared differences of each frequency's Z.
+fn phasor_variances_layer() -> u32 {
+    return 1u + phasor_layer(phasor_layer_count(), 0u);
+}
+
+fn phasor_squares_layer(lobe: u32) -> u32 {
+    return phasor_variances_layer() + 1u + lobe;
+}
+
+fn phasor_sums_layer(index: u32, lobe: u32) -> u32 {
+    return 1u + phasor_layer(index, lobe);
+}
+#endif
+
 struct Sampling {
     packets: f32,
     // Of one sample, diffuse and specular.
     variances: vec2<f32>,
+#if PHASORS
+    // Of Z, the worst of all frequencies, as if it were one of light.
+    phasor_variances: vec2<f32>,
+#endif
 }
 
 // The pixel's own, or what is known from those around.
@@ -25,5 +45,37 @@ fn known_sampling(pixel: vec2<u32>) -> Sampling {
     squares.y = textureLoad(samples, pixel, SUMS_SPECULAR).w;
 #endif
     let is_own = around.x > 0.0;
-    return Sampling(select(around.w, around.x, is_own), select(around.yz, squares / (PACKET_SAMPLES * max(around.x, 1.0)), is_own));
+    let scale = 1.0 / (PACKET_SAMPLES * max(around.x, 1.0));
+    var sampling: Sampling;
+    sampling.packets = select(around.w, around.x, is_own);
+    sampling.variances = select(around.yz, scale * squares, is_own);
+#if PHASORS
+    var phasor_squares = vec2<f32>(worst_of(modulation.error_scales * textureLoad(samples, pixel, phasor_squares_layer(0u))), 0.0);
+#if PHONG
+    phasor_squares.y = worst_of(modulation.error_scales * textureLoad(samples, pixel, phasor_squares_layer(1u)));
+#endif
+    sampling.phasor_variances = select(textureLoad(samples, pixel, phasor_variances_layer()).xy, scale * phasor_squares, is_own);
+#endif
+    return sampling;
+}
+
+// The variance of one sample of what the pixel reflects, with phasors that of what is worst.
+fn reflect_variances(pixel: vec2<u32>, sampling: Sampling) -> f32 {
+    var variance = reflect_squares(pixel, sampling.variances);
+#if PHASORS
+    variance = max(variance, reflect_phasor_squares(pixel, sampling.phasor_variances));
+#endif
+    return variance;
+}
+
+// What the pixels around say.
+fn sampling_around(pixel: vec2<u32>) -> Sampling {
+    let around = textureLoad(samples, pixel, SAMPLED);
+    var sampling: Sampling;
+    sampling.packets = around.w;
+    sampling.variances = around.yz;
+#if PHASORS
+    sampling.phasor_variances = textureLoad(samples, pixel, phasor_variances_layer()).xy;
+#endif
+    return sampling;
 }

@@ -21,7 +21,7 @@ struct ScatterParameters {
 
 var gathered: texture_storage_2d_array<rgba32float, read_write>;
 var<storage, read> receivers: array<u32>;
-// Two a receiver: diffuse, specular. Of noisy gathers the sums over samples, and of their squared differences.
+// As the refinement has them. Of noisy gathers the sums over samples, and of their squared differences.
 var<storage, read> results: array<vec4<f32>>;
 #if NOISY
 // As the sample_counts pass has it.
@@ -31,6 +31,59 @@ var<immediate> parameters: ScatterParameters;
 
 // What chance does to a prediction's error, over the variance of the gather: two standard deviations.
 const NOISE_SQUARED: f32 = 4.0;
+
+#if PHASORS
+#if NOISY
+// What was sampled before counts on.
+fn add_phasor_sums(pixel: vec2<u32>, first: u32) {
+    for (var lobe = 0u; lobe < LOBES; lobe++) {
+        let squares = phasor_squares_layer(lobe);
+        textureStore(samples, pixel, squares, textureLoad(samples, pixel, squares) + results[first + PHASOR_SQUARES + lobe]);
+        for (var i = 0u; i < phasor_layer_count(); i++) {
+            let layer = phasor_sums_layer(i, lobe);
+            textureStore(samples, pixel, layer, textureLoad(samples, pixel, layer) + results[first + phasor_result(pair_of(i), band_of(i), lobe)]);
+        }
+    }
+}
+#endif
+
+// Z of two frequencies and one band, as it was gathered.
+fn gathered_phasor(pixel: vec2<u32>, first: u32, index: u32, lobe: u32, sample_count: f32) -> vec4<f32> {
+#if NOISY
+    return textureLoad(samples, pixel, phasor_sums_layer(index, lobe)) / sample_count;
+#else
+    return results[first + phasor_result(pair_of(index), band_of(index), lobe)];
+#endif
+}
+
+// How far what was gathered is off what was predicted.
+fn worst_phasor_deviation(pixel: vec2<u32>, first: u32, sample_count: f32) -> f32 {
+    var worst = 0.0;
+    for (var pair = 0u; pair < modulation.pair_count; pair++) {
+        var deviation = vec4<f32>(0.0);
+        for (var i = pair * modulation.band_count; i < (pair + 1u) * modulation.band_count; i++) {
+            let shares = seen_shares(pixel, band_of(i));
+            deviation += shares.x * (gathered_phasor(pixel, first, i, 0u, sample_count) - textureLoad(gathered, pixel, phasor_layer(i, 0u)));
+#if PHONG
+            deviation += shares.y * (gathered_phasor(pixel, first, i, 1u, sample_count) - textureLoad(gathered, pixel, phasor_layer(i, 1u)));
+#endif
+        }
+        worst = max(worst, worst_error_squared(pair, deviation));
+    }
+    return sqrt(worst);
+}
+
+// By so much of the way from what was predicted to what was gathered.
+fn store_phasors(pixel: vec2<u32>, first: u32, sample_count: f32, gain: f32) {
+    for (var lobe = 0u; lobe < LOBES; lobe++) {
+        for (var i = 0u; i < phasor_layer_count(); i++) {
+            let layer = phasor_layer(i, lobe);
+            let kept = mix(textureLoad(gathered, pixel, layer), gathered_phasor(pixel, first, i, lobe, sample_count), gain);
+            textureStore(gathered, pixel, layer, kept);
+        }
+    }
+}
+#endif
 
 @compute @workgroup_size(64)
 fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -42,45 +95,58 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     let predicted = textureLoad(gathered, pixel, DIFFUSE);
     let kind = decode_state(predicted.w).kind;
     let is_predicted = kind == PREDICTED || kind == PREDICTED_ONE_WAY;
-    var diffuse = results[2u * id.x].rgb;
+    let first = RESULT_VECTORS * id.x;
+    var diffuse = results[first].rgb;
     var specular = vec3<f32>(0.0);
     var predicted_specular = vec3<f32>(0.0);
 #if PHONG
-    specular = results[2u * id.x + 1u].rgb;
+    specular = results[first + 1u].rgb;
     predicted_specular = textureLoad(gathered, pixel, SPECULAR).rgb;
 #endif
 #if NOISY
     // What was sampled before counts on.
-    let sums = textureLoad(samples, pixel, SUMS_DIFFUSE) + results[2u * id.x];
+    let sums = textureLoad(samples, pixel, SUMS_DIFFUSE) + results[first];
     textureStore(samples, pixel, SUMS_DIFFUSE, sums);
     let packets = f32(sample_ranges[parameters.first_receiver + id.x] >> 16u);
     let sample_count = PACKET_SAMPLES * packets;
     diffuse = sums.rgb / sample_count;
 #if PHONG
-    let specular_sums = textureLoad(samples, pixel, SUMS_SPECULAR) + results[2u * id.x + 1u];
+    let specular_sums = textureLoad(samples, pixel, SUMS_SPECULAR) + results[first + 1u];
     textureStore(samples, pixel, SUMS_SPECULAR, specular_sums);
     specular = specular_sums.rgb / sample_count;
 #endif
     textureStore(samples, pixel, SAMPLED, vec4<f32>(packets, textureLoad(samples, pixel, SAMPLED).yzw));
 #endif
-    let deviation = length(reflect(pixel, diffuse - predicted.rgb, specular - predicted_specular));
-    var error = deviation;
+    var deviation = length(reflect(pixel, diffuse - predicted.rgb, specular - predicted_specular));
+#if PHASORS
 #if NOISY
-    let own_variance = variance_of_mean(reflect_squares(pixel, known_sampling(pixel).variances), packets, parameters.evenness, parameters.variance_rate);
-    let variance_around = variance_of_mean(reflect_squares(pixel, textureLoad(samples, pixel, SAMPLED).yz), packets, parameters.evenness, parameters.variance_rate);
+    add_phasor_sums(pixel, first);
+#else
+    let sample_count = 1.0;
+#endif
+    deviation = max(deviation, worst_phasor_deviation(pixel, first, sample_count));
+#endif
+    var error = deviation;
+    var gain = 1.0;
+#if NOISY
+    let own_variance = variance_of_mean(reflect_variances(pixel, known_sampling(pixel)), packets, parameters.evenness, parameters.variance_rate);
+    let variance_around = variance_of_mean(reflect_variances(pixel, sampling_around(pixel)), packets, parameters.evenness, parameters.variance_rate);
     let expected = reflect(pixel, predicted.rgb, predicted_specular);
     let is_doubtful = own_variance == 0.0 && variance_around > RARE * dot(expected, expected);
     let variance = select(own_variance, variance_around, is_doubtful);
     error = sqrt(max(deviation * deviation - NOISE_SQUARED * variance, 0.0));
     if (parameters.is_grid == 0u && is_predicted) {
         // The smooth pass does it for the grid.
-        let gain = wiener_gain(max(deviation * deviation - variance, 0.0), variance);
+        gain = wiener_gain(max(deviation * deviation - variance, 0.0), variance);
         diffuse = mix(predicted.rgb, diffuse, gain);
         specular = mix(predicted_specular, specular, gain);
     }
 #endif
 #if PHONG
     textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
+#endif
+#if PHASORS
+    store_phasors(pixel, first, sample_count, gain);
 #endif
     var state = PixelState(GATHERED_UNPREDICTED, 0.0);
     if (kind == PREDICTED) {

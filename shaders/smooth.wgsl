@@ -25,6 +25,7 @@ var<immediate> parameters: SmoothParameters;
 // Points of the grid to either side.
 const REACH: i32 = 2;
 const EDGE: i32 = 2 * REACH + 1;
+const POINTS: i32 = EDGE * EDGE;
 // A pixel counts exp(−(turn/TURN)² − (distance/DISTANCE)²): of normals, and of points, over that of the nearest neighbour.
 const TURN: f32 = 0.6;
 const DISTANCE: f32 = 3.0;
@@ -44,25 +45,43 @@ fn variances(known: Sampling) -> vec2<f32> {
         variance_of_mean(known.variances.y, known.packets, parameters.evenness, parameters.variance_rate));
 }
 
-fn sampled_mean(pixel: vec2<u32>, layer: u32, packets: f32) -> vec3<f32> {
-    return textureLoad(samples, pixel, layer).rgb / (PACKET_SAMPLES * max(packets, 1.0));
+fn sampled_light(pixel: vec2<u32>, layer: u32, packets: f32) -> Value {
+    let light = textureLoad(samples, pixel, layer).rgb / (PACKET_SAMPLES * max(packets, 1.0));
+#if PHASORS
+    return vec4<f32>(light, 0.0);
+#else
+    return light;
+#endif
 }
+
+// What is smoothed: light per band; with phasors also Z of two frequencies.
+#if PHASORS
+alias Value = vec4<f32>;
+#else
+alias Value = vec3<f32>;
+#endif
 
 // Sums over pixels of weight · value, of that times each feature, and of weight · value².
 struct Sums {
-    value: vec3<f32>,
-    red: vec4<f32>,
-    green: vec4<f32>,
-    blue: vec4<f32>,
+    value: Value,
+    first: vec4<f32>,
+    second: vec4<f32>,
+    third: vec4<f32>,
+#if PHASORS
+    fourth: vec4<f32>,
+#endif
     squares: f32,
 }
 
-fn add(sums: ptr<function, Sums>, value: vec3<f32>, features: vec4<f32>, weight: f32) {
+fn add(sums: ptr<function, Sums>, value: Value, features: vec4<f32>, weight: f32) {
     let weighted = weight * value;
     (*sums).value += weighted;
-    (*sums).red += weighted.r * features;
-    (*sums).green += weighted.g * features;
-    (*sums).blue += weighted.b * features;
+    (*sums).first += weighted.x * features;
+    (*sums).second += weighted.y * features;
+    (*sums).third += weighted.z * features;
+#if PHASORS
+    (*sums).fourth += weighted.w * features;
+#endif
     (*sums).squares += dot(weighted, value);
 }
 
@@ -88,25 +107,110 @@ fn slopes(fit: Fit, covariances: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(fit.inverse_a * (covariances.xy - fit.b * rest), rest);
 }
 
-// What the model says of the pixel, moved towards the pixel's own value by as much as the pixels around scatter about it for other reasons
-// than noise, or the pixel itself does. `variance` is that of a value's noise, all bands together.
-fn smooth_value(own: vec3<f32>, sums: Sums, fit: Fit, variance: f32) -> vec3<f32> {
+// What the model says of a pixel, and how far from there to its own value it is smoothed to.
+struct Smoothed {
+    modelled: Value,
+    gain: f32,
+}
+
+// As far as the pixels around scatter about the model for other reasons than noise, or the pixel itself does. `variance` is that of a value's
+// noise, all of it together.
+fn smooth_value(own: Value, sums: Sums, fit: Fit, variance: f32) -> Smoothed {
     let mean = sums.value / fit.weight;
-    let red = sums.red / fit.weight - mean.r * fit.mean;
-    let green = sums.green / fit.weight - mean.g * fit.mean;
-    let blue = sums.blue / fit.weight - mean.b * fit.mean;
-    let slope_red = slopes(fit, red);
-    let slope_green = slopes(fit, green);
-    let slope_blue = slopes(fit, blue);
-    let explained = dot(mean, mean) + dot(slope_red, red + RIDGE * slope_red) + dot(slope_green, green + RIDGE * slope_green)
-        + dot(slope_blue, blue + RIDGE * slope_blue);
+    let first = sums.first / fit.weight - mean.x * fit.mean;
+    let second = sums.second / fit.weight - mean.y * fit.mean;
+    let third = sums.third / fit.weight - mean.z * fit.mean;
+    let first_slopes = slopes(fit, first);
+    let second_slopes = slopes(fit, second);
+    let third_slopes = slopes(fit, third);
+    var explained = dot(mean, mean) + dot(first_slopes, first + RIDGE * first_slopes) + dot(second_slopes, second + RIDGE * second_slopes)
+        + dot(third_slopes, third + RIDGE * third_slopes);
+    var modelled = mean;
+    modelled.x -= dot(first_slopes, fit.mean);
+    modelled.y -= dot(second_slopes, fit.mean);
+    modelled.z -= dot(third_slopes, fit.mean);
+#if PHASORS
+    let fourth = sums.fourth / fit.weight - mean.w * fit.mean;
+    let fourth_slopes = slopes(fit, fourth);
+    explained += dot(fourth_slopes, fourth + RIDGE * fourth_slopes);
+    modelled.w -= dot(fourth_slopes, fit.mean);
+#endif
     let scatter = max(sums.squares / fit.weight - explained, 0.0) * fit.count / (fit.count - UNKNOWNS);
-    let modelled = mean - vec3<f32>(dot(slope_red, fit.mean), dot(slope_green, fit.mean), dot(slope_blue, fit.mean));
     let deviation = own - modelled;
     let signal = max(max(scatter - variance, dot(deviation, deviation) - CHANCE_SQUARED * variance), 0.0);
-    let gain = wiener_gain(signal, variance);
-    return max(mix(modelled, own, gain), vec3<f32>(0.0));
+    return Smoothed(modelled, wiener_gain(signal, variance));
 }
+
+// Where the points around lie, in points of the grid.
+fn place_around(index: i32) -> vec2<i32> {
+    return vec2<i32>(index % EDGE, index / EDGE) - REACH;
+}
+
+fn features_of(index: i32, turned: vec2<f32>) -> vec4<f32> {
+    return vec4<f32>(vec2<f32>(place_around(index)) / f32(REACH), turned);
+}
+
+#if PHASORS
+fn sampled_phasors(pixel: vec2<u32>, layer: u32, lobe: u32, packets: f32) -> vec4<f32> {
+    return textureLoad(samples, pixel, phasor_sums_layer(layer, lobe)) / (PACKET_SAMPLES * max(packets, 1.0));
+}
+
+// Of both frequencies, as if the bands were alike.
+fn phasor_variance(pixel: vec2<u32>, layer: u32, lobe: u32, packets: f32) -> f32 {
+    let of_frequencies = textureLoad(samples, pixel, phasor_squares_layer(lobe));
+    let squares = select(of_frequencies.xy, of_frequencies.zw, pair_of(layer) == 1u);
+    let of_sample = (squares.x + squares.y) / (f32(modulation.band_count) * PACKET_SAMPLES * max(packets, 1.0));
+    return variance_of_mean(of_sample, packets, parameters.evenness, parameters.variance_rate);
+}
+
+// What the pixels around count, and their features of the normal.
+struct Neighbours {
+    weights: array<f32, POINTS>,
+    turned: array<vec2<f32>, POINTS>,
+}
+
+// Of all layers of a lobe; the gain is the largest.
+struct SmoothedPhasors {
+    modelled: array<vec4<f32>, MAX_PHASOR_LAYERS>,
+    gain: f32,
+}
+
+fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit) -> SmoothedPhasors {
+    var around = neighbours;
+    let size = vec2<i32>(textureDimensions(position_mesh));
+    let own_packets = textureLoad(samples, pixel, SAMPLED).x;
+    var phasors = SmoothedPhasors();
+    for (var layer = 0u; layer < phasor_layer_count(); layer++) {
+        var sums: Sums;
+        var variance_sum = 0.0;
+        for (var i = 0; i < POINTS; i++) {
+            let place = vec2<i32>(pixel) + i32(parameters.stride) * place_around(i);
+            let other = vec2<u32>(clamp(place, vec2<i32>(0), size - 1));
+            let packets = textureLoad(samples, other, SAMPLED).x;
+            let weight = around.weights[i];
+            add(&sums, sampled_phasors(other, layer, lobe, packets), features_of(i, around.turned[i]), weight);
+            variance_sum += weight * phasor_variance(other, layer, lobe, packets);
+        }
+        let mean_variance = variance_sum / fit.weight;
+        let own_variance = phasor_variance(pixel, layer, lobe, own_packets);
+        let is_doubtful = own_variance == 0.0 && mean_variance > RARE * sums.squares / fit.weight;
+        let variance = select(min(mean_variance, MAX_OVER_OWN * own_variance), mean_variance, is_doubtful);
+        let smoothed = smooth_value(sampled_phasors(pixel, layer, lobe, own_packets), sums, fit, variance);
+        phasors.modelled[layer] = smoothed.modelled;
+        phasors.gain = max(phasors.gain, smoothed.gain);
+    }
+    return phasors;
+}
+
+fn store_phasors(pixel: vec2<u32>, lobe: u32, phasors: SmoothedPhasors, gain: f32, light: vec3<f32>) {
+    var smoothed = phasors;
+    let packets = textureLoad(samples, pixel, SAMPLED).x;
+    for (var layer = 0u; layer < phasor_layer_count(); layer++) {
+        let kept = mix(smoothed.modelled[layer], sampled_phasors(pixel, layer, lobe, packets), gain);
+        textureStore(gathered, pixel, phasor_layer(layer, lobe), limit_phasors(kept, light[band_of(layer)]));
+    }
+}
+#endif
 
 @compute @workgroup_size(64)
 fn compute_main(
@@ -141,7 +245,10 @@ fn compute_main(
         spacing_squared = select(spacing_squared, min(spacing_squared, dot(offset, offset)), is_other);
         sampled_neighbours += u32(is_other && textureLoad(samples, other, SAMPLED).x > 0.0);
     }
-    let end = select(0, EDGE * EDGE, sampled_neighbours > 0u);
+    let end = select(0, POINTS, sampled_neighbours > 0u);
+#if PHASORS
+    var neighbours: Neighbours;
+#endif
     var diffuse_sums: Sums;
     var sum_of_variances = vec2<f32>(0.0);
     var fit: Fit;
@@ -151,7 +258,7 @@ fn compute_main(
     var squares_b = mat2x2<f32>();
     var squares_d = mat2x2<f32>();
     for (var i = 0; i < end; i++) {
-        let at = vec2<i32>(i % EDGE, i / EDGE) - REACH;
+        let at = place_around(i);
         let place = vec2<i32>(pixel) + i32(parameters.stride) * at;
         let is_inside = all(place >= vec2<i32>(0)) && all(place < vec2<i32>(size));
         let other = select(pixel, vec2<u32>(place), is_inside);
@@ -166,7 +273,12 @@ fn compute_main(
 #endif
         let farness = dot(turn, turn) / (TURN * TURN) + dot(offset, offset) / (DISTANCE * DISTANCE * spacing_squared);
         let weight = select(0.0, exp(-farness), is_wanted);
-        let features = vec4<f32>(vec2<f32>(at) / f32(REACH), dot(other_normal, around.right), dot(other_normal, around.up));
+        let turned = vec2<f32>(dot(other_normal, around.right), dot(other_normal, around.up));
+        let features = features_of(i, turned);
+#if PHASORS
+        neighbours.weights[i] = weight;
+        neighbours.turned[i] = turned;
+#endif
         fit.weight += weight;
         squared_weights += weight * weight;
         fit.mean += weight * features;
@@ -174,9 +286,9 @@ fn compute_main(
         squares_b += weight * mat2x2<f32>(features.z * features.xy, features.w * features.xy);
         squares_d += weight * mat2x2<f32>(features.z * features.zw, features.w * features.zw);
         sum_of_variances += weight * variances(known);
-        add(&diffuse_sums, sampled_mean(other, SUMS_DIFFUSE, known.packets), features, weight);
+        add(&diffuse_sums, sampled_light(other, SUMS_DIFFUSE, known.packets), features, weight);
 #if PHONG
-        add(&specular_sums, sampled_mean(other, SUMS_SPECULAR, known.packets), features, weight);
+        add(&specular_sums, sampled_light(other, SUMS_SPECULAR, known.packets), features, weight);
 #endif
     }
     fit.count = fit.weight * fit.weight / max(squared_weights, 1e-30);
@@ -193,20 +305,38 @@ fn compute_main(
     let d = scale * squares_d - mat2x2<f32>(high.x * high, high.y * high) + ridge;
     fit.inverse_rest = inverse2(d - transpose(fit.b) * fit.inverse_a * fit.b);
 
+    // A pixel that is dark without doubt stays so beside bright ones. Where few samples find the light, one that has found none is not.
     let own_variance = variances(own_sampling);
     let mean_variance = scale * sum_of_variances;
-    // A pixel that is dark without doubt stays so beside bright ones. Where few samples find the light, one that has found none is not.
     var squares = vec2<f32>(diffuse_sums.squares, 0.0);
 #if PHONG
     squares.y = specular_sums.squares;
 #endif
     let is_doubtful = own_variance == vec2<f32>(0.0) & mean_variance > RARE * scale * squares;
     let variance = select(min(mean_variance, MAX_OVER_OWN * own_variance), mean_variance, is_doubtful);
-    let state = textureLoad(gathered, pixel, DIFFUSE).w;
-    let own = sampled_mean(pixel, SUMS_DIFFUSE, own_sampling.packets);
-    textureStore(gathered, pixel, DIFFUSE, vec4<f32>(smooth_value(own, diffuse_sums, fit, variance.x), state));
+    let own = sampled_light(pixel, SUMS_DIFFUSE, own_sampling.packets);
+    var smoothed = smooth_value(own, diffuse_sums, fit, variance.x);
+#if PHASORS
+    // Light and Z by one gain: Z is the light where its phases are alike.
+    var phasors = smooth_phasors(pixel, 0u, neighbours, fit);
+    smoothed.gain = max(smoothed.gain, phasors.gain);
+#endif
+    let diffuse = max(mix(smoothed.modelled, own, smoothed.gain).xyz, vec3<f32>(0.0));
+    textureStore(gathered, pixel, DIFFUSE, vec4<f32>(diffuse, textureLoad(gathered, pixel, DIFFUSE).w));
+#if PHASORS
+    store_phasors(pixel, 0u, phasors, smoothed.gain, diffuse);
+#endif
 #if PHONG
-    let own_specular = sampled_mean(pixel, SUMS_SPECULAR, own_sampling.packets);
-    textureStore(gathered, pixel, SPECULAR, vec4<f32>(smooth_value(own_specular, specular_sums, fit, variance.y), 0.0));
+    let own_specular = sampled_light(pixel, SUMS_SPECULAR, own_sampling.packets);
+    var smoothed_specular = smooth_value(own_specular, specular_sums, fit, variance.y);
+#if PHASORS
+    phasors = smooth_phasors(pixel, 1u, neighbours, fit);
+    smoothed_specular.gain = max(smoothed_specular.gain, phasors.gain);
+#endif
+    let specular = max(mix(smoothed_specular.modelled, own_specular, smoothed_specular.gain).xyz, vec3<f32>(0.0));
+    textureStore(gathered, pixel, SPECULAR, vec4<f32>(specular, 0.0));
+#if PHASORS
+    store_phasors(pixel, 1u, phasors, smoothed_specular.gain, specular);
+#endif
 #endif
 }

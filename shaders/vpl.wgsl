@@ -60,12 +60,16 @@ fn place(item: u32, list: u32, index: u32) {
     let incident = light.intensity * (emission[texel.index].x * emission[texel.index].y);
 #endif
     let diffuse = diffuse_factor(kd_irradiance.rgb) * incident;
+    // ΔΩ·d²/cosθ, at most as long as it is away.
+    let distance_squared = dot(from_light, from_light);
+    let facing = max(dot(normal_geometric.xyz, to_light), emission[texel.index].x);
+    let area = select(emission[texel.index].x * distance_squared / facing, 0.0, is_parallel);
 #if PHONG
     let ks_shininess = textureLoad(rsm_ks_shininess, texel.column_row, texel.face, 0);
     let specular = vec4<f32>(specular_factor(ks_shininess.rgb, ks_shininess.w) * incident, 0.0);
     let lobe = lobe_of(to_light, normal_geometric.xyz, ks_shininess);
     if (list == GLOSSY) {
-        textureStore(glossy_vpls, slot, 0, vec4<f32>(surface, 0.0));
+        textureStore(glossy_vpls, slot, 0, vec4<f32>(surface, area));
         textureStore(glossy_vpls, slot, 1, vec4<f32>(normal_geometric.xyz, 0.0));
         textureStore(glossy_vpls, slot, 2, vec4<f32>(diffuse, 0.0));
         textureStore(glossy_vpls, slot, VPL_LAYERS, specular);
@@ -75,7 +79,7 @@ fn place(item: u32, list: u32, index: u32) {
         return;
     }
 #endif
-    textureStore(matte_vpls, slot, 0, vec4<f32>(surface, 0.0));
+    textureStore(matte_vpls, slot, 0, vec4<f32>(surface, area));
     textureStore(matte_vpls, slot, 1, vec4<f32>(normal_geometric.xyz, 0.0));
     textureStore(matte_vpls, slot, 2, vec4<f32>(diffuse, 0.0));
 }

@@ -18,7 +18,9 @@ use crate::{
     passes::{
         Context,
         cost::{Cost, FIRST_ESTIMATE, FURTHER_ESTIMATES},
+        modulation,
     },
+    scene::MAX_FREQUENCIES,
     vulkan::{CommandPool, PassTimes, Pipelines, Timeline},
 };
 
@@ -189,6 +191,7 @@ impl Renderer {
         let space = LocalSpace::of(scene.bounding_box());
         let cost = RefCell::new(Cost::new(options.submission_target));
         let recorded = RefCell::default();
+        let modulation = modulation::upload(&self.device, scene, &space, [1.0; MAX_FREQUENCIES])?;
         let context = Context {
             device: &self.device,
             pipelines: &self.pipelines,
@@ -198,6 +201,7 @@ impl Renderer {
             space: &space,
             stays_on_device,
             seed: options.seed,
+            modulation: modulation.as_ref(),
             cost: &cost,
             recorded: &recorded,
         };

@@ -3,7 +3,7 @@
 use crate::{
     Result,
     passes::gbuffer::GBuffer,
-    plan::Plan,
+    plan::{Plan, TofPlan},
     vulkan::{Allocate, Device, ImageShape, Recorder},
 };
 
@@ -16,6 +16,8 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
     pub direct_phasors: Option<A::Image>,
     /// With indirect light.
     pub indirect: Option<A::Image>,
+    /// With time of flight of the bounce: as `direct_phasors`.
+    pub indirect_phasors: Option<A::Image>,
     /// Standard error of `indirect` per band, W/sr/m²; where it is wanted.
     pub indirect_stderr: Option<A::Image>,
     /// With a sensor.
@@ -29,7 +31,8 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
 pub(crate) struct FrameImagesKey {
     resolution_px: [u32; 2],
     is_specular: bool,
-    phasor_layers: Option<u32>,
+    direct_phasor_layers: Option<u32>,
+    indirect_phasor_layers: Option<u32>,
     has_indirect: bool,
     has_indirect_stderr: bool,
     has_energy: bool,
@@ -41,7 +44,8 @@ impl FrameImagesKey {
         FrameImagesKey {
             resolution_px: plan.resolution_px,
             is_specular: plan.is_specular,
-            phasor_layers: plan.tof.map(|tof| tof.frequency_count.div_ceil(2)),
+            direct_phasor_layers: plan.tof.map(TofPlan::pair_count),
+            indirect_phasor_layers: plan.bounced_tof().map(TofPlan::pair_count),
             has_indirect: plan.indirect.is_some(),
             has_indirect_stderr: plan.has_stderr_layer(),
             has_energy: plan.joule_per_irradiance.is_some(),
@@ -55,16 +59,18 @@ impl<A: Allocate> FrameImages<A> {
     pub fn new(allocate: &A, plan: &Plan, key: FrameImagesKey) -> Result<FrameImages<A>> {
         let shape = ImageShape::plain(key.resolution_px);
         let image = |name| allocate.image(name, shape);
+        let phasors = |name, layers: Option<u32>| {
+            let shape = layers.map(|layers| ImageShape {
+                layers: Some(layers),
+                ..shape
+            });
+            shape.map(|shape| allocate.image(name, shape)).transpose()
+        };
         Ok(FrameImages {
             gbuffer: GBuffer::new(allocate, plan)?,
             direct: image("direct radiance")?,
-            direct_phasors: key
-                .phasor_layers
-                .map(|layers| {
-                    let layers = Some(layers);
-                    allocate.image("direct phasors", ImageShape { layers, ..shape })
-                })
-                .transpose()?,
+            direct_phasors: phasors("direct phasors", key.direct_phasor_layers)?,
+            indirect_phasors: phasors("indirect phasors", key.indirect_phasor_layers)?,
             indirect: key
                 .has_indirect
                 .then(|| image("indirect radiance"))
@@ -84,6 +90,7 @@ impl FrameImages {
     /// Zeros, to which light after light is added, and which stay where there is nothing to gather.
     pub fn record_clears(&self, recorder: &mut Recorder) {
         let others = self.indirect.iter().chain(&self.indirect_stderr);
+        let others = others.chain(&self.indirect_phasors);
         let direct = [&self.direct].into_iter().chain(&self.direct_phasors);
         for image in others.chain(direct) {
             recorder.prepare_images(&[image]);

@@ -32,6 +32,7 @@ pub(crate) struct LightsKey {
     light_count: usize,
     map_sets: u32,
     is_specular: bool,
+    has_phasors: bool,
 }
 
 /// What a light and its VPLs depend on; `generation` is that of the surfaces.
@@ -39,6 +40,8 @@ pub(crate) struct LightsKey {
 struct LightKey {
     light: Light,
     plan: LightPlan,
+    /// Of its modulation.
+    frequencies_hz: Vec<f64>,
     generation: u64,
 }
 
@@ -78,6 +81,7 @@ impl LightsKey {
             light_count: plan.lights.len(),
             map_sets: plan.map_sets,
             is_specular: plan.is_specular,
+            has_phasors: plan.bounced_tof().is_some(),
         }
     }
 }
@@ -117,9 +121,13 @@ impl Lights {
     ) -> Result<(&'l DeviceLight, Dirty<'l>)> {
         let light = &context.scene.lights[index];
         let plan = &context.plan.lights[index];
+        let tof = context.scene.tof.as_ref();
+        let tof = tof.filter(|_| plan.is_modulated);
+        let frequencies_hz = tof.map_or_else(Vec::new, |tof| tof.frequencies_hz.clone());
         let key = |light: Light| LightKey {
             light,
             plan: plan.clone(),
+            frequencies_hz: frequencies_hz.clone(),
             generation: scene.generation,
         };
         let room = self.vpls.as_ref().map_or(0, |vpls| vpls.room_per_light);
@@ -130,7 +138,7 @@ impl Lights {
         let place = [room, context.plan.max_faces() * tiles].map(|room| index as u32 * room);
         let (lit, is_new) = self.lights[index].get_or_make(key(*light), || {
             Ok(LitLight {
-                device: DeviceLight::new(context, light, plan, place)?,
+                device: DeviceLight::new(context, index, place)?,
                 listed: None,
             })
         })?;

@@ -17,7 +17,7 @@ use crate::{
     passes::{
         Context,
         direct::{self, DirectImages},
-        gbuffer, modulation, rsm, sensor, shadow,
+        gbuffer, rsm, sensor, shadow,
         surface::upload_view,
         view, vpl,
     },
@@ -76,15 +76,13 @@ pub(crate) fn draw(
         gbuffer::draw(r, context, surfaces, &camera, gbuffer)
     })?;
 
-    let modulation = modulation::upload(context.device, context.scene, context.space)?;
     let direct_images = DirectImages {
         radiance: direct,
-        phasors: images.direct_phasors.as_ref().zip(modulation.as_ref()),
+        phasors: images.direct_phasors.as_ref(),
     };
     for index in 0..context.plan.lights.len() {
         progress.begin_light(index, "direct")?;
         let (light, dirty) = lights.update(context, index, scene)?;
-        let origin_turns = modulation::origin_turns(context.scene, context.space, index);
         context.submit(|r| {
             if let Some(map) = dirty.rsm {
                 rsm::draw(r, context, surfaces, light, map)?;
@@ -97,7 +95,7 @@ pub(crate) fn draw(
                 context,
                 surfaces,
                 gbuffer,
-                (light, origin_turns),
+                light,
                 dirty.occluders,
                 direct_images,
             )?;

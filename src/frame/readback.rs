@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::{BufferPool, FrameImages};
 use crate::{
-    Device, LocalSpace, Result,
+    Device, Error, LocalSpace, Result,
     model::Phasor,
     output::{
         FrameDescription, FrameParts, Layer, LayerData, PixelPhasors, TofCamera, for_each_at_once,
@@ -75,8 +75,17 @@ pub(crate) fn read_layers(
     let mut layers: Vec<_> = layers.into_iter().filter_map(made).collect();
     if let (Some(tof), Some(paths), Some(image)) = (tof, paths, &images.direct_phasors) {
         let mut readback = Readback::new(device, image.shape)?;
-        let phasors = readback.pixels(image)?;
-        add_time_of_flight(&mut layers, tof, &paths, phasors);
+        let direct = readback.pixels(image)?;
+        let indirect = images.indirect_phasors.as_ref();
+        let mut indirect = indirect
+            .map(|image| Ok::<_, Error>((Readback::new(device, image.shape)?, image)))
+            .transpose()?;
+        let indirect = match &mut indirect {
+            Some((readback, image)) => readback.pixels(image)?,
+            None => &[],
+        };
+        let has_indirect = images.indirect.is_some();
+        add_time_of_flight(&mut layers, tof, &paths, (direct, indirect), has_indirect);
     }
     Ok(layers)
 }
@@ -120,12 +129,13 @@ impl Paths {
     }
 }
 
-/// Adds the layers of time of flight. `phasors` lack the way to C.
+/// Adds the layers of time of flight. The phasors, direct and indirect, lack the way to C.
 fn add_time_of_flight(
     layers: &mut Vec<(Layer, LayerData)>,
     camera: TofCamera,
     paths: &Paths,
-    phasors: &[[f32; 4]],
+    (direct, indirect): (&[[f32; 4]], &[[f32; 4]]),
+    has_indirect: bool,
 ) {
     let tof = camera.tof;
     let count = paths.half_m.len();
@@ -139,21 +149,26 @@ fn add_time_of_flight(
     let half_paths = paths.half_m.iter().map(|&half_m| half_m as f32);
     layers.push((Layer::HalfPath, LayerData::Float(half_paths.collect())));
     for (frequency, &frequency_hz) in tof.frequencies_hz.iter().enumerate() {
-        let of_layer = &phasors[count * (frequency / 2)..];
-        let mut pixels = vec![PixelPhasors::default(); count];
-        per_pixel(&mut pixels, |i| {
-            let [re, im] = match (frequency % 2, of_layer[i]) {
+        let at = count * (frequency / 2);
+        // Where no bounce is modulated there is no image of it.
+        let (direct, indirect) = (&direct[at..], indirect.get(at..).unwrap_or_default());
+        let own = |pixel: [f32; 4]| {
+            let [re, im] = match (frequency % 2, pixel) {
                 (0, [re, im, ..]) | (_, [.., re, im]) => [re, im].map(f64::from),
             };
+            Phasor { re, im }
+        };
+        let mut pixels = vec![PixelPhasors::default(); count];
+        per_pixel(&mut pixels, |i| {
             let way_to_camera = Phasor::of_path(1.0, paths.to_camera_m[i], frequency_hz);
             [PixelPhasors {
-                direct: Phasor { re, im } * way_to_camera,
-                indirect: Phasor::default(),
+                direct: own(direct[i]) * way_to_camera,
+                indirect: own(indirect.get(i).copied().unwrap_or_default()) * way_to_camera,
             }]
         });
         let parts = FrameParts {
             has_sensor: true,
-            has_indirect: false,
+            has_indirect,
             has_stderr: false,
             tof: FrameParts::of_tof(Some(tof)),
         };

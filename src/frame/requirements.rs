@@ -11,7 +11,7 @@ use crate::{
         final_gather, hits, light, rays, rsm::Rsm, shadow::ShadowMap, surface, textures,
         vpl::VplLists,
     },
-    plan::Plan,
+    plan::{Plan, TofPlan},
     scene::{Scene, Shadow},
     vulkan::{
         Allocate, BufferUse, DeviceInfo, DeviceKind, GrowsWith, Requirements,
@@ -100,8 +100,9 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
         |requirements| gathering(plan, requirements),
         |requirements| {
             let readback = requirements.of(GrowsWith::Resolution);
-            // That of phasors has a buffer of its own.
-            let phasor_layers = plan.tof.map_or(0, |tof| tof.frequency_count.div_ceil(2));
+            // Those of phasors have buffers of their own.
+            let phasor_layers = plan.tof.map_or(0, TofPlan::pair_count)
+                + plan.bounced_tof().map_or(0, TofPlan::pair_count);
             let bytes = plan.pixel_count() * PIXEL_BYTES * u64::from(1 + phasor_layers);
             readback.buffer("image on its way to the host", bytes, BufferUse::Readback)
         },

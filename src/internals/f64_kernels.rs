@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::{Intermediates, LightIntermediates};
 use crate::{
     Scene,
-    model::{self, Receiver, Vpl},
+    model::{self, Phasor, Receiver, Vpl},
     scene::{Bands, Light, VplSum},
 };
 
@@ -20,10 +20,15 @@ pub fn vpls(light: &Light, kept: &LightIntermediates) -> Vec<Vpl> {
         .filter_map(|(seen, emission)| {
             let seen = seen.as_ref().filter(|_| emission.measure > 0.0)?;
             let intensity = kept.domain.axial_intensity;
+            let from_light_m = seen.point.position_m.distance(kept.domain.origin_m);
+            let to_light = model::direction_to_light(light, seen.point.position_m);
+            let facing = seen.point.normal.dot(to_light).max(emission.measure);
             Some(Vpl {
+                from_light_m,
+                area_m2: emission.measure * from_light_m.powi(2) / facing,
                 position_m: seen.point.position_m,
                 normal: seen.point.normal,
-                to_light: model::direction_to_light(light, seen.point.position_m),
+                to_light,
                 brdf: seen.point.brdf,
                 irradiance_facing_w_m2: intensity.map(|i| i * seen.irradiance_per_intensity),
                 incident_power_w: kept.domain.incident_power_w(emission),
@@ -51,16 +56,47 @@ pub fn indirect_at(
     let lights = scene.lights.iter().zip(&kept.lights);
     let vpls: Vec<Vpl> = lights.flat_map(|(light, kept)| vpls(light, kept)).collect();
     let shade = |&pixel: &usize| {
-        let Some(point) = kept.gbuffer.get(pixel).copied().flatten() else {
-            return [0.0; 3];
-        };
-        let receiver = Receiver {
-            position_m: point.position_m,
-            normal: point.normal,
-            to_camera: (scene.camera.position_m - point.position_m).normalize_or_zero(),
-            brdf: point.brdf,
-        };
-        model::indirect_radiance(sum, &vpls, &receiver, |_| true)
+        let receiver = receiver(scene, kept, pixel);
+        receiver.map_or([0.0; 3], |receiver| {
+            model::indirect_radiance(sum, &vpls, &receiver, |_| true)
+        })
     };
     pixels.par_iter().map(shade).collect()
+}
+
+/// Z of the indirect light of modulated lights, W/sr/m², of a scene with time of flight; else as [`indirect_at`] does.
+pub fn indirect_phasors_at(
+    scene: &Scene,
+    sum: VplSum,
+    kept: &Intermediates,
+    pixels: &[usize],
+    frequency_hz: f64,
+) -> Vec<Phasor> {
+    let Some(tof) = &scene.tof else {
+        return vec![Phasor::default(); pixels.len()];
+    };
+    let lights = scene.lights.iter().zip(&kept.lights).enumerate();
+    let modulated = lights.filter(|(light, _)| tof.is_modulated(*light));
+    let vpls: Vec<Vpl> = modulated
+        .flat_map(|(_, (light, kept))| vpls(light, kept))
+        .collect();
+    let shade = |&pixel: &usize| {
+        let Some(receiver) = receiver(scene, kept, pixel) else {
+            return Phasor::default();
+        };
+        let to_camera_m = receiver.position_m.distance(scene.camera.position_m);
+        let way_to_camera = Phasor::of_path(1.0, to_camera_m, frequency_hz);
+        model::indirect_phasor(sum, &vpls, &receiver, tof, frequency_hz) * way_to_camera
+    };
+    pixels.par_iter().map(shade).collect()
+}
+
+fn receiver(scene: &Scene, kept: &Intermediates, pixel: usize) -> Option<Receiver> {
+    let point = kept.gbuffer.get(pixel).copied().flatten()?;
+    Some(Receiver {
+        position_m: point.position_m,
+        normal: point.normal,
+        to_camera: (scene.camera.position_m - point.position_m).normalize_or_zero(),
+        brdf: point.brdf,
+    })
 }

@@ -1,9 +1,11 @@
 //! Light that reaches the camera by way of two surfaces: the single bounce, by either sum.
 
+use std::f64::consts::PI;
+
 use glam::DVec3;
 
-use super::{Brdf, CompensatedSum};
-use crate::scene::{Bands, VplSum};
+use super::{Brdf, CompensatedSum, Phasor, SPEED_OF_LIGHT_M_S};
+use crate::scene::{Bands, TimeOfFlight, VplSum};
 
 /// A virtual point light: a lit surface point Q that stands for one texel of the reflective shadow map.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,6 +22,10 @@ pub struct Vpl {
     pub irradiance_facing_w_m2: Bands,
     /// I·ΔΩ, or E_L·ΔA_perp for a directional light: power that the light sends into the texel, W.
     pub incident_power_w: Bands,
+    /// |LQ|
+    pub from_light_m: f64,
+    /// Of the surface that the texel shows, m².
+    pub area_m2: f64,
     /// ΔΩ_Q/ΣΔΩ, the texel's share of the light's emission domain: 1/|RSM| for equal texels.
     pub domain_share: f64,
 }
@@ -94,4 +100,33 @@ pub fn indirect_radiance(
         }
     }
     sums.map(|sum| sum.value())
+}
+
+/// What time of flight makes of a VPL's light at P: e^{+i·2πf·(|LQ| + |QP|)/c}, of a mean over the VPL's area.
+///
+/// Over that area the paths differ by up to a gradient g = |(QL + QP)∥| of their length, along the surface. The mean over a square of edge e
+/// is sinc(x), x = π·f/c·e·g, times the phasor of its centre; e^{−x²/6} follows that to fourth order, and is 0 where the paths of one VPL
+/// are all phases there are.
+pub fn vpl_phasor(vpl: &Vpl, receiver: &Receiver, frequency_hz: f64) -> Phasor {
+    let q_to_p_m = receiver.position_m - vpl.position_m;
+    let halfway = vpl.to_light + q_to_p_m.normalize_or_zero();
+    let gradient = halfway.reject_from_normalized(vpl.normal).length();
+    let x = PI * frequency_hz / SPEED_OF_LIGHT_M_S * vpl.area_m2.sqrt() * gradient;
+    let length_m = vpl.from_light_m + q_to_p_m.length();
+    Phasor::of_path((-x * x / 6.0).exp(), length_m, frequency_hz)
+}
+
+/// Z of the indirect light as the pixels see it, but for the way from P to the camera, W/sr/m²: the sum over the VPLs of modulated lights.
+pub fn indirect_phasor(
+    sum: VplSum,
+    vpls: &[Vpl],
+    receiver: &Receiver,
+    tof: &TimeOfFlight,
+    frequency_hz: f64,
+) -> Phasor {
+    let phasors = vpls.iter().map(|vpl| {
+        let contribution = vpl_contribution(sum, vpl, receiver);
+        vpl_phasor(vpl, receiver, frequency_hz) * tof.weighted(contribution)
+    });
+    phasors.sum()
 }

@@ -19,7 +19,9 @@ mod sum;
 pub use brdf::Brdf;
 pub use cone::{ConeIntegral, spot_falloff};
 pub use direct::direct_radiance;
-pub use indirect::{Receiver, Vpl, indirect_radiance, vpl_contribution};
+pub use indirect::{
+    Receiver, Vpl, indirect_phasor, indirect_radiance, vpl_contribution, vpl_phasor,
+};
 pub use light::{axial_intensity, direction_to_light, irradiance_facing, radiant_intensity};
 pub use phasor::{
     PLANCK_CONSTANT_J_S, PhaseSampling, Phasor, SPEED_OF_LIGHT_M_S, electrons, multipath_error_m,

@@ -3,8 +3,7 @@
 use super::{Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, surface::Surfaces};
 use crate::{
     RayKernel, Result,
-    scene::MAX_FREQUENCIES,
-    vulkan::{Buffer, Image, Recorder, Resource, shaders::DirectParameters},
+    vulkan::{Image, Recorder, Resource, shaders::DirectParameters},
 };
 
 /// What the shadow test looks into.
@@ -20,17 +19,17 @@ pub(crate) enum Occluders<'o> {
 #[derive(Clone, Copy)]
 pub(crate) struct DirectImages<'i> {
     pub radiance: &'i Image,
-    /// With time of flight: Z but for the way to C, and the [modulation](super::modulation).
-    pub phasors: Option<(&'i Image, &'i Buffer)>,
+    /// With time of flight: Z but for the way to C.
+    pub phasors: Option<&'i Image>,
 }
 
-/// Shades the G-buffer. `origin_turns` is that of the light, where it is modulated.
+/// Shades the G-buffer.
 pub(crate) fn shade(
     recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
     gbuffer: &GBuffer,
-    (light, origin_turns): (&DeviceLight, Option<[f32; MAX_FREQUENCIES]>),
+    light: &DeviceLight,
     occluders: Occluders,
     direct: DirectImages,
 ) -> Result<()> {
@@ -41,16 +40,13 @@ pub(crate) fn shade(
         ("light", Resource::Buffer(&light.uniform)),
         ("direct_radiance", Resource::Image(direct.radiance)),
     ]);
-    if let (Some((phasors, modulation)), Some(_)) = (direct.phasors, origin_turns) {
+    if let Some(phasors) = direct.phasors.filter(|_| light.plan.is_modulated) {
         words.push("phasors");
-        resources.extend([
-            ("direct_phasors", Resource::Image(phasors)),
-            ("modulation", Resource::Buffer(modulation)),
-        ]);
+        resources.push(("direct_phasors", Resource::Image(phasors)));
+        resources.extend(context.modulation());
     }
     let parameters = DirectParameters {
         camera_position: context.camera_position(),
-        origin_turns: origin_turns.unwrap_or_default(),
         ..DirectParameters::default()
     };
     match occluders {

@@ -6,13 +6,16 @@ use crate::{
     vulkan::{Buffer, Image, Recorder, Resource, shaders::ErrorEstimateParameters},
 };
 
+/// Of a receiver, without phasors.
+pub(crate) const ESTIMATE_VECTORS: usize = 2;
+
 /// Compares the receivers of a list, `count` in all, whose results begin at the first of `results`, and those of a second gather
-/// at `second_result`.
+/// at `second_result`. For each there are [`ESTIMATE_VECTORS`] of `estimates`, with phasors those of all frequencies more.
 pub(crate) fn compare(
     recorder: &mut Recorder,
     context: &Context,
     gbuffer: &GBuffer,
-    indirect_radiance: &Image,
+    (indirect_radiance, indirect_phasors): (&Image, Option<&Image>),
     (sample, counts): (&Receivers, Option<&SampleCounts>),
     (results, second_result): (&Buffer, u32),
     (estimates, count): (&Buffer, u32),
@@ -24,12 +27,15 @@ pub(crate) fn compare(
         ("results", Resource::Buffer(results)),
         ("estimates", Resource::Buffer(estimates)),
     ]);
+    resources.extend(indirect_phasors.map(|image| ("indirect_phasors", Resource::Image(image))));
+    resources.extend(context.modulation());
     resources.extend(counts.map(|counts| ("sample_ranges", Resource::Buffer(&counts.ranges))));
     let parameters = ErrorEstimateParameters {
         receiver_count: count,
         second_result,
     };
     let noise = if counts.is_some() { "noisy" } else { "exact" };
-    let kernel = ("error_estimate", &[context.plan.brdf_word(), noise][..]);
+    let words = [context.plan.brdf_word(), noise, context.plan.phasor_word()];
+    let kernel = ("error_estimate", &words[..]);
     context.dispatch(recorder, kernel, &resources, &parameters, [count, 1])
 }

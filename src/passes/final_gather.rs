@@ -264,6 +264,7 @@ impl Gatherer for FinalGather<'_> {
                 if is_glossy { "glossy" } else { "matte" },
                 if plan.is_smooth { "smooth" } else { "flat" },
                 if plan.is_textured { "textured" } else { "" },
+                plan.phasor_word(),
                 self.kernel.name(),
                 self.tree.kernel_word(),
             ],
@@ -292,6 +293,7 @@ impl Gatherer for FinalGather<'_> {
             ("sample_ranges", Resource::Buffer(&counts.ranges)),
             ("results", Resource::Buffer(results.buffer)),
         ]);
+        resources.extend(self.context.modulation());
 
         let packets = counts.packets(range)?;
         let cost = self.context.cost;

@@ -8,6 +8,7 @@ use super::{
     cost::Work,
     gatherer::{Gatherer, Results, Samples},
     gbuffer::GBuffer,
+    light::DeviceLight,
     receivers::{ReceiverRange, Receivers},
     vpl::VplLists,
 };
@@ -39,7 +40,8 @@ pub(crate) struct Gather<'g> {
     pub kernel: GatherKernel,
     pub gbuffer: &'g GBuffer,
     pub vpls: &'g VplLists,
-    pub lights: Vec<ListedVpls>,
+    /// With the light itself.
+    pub lights: Vec<(&'g DeviceLight, ListedVpls)>,
 }
 
 /// A light's VPLs, in lists that begin alike.
@@ -58,6 +60,7 @@ impl ListedVpls {
 /// A list of VPLs of one light.
 struct VplList<'g> {
     image: &'g Image,
+    light: &'g DeviceLight,
     is_glossy: bool,
     first: u32,
     count: u32,
@@ -66,16 +69,17 @@ struct VplList<'g> {
 impl<'g> Gather<'g> {
     fn lists(&self) -> Vec<VplList<'g>> {
         let vpls = self.vpls;
-        let of_light = |light: &ListedVpls| {
+        let of_light = |&(light, listed): &(&'g DeviceLight, ListedVpls)| {
             let list = |image, is_glossy, count| VplList {
                 image,
+                light,
                 is_glossy,
-                first: light.first,
+                first: listed.first,
                 count,
             };
-            let matte = list(&vpls.matte, false, light.lengths.matte);
+            let matte = list(&vpls.matte, false, listed.lengths.matte);
             let glossy = vpls.glossy.as_ref();
-            let glossy = glossy.map(|image| list(image, true, light.lengths.glossy));
+            let glossy = glossy.map(|image| list(image, true, listed.lengths.glossy));
             [Some(matte), glossy].into_iter().flatten()
         };
         let lists = self.lights.iter().flat_map(of_light);
@@ -91,6 +95,7 @@ impl<'g> Gather<'g> {
         is_first: bool,
         proceed: &mut dyn FnMut(u64) -> Result<()>,
     ) -> Result<()> {
+        let plan = self.context.plan;
         let pipeline = self.context.pipelines.compute(
             "gather",
             &[
@@ -98,6 +103,12 @@ impl<'g> Gather<'g> {
                 self.sum.word(),
                 if range.is_glossy { "phong" } else { "lambert" },
                 if list.is_glossy { "glossy" } else { "matte" },
+                plan.phasor_word(),
+                match plan.bounced_tof() {
+                    None => "",
+                    Some(tof) if tof.frequency_count == 1 => "one",
+                    Some(_) => "four",
+                },
             ],
         )?;
         let module = pipeline.module;
@@ -107,7 +118,9 @@ impl<'g> Gather<'g> {
             ("receivers", Resource::Buffer(&receivers.pixels)),
             ("vpls", Resource::Image(list.image)),
             ("results", Resource::Buffer(results.buffer)),
+            ("light", Resource::Buffer(&list.light.uniform)),
         ]);
+        resources.extend(self.context.modulation());
         let cost = self.context.cost;
         let budget = || cost.borrow().budget(module.name, FIRST_SUBMISSION_PAIRS);
 
@@ -174,7 +187,7 @@ impl Gatherer for Gather<'_> {
     /// The sample must be small beside the image, and the sum must take longer than the passes that interpolate.
     fn may_interpolate(&self) -> bool {
         let [width, height] = self.context.plan.resolution_px;
-        let vpl_count: u32 = self.lights.iter().map(ListedVpls::count).sum();
+        let vpl_count: u32 = self.lights.iter().map(|(_, listed)| listed.count()).sum();
         width * height >= MIN_INTERPOLATED_PIXELS && vpl_count >= MIN_INTERPOLATED_VPLS
     }
 

@@ -7,7 +7,8 @@ use super::{
 };
 use crate::{
     Result,
-    vulkan::{Allocate, Buffer, BufferUse},
+    plan::Plan,
+    vulkan::{Allocate, Buffer, BufferUse, shaders::Module},
 };
 
 /// Receivers that share a set of rays from the lights, and their samples, at most.
@@ -48,8 +49,8 @@ pub(crate) trait Gatherer {
     ) -> Result<()>;
 }
 
-/// Where the results of a gather go: two vectors a receiver, diffuse and specular, from `first` on. Gathers with noise leave sums over
-/// their samples.
+/// Where the results of a gather go: vectors as `shaders/refinement.wgsl` has them, for receivers from `first` on. Gathers with noise
+/// leave sums over their samples.
 #[derive(Clone, Copy)]
 pub(crate) struct Results<'r> {
     pub buffer: &'r Buffer,
@@ -60,9 +61,16 @@ pub(crate) struct Results<'r> {
 
 impl Results<'_> {
     /// Room for the results of so many receivers.
-    pub fn room<A: Allocate>(allocate: &A, receiver_count: u32) -> Result<A::Buffer> {
-        let bytes = u64::from(receiver_count) * 2 * size_of::<[f32; 4]>() as u64;
+    pub fn room<A: Allocate>(allocate: &A, plan: &Plan, receiver_count: u32) -> Result<A::Buffer> {
+        let vectors = Results::vectors(plan)?;
+        let bytes = u64::from(receiver_count * vectors) * size_of::<[f32; 4]>() as u64;
         allocate.buffer("gathered light", bytes, BufferUse::Device)
+    }
+
+    /// Of each receiver.
+    pub fn vectors(plan: &Plan) -> Result<u32> {
+        let words = [plan.brdf_word(), "exact", plan.phasor_word()];
+        Module::find("scatter", &words)?.constant("RESULT_VECTORS")
     }
 }
 

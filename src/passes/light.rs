@@ -1,6 +1,6 @@
 //! A light on the device: its parameters, its views, and its emission table.
 
-use super::{Context, surface::upload_view, view};
+use super::{Context, modulation, surface::upload_view, view};
 use crate::{
     Result,
     emission::EmissionDomain,
@@ -39,19 +39,15 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
 }
 
 impl DeviceLight {
-    /// `first_vpl` and `first_tile` are where its VPLs and the tiles of its RSM begin in lists that all lights share.
-    pub fn new(
-        context: &Context,
-        light: &Light,
-        plan: &LightPlan,
-        [first_vpl, first_tile]: [u32; 2],
-    ) -> Result<Self> {
+    /// That of this number. `first_vpl` and `first_tile` are where its VPLs and the tiles of its RSM begin in lists that all lights share.
+    pub fn new(context: &Context, index: usize, [first_vpl, first_tile]: [u32; 2]) -> Result<Self> {
         let Context {
             device,
             scene,
             space,
             ..
         } = *context;
+        let (light, plan) = (&scene.lights[index], &context.plan.lights[index]);
         // Without indirect light only the faces count, which do not depend on the texels.
         let emission_size = context
             .plan
@@ -86,6 +82,8 @@ impl DeviceLight {
             is_parallel: is_parallel.into(),
             first_vpl,
             first_tile,
+            is_modulated: plan.is_modulated.into(),
+            origin_turns: modulation::origin_turns(scene, space, index).unwrap_or_default(),
             ..parameters(light, &domain, space)
         };
         Ok(DeviceLight {

@@ -23,7 +23,8 @@ pub(crate) struct LightRays<A: Allocate = Device> {
 
 impl<A: Allocate> LightRays<A> {
     pub fn new(allocate: &A, plan: &Plan) -> Result<LightRays<A>> {
-        let module = Module::find("light_rays", &["shade", plan.brdf_word(), "flat"])?;
+        let words = ["shade", plan.brdf_word(), "flat", plan.phasor_word()];
+        let module = Module::find("light_rays", &words)?;
         let columns = module.constant("VPLS_PER_ROW")?;
         let layers = if plan.is_specular {
             "GLOSSY_VPL_LAYERS"
@@ -66,6 +67,7 @@ impl LightRays {
                 plan.brdf_word(),
                 if plan.is_smooth { "smooth" } else { "flat" },
                 if plan.is_textured { "textured" } else { "" },
+                plan.phasor_word(),
             ],
         )?;
         let count = u64::from(table.set_size) * u64::from(set_count);
@@ -85,6 +87,7 @@ impl LightRays {
                         ("light_ray_hits", Resource::Buffer(&self.hits)),
                         ("drawn_vpls", Resource::Image(&self.vpls)),
                     ]);
+                    resources.extend(context.modulation());
                     let parameters = LightRayParameters {
                         light_index: index as u32,
                         first_ray: rays.first_ray,

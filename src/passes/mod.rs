@@ -6,7 +6,7 @@ use bytemuck::Pod;
 
 use crate::{
     Error, LocalSpace, Plan, Result, Scene,
-    vulkan::{CommandPool, Device, Pipelines, Recorder, Resource, groups_in_rows},
+    vulkan::{Buffer, CommandPool, Device, Pipelines, Recorder, Resource, groups_in_rows},
 };
 
 use cost::{Cost, Work};
@@ -55,6 +55,8 @@ pub(crate) struct Context<'c> {
     pub stays_on_device: bool,
     /// Another number: other samples.
     pub seed: u32,
+    /// With time of flight.
+    pub modulation: Option<&'c Buffer>,
     pub cost: &'c RefCell<Cost>,
     /// What was recorded and not submitted.
     pub recorded: &'c RefCell<Option<Recorder>>,
@@ -116,6 +118,12 @@ impl Context<'_> {
         })
     }
 
+    /// The modulation, for kernels with phasors.
+    pub fn modulation(&self) -> Option<(&'static str, Resource<'_>)> {
+        let buffer = self.modulation?;
+        Some(("modulation", Resource::Buffer(buffer)))
+    }
+
     /// C, local.
     pub fn camera_position(&self) -> [f32; 3] {
         self.space.to_local(self.scene.camera.position_m)
@@ -156,9 +164,11 @@ mod tests {
                 ("phong", "glossy"),
             ] {
                 for shading in ["flat", "smooth"] {
-                    let words = |texture| vec![brdf, receiver, shading, texture, kernel, tree];
-                    requested
-                        .extend(["", "textured"].map(|texture| ("final_gather", words(texture))));
+                    for texture in ["", "textured"] {
+                        let words =
+                            |phasors| vec![brdf, receiver, shading, texture, phasors, kernel, tree];
+                        requested.extend(["", "phasors"].map(|word| ("final_gather", words(word))));
+                    }
                 }
             }
             requested.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel, tree])));
@@ -185,18 +195,31 @@ mod tests {
             requested.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
             requested.push(("vpl", vec!["count", brdf]));
             for shading in ["flat", "smooth"] {
-                let words = |texture| ("light_rays", vec!["shade", brdf, shading, texture]);
-                requested.extend(["", "textured"].map(words));
+                for texture in ["", "textured"] {
+                    let words =
+                        |phasors| ("light_rays", vec!["shade", brdf, shading, texture, phasors]);
+                    requested.extend(["", "phasors"].map(words));
+                }
             }
-            requested.extend(["sample_counts", "smooth"].map(|pass| (pass, vec![brdf])));
-            for pass in ["predict", "scatter", "resolve", "error_estimate"] {
-                requested.extend(["exact", "noisy"].map(|noise| (pass, vec![brdf, noise])));
+            for phasors in ["", "phasors"] {
+                let words = |pass| (pass, vec![brdf, phasors]);
+                requested.extend(["sample_counts", "smooth"].map(words));
+                for pass in ["predict", "scatter", "resolve", "error_estimate"] {
+                    let words = |noise| (pass, vec![brdf, noise, phasors]);
+                    requested.extend(["exact", "noisy"].map(words));
+                }
             }
             for estimator in VplSum::ALL.map(VplSum::word) {
                 requested.push(("vpl", vec!["write", brdf, estimator]));
                 for kernel in GatherKernel::ALL {
-                    let words = |vpl| ("gather", vec![kernel.name(), estimator, brdf, vpl]);
-                    requested.extend(["matte", "glossy"].map(words));
+                    for vpl in ["matte", "glossy"] {
+                        let words = vec![kernel.name(), estimator, brdf, vpl];
+                        for frequencies in ["one", "four"] {
+                            let phasors = [&words[..], &["phasors", frequencies]].concat();
+                            requested.push(("gather", phasors));
+                        }
+                        requested.push(("gather", words));
+                    }
                 }
             }
         }

@@ -7,15 +7,31 @@ use crate::{
     vulkan::{Buffer, Device, shaders},
 };
 
-/// For the kernels that carry phasors; `None` without time of flight.
-pub(crate) fn upload(device: &Device, scene: &Scene, space: &LocalSpace) -> Result<Option<Buffer>> {
+/// For the kernels that carry phasors; `None` without time of flight. `error_scales` are those of the frequencies, as the shaders have them.
+pub(crate) fn upload(
+    device: &Device,
+    scene: &Scene,
+    space: &LocalSpace,
+    error_scales: [f32; MAX_FREQUENCIES],
+) -> Result<Option<Buffer>> {
     let Some(tof) = &scene.tof else {
         return Ok(None);
     };
+    let seen: Vec<u32> = (0..3)
+        .filter(|&band| tof.band_weights[band as usize] != 0.0)
+        .collect();
     let parameters = shaders::Modulation {
         turns_per_unit: per_frequency(tof, |per_metre| per_metre * space.metres_per_unit),
+        is_used: per_frequency(tof, |_| 1.0),
         band_weights: tof.band_weights.map(|weight| weight as f32),
-        layer_count: tof.frequencies_hz.len().div_ceil(2) as u32,
+        pair_count: tof.frequencies_hz.len().div_ceil(2) as u32,
+        bands: std::array::from_fn(|i| seen.get(i).copied().unwrap_or_default()),
+        band_count: seen.len() as u32,
+        is_seen: tof
+            .band_weights
+            .map(|weight| if weight == 0.0 { 0.0 } else { 1.0 }),
+        error_scales,
+        ..shaders::Modulation::default()
     };
     Buffer::upload(device, "modulation", &[parameters]).map(Some)
 }

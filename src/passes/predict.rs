@@ -32,7 +32,7 @@ pub(crate) fn predict(
         GridStep::Edges { reach } => ("EDGES", reach),
     };
     let plan = context.plan;
-    let words = [plan.brdf_word(), images.noise_word()];
+    let words = [plan.brdf_word(), images.noise_word(), plan.phasor_word()];
     let [columns, rows] = step.extent(plan.resolution_px);
     let parameters = PredictParameters {
         reach,

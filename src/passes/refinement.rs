@@ -4,7 +4,7 @@ use crate::{
     Result,
     metrics::LOCAL_FLOOR,
     plan::Plan,
-    vulkan::{Allocate, Device, ImageShape, Recorder, Resource},
+    vulkan::{Allocate, Buffer, Device, ImageShape, Recorder, Resource},
 };
 
 /// What is known of each pixel.
@@ -14,6 +14,8 @@ pub(crate) struct RefinementImages<A: Allocate = Device> {
     gathered: A::Image,
     /// How it was sampled, as `shaders/sampling.wgsl` describes it. Only where gathers have noise.
     samples: Option<A::Image>,
+    /// With time of flight: the modulation, with the scales of errors that were found.
+    pub modulation: Option<Buffer>,
 }
 
 impl<A: Allocate> RefinementImages<A> {
@@ -26,10 +28,17 @@ impl<A: Allocate> RefinementImages<A> {
             };
             allocate.image(name, shape)
         };
-        let samples = || image("sums over samples", 1 + lobes);
+        let phasors = match plan.bounced_tof() {
+            Some(tof) => lobes * tof.pair_count() * tof.band_count,
+            None => 0,
+        };
+        // Variances around, and squares.
+        let of_phasor_samples = if phasors > 0 { 1 + lobes } else { 0 };
+        let samples = || image("sums over samples", 1 + lobes + phasors + of_phasor_samples);
         Ok(RefinementImages {
-            gathered: image("gathered light", lobes)?,
+            gathered: image("gathered light", lobes + phasors)?,
             samples: is_noisy.then(samples).transpose()?,
+            modulation: None,
         })
     }
 }
@@ -53,7 +62,9 @@ impl RefinementImages {
         let samples = self.samples.iter();
         let samples = samples.map(|image| ("samples", Resource::Image(image)));
         let gathered = ("gathered", Resource::Image(&self.gathered));
-        samples.chain([gathered]).collect()
+        let modulation = self.modulation.iter();
+        let modulation = modulation.map(|buffer| ("modulation", Resource::Buffer(buffer)));
+        samples.chain([gathered]).chain(modulation).collect()
     }
 
     /// The word of the kernel that fills them.

@@ -10,20 +10,22 @@ use crate::{
     vulkan::{Image, Recorder, Resource, shaders::ResolveParameters},
 };
 
-/// L_{P→C} by the bounce, for every pixel with a surface, and its expected error.
+/// L_{P→C} by the bounce, for every pixel with a surface, and its expected error; with time of flight also Z.
 pub(crate) fn resolve(
     recorder: &mut Recorder,
     context: &Context,
     gbuffer: &GBuffer,
     images: &RefinementImages,
-    indirect_radiance: &Image,
+    (indirect_radiance, indirect_phasors): (&Image, Option<&Image>),
     criteria: RefinementCriteria,
 ) -> Result<()> {
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
     resources.push(("indirect_radiance", Resource::Image(indirect_radiance)));
+    resources.extend(indirect_phasors.map(|image| ("indirect_phasors", Resource::Image(image))));
     let plan = context.plan;
-    let kernel = ("resolve", &[plan.brdf_word(), images.noise_word()][..]);
+    let words = [plan.brdf_word(), images.noise_word(), plan.phasor_word()];
+    let kernel = ("resolve", &words[..]);
     let parameters = ResolveParameters {
         evenness: criteria.noise.evenness as f32,
         variance_rate: criteria.noise.rate as f32,

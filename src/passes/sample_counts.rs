@@ -86,7 +86,8 @@ impl SampleCounts {
             least_radiance: criteria.least_radiance(),
             own_share: criteria.own_share(),
         };
-        let kernel = ("sample_counts", &[context.plan.brdf_word()][..]);
+        let words = [context.plan.brdf_word(), context.plan.phasor_word()];
+        let kernel = ("sample_counts", &words[..]);
         let size = [receivers.candidate_count(), 1];
         context.dispatch(recorder, kernel, &resources, &parameters, size)?;
         recorder.barrier();

@@ -39,7 +39,8 @@ pub(crate) fn scatter(
         evenness: criteria.noise.evenness as f32,
         variance_rate: criteria.noise.rate as f32,
     };
-    let words = [context.plan.brdf_word(), images.noise_word()];
+    let plan = context.plan;
+    let words = [plan.brdf_word(), images.noise_word(), plan.phasor_word()];
     let size = [range.count, 1];
     context.dispatch(recorder, ("scatter", &words), &resources, &parameters, size)
 }

@@ -29,7 +29,7 @@ pub(crate) fn smooth(
     };
     let mut resources = gbuffer.resources();
     resources.extend(images.resources());
-    let words = [context.plan.brdf_word()];
+    let words = [context.plan.brdf_word(), context.plan.phasor_word()];
     let size = [parameters.item_count, 1];
     context.dispatch(recorder, ("smooth", &words), &resources, &parameters, size)
 }

@@ -86,6 +86,7 @@ impl fmt::Display for Plan {
             let TofPlan {
                 frequency_count,
                 phase_count,
+                ..
             } = tof;
             writeln!(
                 f,

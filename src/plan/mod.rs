@@ -9,7 +9,7 @@ pub use kernels::{GatherKernel, RayKernel};
 pub(crate) use steps::GridStep;
 
 use crate::{
-    Error, Result,
+    Result,
     emission::EmissionDomain,
     scene::{ErrorNorm, IndirectLight, Light, Material, Mesh, Scene, Shadow, VplSum},
     vulkan::DeviceInfo,
@@ -52,6 +52,15 @@ pub struct Plan {
 pub struct TofPlan {
     pub frequency_count: u32,
     pub phase_count: u32,
+    /// Bands that the pixels see.
+    pub band_count: u32,
+}
+
+impl TofPlan {
+    /// Layers of an image of phasors: two frequencies each.
+    pub(crate) fn pair_count(self) -> u32 {
+        self.frequency_count.div_ceil(2)
+    }
 }
 
 /// What one light takes.
@@ -60,6 +69,8 @@ pub struct LightPlan {
     pub kind: &'static str,
     /// Faces that the light emits into.
     pub faces: u32,
+    /// With time of flight.
+    pub is_modulated: bool,
     pub shadow: ShadowPlan,
 }
 
@@ -153,17 +164,12 @@ impl Plan {
     /// What a scene needs, whether the device can hold it or not.
     pub(crate) fn for_scene(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
         scene.validate()?;
-        if scene.tof.is_some() && scene.indirect.is_some() {
-            return Err(Error::scene(
-                "tof",
-                "frames have time of flight of direct light only, and the scene has [indirect]",
-                "remove one of them, or take camlux reference, which has both",
-            ));
-        }
         let tof = scene.tof.as_ref().map(|tof| TofPlan {
             frequency_count: tof.frequencies_hz.len() as u32,
             phase_count: tof.phase_count,
+            band_count: tof.band_weights.iter().filter(|w| **w != 0.0).count() as u32,
         });
+        let is_modulated = |light| scene.tof.as_ref().is_some_and(|t| t.is_modulated(light));
         let meshes = || scene.meshes.iter();
         let is_specular = |mesh: &Mesh| scene.materials_of(mesh).any(Material::is_specular);
         let is_textured = |mesh: &Mesh| {
@@ -194,9 +200,10 @@ impl Plan {
             (Shadow::Map, _) => ShadowPlan::Map { size: fine_enough },
         };
         let lights = scene.lights.iter().zip(faces);
-        let lights = lights.map(|(light, faces)| LightPlan {
+        let lights = lights.enumerate().map(|(i, (light, faces))| LightPlan {
             kind: light.kind(),
             faces: faces as u32,
+            is_modulated: is_modulated(i),
             shadow,
         });
         Ok(Plan {
@@ -279,6 +286,20 @@ impl Plan {
     /// Whether the standard error of each pixel's indirect light is wanted.
     pub(crate) fn has_stderr_layer(&self) -> bool {
         self.indirect.is_some_and(|plan| plan.has_stderr_layer)
+    }
+
+    /// What time of flight takes of the bounce; `None` where that has no modulated light.
+    pub(crate) fn bounced_tof(&self) -> Option<TofPlan> {
+        let is_modulated = self.lights.iter().any(|light| light.is_modulated);
+        self.tof.filter(|_| is_modulated && self.indirect.is_some())
+    }
+
+    /// The word of the shader permutations that tells whether the bounce has phasors.
+    pub(crate) fn phasor_word(&self) -> &'static str {
+        match self.bounced_tof() {
+            Some(_) => "phasors",
+            None => "",
+        }
     }
 
     /// Whether indirect light is gathered by rays.

@@ -20,5 +20,6 @@ mod shadow_rays;
 mod shadows;
 mod smooth;
 mod tof;
+mod tof_bounce;
 mod truth;
 mod uncertainty;

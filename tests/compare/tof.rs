@@ -5,32 +5,40 @@ use crate::common::rooms::{quad, scene_of};
 use crate::reference::lamp;
 use crate::reference_tof::with_tof;
 use camlux::{
-    Error, RenderOptions, Scene,
+    RenderOptions, Scene,
     doctor::scenes::moved,
-    model::{SPEED_OF_LIGHT_M_S, range_m},
+    model::{Phasor, SPEED_OF_LIGHT_M_S, range_m},
     output::{Frame, Layer, LayerData, TofQuantity},
     reference::Reference,
-    scene::{ChargeUnit, IndirectLight, Light, SensorNoise, Shadow},
+    scene::{ChargeUnit, Light, SensorNoise, Shadow},
 };
 use glam::DVec3;
 
 const FREQUENCIES_HZ: [f64; 4] = [20e6, 100e6, 200e6, 1e6];
 
-/// A scene of direct light whose lamps, other than directional ones, are modulated.
-fn modulated(scene: Scene, frequencies_hz: &[f64]) -> Scene {
+/// A scene whose lamps, other than directional ones, are modulated.
+pub fn modulated(scene: Scene, frequencies_hz: &[f64]) -> Scene {
     let lights = scene.lights.iter().enumerate();
     let ambient = lights.filter(|(_, light)| light.position_m().is_none());
     let ambient = ambient.map(|(i, _)| i).collect();
     let mut scene = with_tof(scene, frequencies_hz);
-    scene.indirect = None;
     scene.tof.as_mut().expect("it was given").ambient_lights = ambient;
     scene
 }
 
-fn phasors(frame: &Frame, frequency: usize) -> Vec<camlux::model::Phasor> {
-    let layer = Layer::Tof(frequency as u8, TofQuantity::PhasorDirect);
+/// A scene of the repository with a lamp aside, so that two phases add up.
+pub fn modulated_demo_scene(name: &str, resolution_px: [u32; 2], frequencies_hz: &[f64]) -> Scene {
+    let mut scene = demo_scene(name, resolution_px);
+    let beside = scene.camera.position_m + DVec3::new(0.3, 0.1, 0.0);
+    scene.lights.push(lamp(beside));
+    modulated(scene, frequencies_hz)
+}
+
+/// Of one frequency.
+pub fn phasors(frame: &Frame, frequency: usize, quantity: TofQuantity) -> Vec<Phasor> {
+    let layer = Layer::Tof(frequency as u8, quantity);
     let values = frame.values(layer).expect("the layer is there");
-    let phasor = |pixel: &[f32]| camlux::model::Phasor {
+    let phasor = |pixel: &[f32]| Phasor {
         re: pixel[0].into(),
         im: pixel[1].into(),
     };
@@ -45,7 +53,8 @@ fn deviation(frame: &Frame, truth: &Frame, frequency: usize) -> f64 {
     let values = |frame: &Frame| frame.values(Layer::Radiance).expect("it is there").to_vec();
     let (radiance, due_radiance) = (values(frame), values(truth));
     let edges = truth.ids(Layer::Edge).expect("a reference has them");
-    let (found, due_phasors) = (phasors(frame, frequency), phasors(truth, frequency));
+    let [found, due_phasors] =
+        [frame, truth].map(|frame| phasors(frame, frequency, TofQuantity::PhasorDirect));
     let brightest = due_phasors
         .iter()
         .map(|z| z.magnitude())
@@ -72,11 +81,8 @@ fn direct_phasors_match_the_reference() {
     let mut gpu = Gpu::open();
     for name in DEMO_SCENES {
         for shadow in Shadow::ALL {
-            let mut scene = demo_scene(name, [48, 48]);
-            // A lamp aside, so that two phases add up.
-            let beside = scene.camera.position_m + DVec3::new(0.3, 0.1, 0.0);
-            scene.lights.push(lamp(beside));
-            let mut scene = modulated(scene, &FREQUENCIES_HZ);
+            let mut scene = modulated_demo_scene(name, [48, 48], &FREQUENCIES_HZ);
+            scene.indirect = None;
             scene.tof.as_mut().expect("it was given").band_weights = [0.5, 0.25, 1.0];
             scene.direct.shadow = Some(shadow);
             let frame = gpu.render(&scene);
@@ -107,7 +113,7 @@ fn corner(size_m: f64, shift_m: DVec3) -> Scene {
 /// How far the range of lit pixels is off half their path, at most, modulo c/2f.
 fn worst_range_m(frame: &Frame, frequency: usize, frequency_hz: f64) -> f64 {
     let half_paths = frame.values(Layer::HalfPath).expect("it is there");
-    let phasors = phasors(frame, frequency);
+    let phasors = phasors(frame, frequency, TofQuantity::PhasorDirect);
     let unambiguous_m = SPEED_OF_LIGHT_M_S / (2.0 * frequency_hz);
     let lit = phasors.iter().zip(half_paths);
     let deviations = lit.filter_map(|(phasor, &half_path)| {
@@ -185,7 +191,7 @@ fn two_lights_in_antiphase_have_no_range() {
     let frame = gpu.render(&scene);
     let layer = |quantity| frame.values(Layer::Tof(0, quantity)).expect("it is there")[0];
     let radiance = frame.values(Layer::Radiance).expect("it is there")[0];
-    let phasor = phasors(&frame, 0)[0].magnitude();
+    let phasor = phasors(&frame, 0, TofQuantity::PhasorDirect)[0].magnitude();
     assert!(
         radiance > 0.0 && phasor < 1e-5 * f64::from(radiance),
         "{phasor} of {radiance}"
@@ -213,20 +219,6 @@ fn a_background_has_no_range() {
     );
     let half_paths = frame.values(Layer::HalfPath).expect("it is there");
     assert!(half_paths.iter().all(|half_path| half_path.is_infinite()));
-}
-
-#[test]
-fn indirect_light_with_time_of_flight_is_refused() {
-    let mut gpu = Gpu::open();
-    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[20e6]);
-    scene.indirect = Some(IndirectLight::final_gather(0.05));
-    match gpu.renderer.render(&scene, &mut Default::default()) {
-        Err(Error::Scene { at, problem, .. }) => {
-            assert_eq!(at, "tof");
-            assert!(problem.contains("direct light only"), "{problem}");
-        }
-        other => panic!("{other:?}"),
-    }
 }
 
 #[test]

@@ -69,6 +69,8 @@ fn sphere_vpls(size: u32) -> Vec<Vpl> {
                     position_m,
                     normal: -position_m,
                     to_light: -position_m,
+                    from_light_m: 1.0,
+                    area_m2: texel.measure,
                     brdf: LAMBERT_HALF,
                     irradiance_facing_w_m2: irradiance_facing(&light, position_m),
                     incident_power_w: domain.incident_power_w(texel),
@@ -314,6 +316,8 @@ fn a_vpl_adds_what_the_formulas_say() {
         position_m: DVec3::new(0.0, 0.0, 2.0),
         normal: q_normal,
         to_light: DVec3::X,
+        from_light_m: 1.0,
+        area_m2: 0.01,
         brdf: Brdf {
             kd: [0.5, 0.25, 0.125],
             ks: [0.0; 3],

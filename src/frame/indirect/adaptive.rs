@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use super::{
     ErrorEstimates,
-    error_estimate::ErrorEstimate,
+    image_estimate::ImageEstimate,
     pixel_sample::PixelSample,
     refine::{Attempt, Refiner},
     sample_budget::{MAX_ATTEMPTS, MAX_ATTEMPTS_OF_RAYS, SampleBudget, next_aim},
@@ -19,6 +19,7 @@ use crate::{
     output::StopReason,
     passes::refinement::{RefinementCriteria, RefinementImages},
     plan::RefinementPlan,
+    scene::MAX_FREQUENCIES,
 };
 
 /// Pilots at most, also where none has found light so far; and packets of samples of each, and of the last one there.
@@ -55,12 +56,12 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
         }
         return Ok(ErrorEstimates::default());
     }
-    let mut resources = refiner.resources(plan.coarsest_stride)?;
+    let mut resources = refiner.resources(plan.coarsest_stride, pilot.error_scales())?;
     let mut found = ErrorEstimates::default();
     let mut aim = if is_exact { target } else { FIRST_AIM * target };
     if limits.is_some() {
         // From coarse to fine, so that there is an image at any time.
-        aim = aim.max(SampleBudget::coarsest_aim(&pilot));
+        aim = aim.max(SampleBudget::coarsest_aim(pilot.hardest()));
     }
     let mut attempt = 0;
     loop {
@@ -74,10 +75,10 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
         let budget = if is_exact {
             SampleBudget::for_sums(aim, is_last)
         } else {
-            SampleBudget::for_rays(aim, &pilot)
+            SampleBudget::for_rays(aim, pilot.hardest())
         };
         let spent_before = Spent::so_far(&refiner);
-        let criteria = budget.criteria(pilot.radiance, plan.error_norm);
+        let criteria = budget.criteria(pilot.light().radiance, plan.error_norm);
         let is_complete = refiner.refine(
             &mut resources,
             Attempt {
@@ -108,7 +109,7 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
             }
             aim = next_aim(aim, target, error, is_exact);
         } else {
-            refiner.fill_stderr(estimate.error_factors())?;
+            refiner.fill_stderr(estimate.light().error_factors())?;
             found.error = Some(error);
             found.error_upper = Some(upper);
             if upper <= target {
@@ -122,7 +123,7 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
             // What was aimed at, as it came out.
             let aimed = aim * pilot.observe_noise(&estimate);
             aim = next_aim(aimed, target, upper.min(4.0 * error), is_exact);
-            let next = SampleBudget::for_rays(aim, &pilot);
+            let next = SampleBudget::for_rays(aim, pilot.hardest());
             // What was sampled counts on.
             let growth = next.mean_packets / budget.mean_packets - 1.0;
             let spent = Spent::so_far(&refiner).since(&spent_before);
@@ -139,7 +140,7 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
 }
 
 /// Looks at the sample, and lets the gatherer learn from that.
-fn pilot(refiner: &mut Refiner, sample: &mut PixelSample, aim: f64) -> Result<ErrorEstimate> {
+fn pilot(refiner: &mut Refiner, sample: &mut PixelSample, aim: f64) -> Result<ImageEstimate> {
     let results = 2 * sample.count;
     if refiner.gatherer.is_exact() {
         return sample.pilot(refiner, 0);
@@ -165,9 +166,14 @@ fn pilot(refiner: &mut Refiner, sample: &mut PixelSample, aim: f64) -> Result<Er
         }
         let pilot = sample.pilot(refiner, packets)?;
         let moved = refiner.gatherer.learn(results)?;
-        variances = [pilot.relative_variance(), variances[0], variances[1]];
+        variances = [
+            pilot.light().relative_variance(),
+            variances[0],
+            variances[1],
+        ];
         let pixels: u32 = refiner.context.plan.resolution_px.iter().product();
-        let image_packets = SampleBudget::for_rays(aim, &pilot).mean_packets * f64::from(pixels);
+        let image_packets =
+            SampleBudget::for_rays(aim, pilot.hardest()).mean_packets * f64::from(pixels);
         let saved = (variances[2] / variances[0] - 1.0) * image_packets;
         let is_learning = variances[0] > SCATTERED && saved > LEAST_GAIN * f64::from(2 * results);
         let is_settled = !pilot.is_dark() && moved < MAX_MOVED_SHARE && !is_learning;
@@ -184,7 +190,7 @@ fn judge(
     plan: RefinementPlan,
     images: &RefinementImages,
     (criteria, samples_per_pixel): (RefinementCriteria, u32),
-) -> Result<ErrorEstimate> {
+) -> Result<ImageEstimate> {
     let target = plan.target_error.unwrap_or_default();
     let mut estimate = samples[0].estimate(refiner, images, criteria, samples_per_pixel)?;
     let mut used = 1;
@@ -204,7 +210,7 @@ fn judge(
 
 fn gather_every_pixel(refiner: &mut Refiner) -> Result<()> {
     refiner.progress.begin_attempt(0, true);
-    let mut resources = refiner.resources(1)?;
+    let mut resources = refiner.resources(1, [1.0; MAX_FREQUENCIES])?;
     let budget = SampleBudget::for_sums(1.0, true);
     let attempt = Attempt {
         samples: budget.samples(),

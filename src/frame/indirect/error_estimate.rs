@@ -31,7 +31,7 @@ pub(super) struct ErrorEstimate {
     scatter: Vec<Scatter>,
     /// Of gathered and of interpolated pixels.
     expected: [ExpectedError; 2],
-    /// Root mean square of the radiance, W/sr/m², whatever the norm.
+    /// Root mean square of the radiance, W/sr/m², whatever the norm. Of Z it is √(1/3) of that.
     pub radiance: f64,
     /// Of a gather: of pilots only.
     packets: u32,
@@ -74,6 +74,11 @@ impl ErrorEstimate {
     /// No light was found.
     pub fn is_dark(&self) -> bool {
         self.signal <= 0.0
+    }
+
+    /// There is nothing of it in the scene.
+    pub fn is_absent(&self) -> bool {
+        self.signal == 0.0 && self.error == 0.0 && self.variance == 0.0
     }
 
     /// relRMSE. Not below its own standard error: few pixels may show none by chance.

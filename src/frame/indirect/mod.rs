@@ -2,6 +2,7 @@
 
 mod adaptive;
 mod error_estimate;
+mod image_estimate;
 mod pixel_sample;
 mod refine;
 mod sample_budget;
@@ -48,6 +49,7 @@ pub(super) fn gather(
             context,
             gbuffer,
             indirect_radiance,
+            indirect_phasors: images.indirect_phasors.as_ref(),
             indirect_stderr: images.indirect_stderr.as_ref(),
             gatherer,
             progress,
@@ -57,8 +59,12 @@ pub(super) fn gather(
     match plan.gather {
         GatherPlan::VplSum { sum, kernel } => {
             let vpls = lights.vpls.as_ref().ok_or_else(no_room)?;
-            let lights = lights.listed();
-            let found = if lights.iter().all(|listed| listed.count() == 0) {
+            let lights: Vec<_> = lights
+                .on_device()
+                .into_iter()
+                .zip(lights.listed())
+                .collect();
+            let found = if lights.iter().all(|(_, listed)| listed.count() == 0) {
                 ErrorEstimates::default()
             } else {
                 run(&mut Gather {

@@ -1,18 +1,18 @@
 //! A sample of the image's pixels, gathered apart from the image: what pilots look at, and what its error is estimated from.
 
-use super::{error_estimate::ErrorEstimate, refine::Refiner};
+use super::{error_estimate::ErrorEstimate, image_estimate::ImageEstimate, refine::Refiner};
 use crate::{
     Result, metrics,
     passes::{
         cost::{FIRST_ESTIMATE, FURTHER_ESTIMATES},
-        error_estimate,
+        error_estimate::{self, ESTIMATE_VECTORS},
         gatherer::{GatheredFor, LightRaySets, Results, Samples},
         random,
         receivers::{self, ReceiverRange, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
         sample_counts::{PACKET_SAMPLES, SampleCounts},
     },
-    scene::ErrorNorm,
+    scene::{ErrorNorm, MAX_FREQUENCIES},
     vulkan::{Buffer, BufferUse},
 };
 
@@ -66,7 +66,7 @@ impl PixelSample {
                     receivers,
                     ranges,
                     count,
-                    results: Results::room(context.device, 2 * count)?,
+                    results: Results::room(context.device, context.plan, 2 * count)?,
                     tile_px: match norm {
                         ErrorNorm::Image => None,
                         ErrorNorm::Local => Some(metrics::local_tile_px(resolution_px)),
@@ -81,7 +81,7 @@ impl PixelSample {
     }
 
     /// What two gathers tell of the light, with so many packets of samples; or one that is exact.
-    pub fn pilot(&mut self, refiner: &mut Refiner, packets: u32) -> Result<ErrorEstimate> {
+    pub fn pilot(&mut self, refiner: &mut Refiner, packets: u32) -> Result<ImageEstimate> {
         if refiner.gatherer.is_exact() {
             self.gather(refiner, None, 0.0)?;
         } else {
@@ -108,7 +108,7 @@ impl PixelSample {
         images: &RefinementImages,
         criteria: RefinementCriteria,
         samples: u32,
-    ) -> Result<ErrorEstimate> {
+    ) -> Result<ImageEstimate> {
         let context = refiner.context;
         if refiner.gatherer.is_exact() {
             if self.gathers == 0 {
@@ -201,9 +201,18 @@ impl PixelSample {
         refiner: &Refiner,
         counts: Option<&SampleCounts>,
         packets: u32,
-    ) -> Result<ErrorEstimate> {
+    ) -> Result<ImageEstimate> {
         let (context, count) = (refiner.context, self.count);
-        let bytes = u64::from(count) * size_of::<[[f32; 4]; 2]>() as u64;
+        let frequency_count = context
+            .plan
+            .bounced_tof()
+            .map_or(0, |tof| tof.frequency_count);
+        let vectors = match frequency_count {
+            0 => ESTIMATE_VECTORS,
+            _ => ESTIMATE_VECTORS + MAX_FREQUENCIES,
+        };
+        let total = count as usize * vectors;
+        let bytes = (total * size_of::<[f32; 4]>()) as u64;
         let estimates = Buffer::new(
             context.device,
             "error estimates",
@@ -216,14 +225,24 @@ impl PixelSample {
                 recorder,
                 context,
                 refiner.gbuffer,
-                refiner.indirect_radiance,
+                (refiner.indirect_radiance, refiner.indirect_phasors),
                 (&self.receivers, counts),
                 (&self.results, second_result),
                 (&estimates, count),
             )
         })?;
-        let pixels = estimates.mapped::<[[f32; 4]; 2]>(count as usize)?;
-        Ok(ErrorEstimate::new(pixels, packets, GROUPS, self.tile_px))
+        let estimates = estimates.mapped::<[f32; 4]>(total)?;
+        let quantity = |vector: usize, expects_error: bool| {
+            let pixels = estimates.chunks_exact(vectors).map(|pixel| {
+                let [column, row, expected, packets] = pixel[1];
+                let expected = if expects_error { expected } else { 0.0 };
+                [pixel[vector], [column, row, expected, packets]]
+            });
+            ErrorEstimate::new(&pixels.collect::<Vec<_>>(), packets, GROUPS, self.tile_px)
+        };
+        let light = quantity(0, true);
+        let phasors = (0..frequency_count as usize).map(|f| quantity(ESTIMATE_VECTORS + f, false));
+        Ok(ImageEstimate::new(light, phasors.collect()))
     }
 }
 

@@ -11,7 +11,7 @@ use crate::{
         Context,
         gatherer::{GatheredFor, Gatherer, LightRaySets, Results, Samples},
         gbuffer::GBuffer,
-        predict,
+        modulation, predict,
         receivers::{self, Receivers},
         refinement::{RefinementCriteria, RefinementImages},
         resolve,
@@ -19,20 +19,22 @@ use crate::{
         scatter, smooth, stderr,
     },
     plan::{GridStep, Plan},
+    scene::MAX_FREQUENCIES,
     vulkan::{Allocate, Device, Image},
 };
 
 /// Steps whose pixels are gathered whatever the light: the coarsest grid and the first step between its pixels show what is to be
 /// expected.
 const GRID_STEPS: usize = 3;
-/// Receivers whose results there is room for.
-const MAX_RESULTS: u32 = 1 << 20;
+/// Vectors of results that there is room for.
+const MAX_RESULT_VECTORS: u32 = 1 << 21;
 
 /// Fills the indirect radiance from what a gatherer gathers.
 pub(super) struct Refiner<'a, 'p> {
     pub context: &'a Context<'a>,
     pub gbuffer: &'a GBuffer,
     pub indirect_radiance: &'a Image,
+    pub indirect_phasors: Option<&'a Image>,
     pub indirect_stderr: Option<&'a Image>,
     pub gatherer: &'a mut dyn Gatherer,
     pub progress: &'a mut ProgressReport<'p>,
@@ -54,6 +56,8 @@ pub(crate) struct RefinementResources<A: Allocate = Device> {
     pub images: RefinementImages<A>,
     receivers: Receivers<A>,
     results: A::Buffer,
+    /// Receivers whose results that holds.
+    max_results: u32,
     /// Only where gathers have noise.
     counts: Option<SampleCounts<A>>,
 }
@@ -72,13 +76,15 @@ impl<A: Allocate> RefinementResources<A> {
         let most = counts.clone().max().unwrap_or(1);
         // The coarsest grid needs no list of candidates.
         let most_candidates = counts.skip(1).max().unwrap_or(0);
+        let max_results = most.min(MAX_RESULT_VECTORS / Results::vectors(plan)?);
         Ok(RefinementResources {
             images: RefinementImages::new(allocate, plan, !is_exact)?,
             receivers: Receivers::new(allocate, most, most_candidates)?,
             counts: (!is_exact)
                 .then(|| SampleCounts::new(allocate, most))
                 .transpose()?,
-            results: Results::room(allocate, most.min(MAX_RESULTS))?,
+            results: Results::room(allocate, plan, max_results)?,
+            max_results,
             steps,
         })
     }
@@ -94,9 +100,23 @@ impl Refiner<'_, '_> {
         context.record(|recorder| stderr::fill(recorder, context, radiance, layer, factors))
     }
 
-    pub fn resources(&self, coarsest_stride: u32) -> Result<RefinementResources> {
-        let Context { device, plan, .. } = *self.context;
-        RefinementResources::new(device, plan, coarsest_stride, self.gatherer.is_exact())
+    /// `error_scales` are those of the frequencies of time of flight.
+    pub fn resources(
+        &self,
+        coarsest_stride: u32,
+        error_scales: [f32; MAX_FREQUENCIES],
+    ) -> Result<RefinementResources> {
+        let Context {
+            device,
+            plan,
+            scene,
+            space,
+            ..
+        } = *self.context;
+        let is_exact = self.gatherer.is_exact();
+        let mut resources = RefinementResources::new(device, plan, coarsest_stride, is_exact)?;
+        resources.images.modulation = modulation::upload(device, scene, space, error_scales)?;
+        Ok(resources)
     }
 
     /// Gathers and interpolates all pixels. What was gathered in an earlier attempt counts on; where gathers are exact, it stays.
@@ -152,7 +172,7 @@ impl Refiner<'_, '_> {
                 context,
                 gbuffer,
                 images,
-                radiance,
+                (radiance, self.indirect_phasors),
                 attempt.criteria,
             )
         })?;
@@ -223,8 +243,8 @@ impl Refiner<'_, '_> {
         let total: u32 = ranges.iter().map(|range| range.count).sum();
         let pass = self.gatherer.pass();
         let most = match counts {
-            Some(_) => LightRaySets::max_receivers(attempt.samples),
-            None => MAX_RESULTS,
+            Some(_) => LightRaySets::max_receivers(attempt.samples).min(resources.max_results),
+            None => resources.max_results,
         };
         let parts = ranges.into_iter().flat_map(|range| range.split(most));
         for (part, range) in parts.enumerate() {
