@@ -7,8 +7,8 @@ use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
     output::Layer,
     scene::{
-        ChargeUnit, IndirectLight, Mesh, Photodetector, Sensor, Shadow, Texels, TimeOfFlight,
-        VplSum,
+        ChargeUnit, IndirectLight, Light, Mesh, Photodetector, Sensor, Shadow, Texels,
+        TimeOfFlight, VplSum,
     },
 };
 
@@ -37,6 +37,31 @@ const fn final_gather(rsm_size: u32) -> IndirectLight {
     indirect
 }
 
+/// Seen by a time-of-flight camera of three frequencies.
+fn time_of_flight(scene: &mut Scene) {
+    scene.sensor = Some(Sensor {
+        pixel_pitch_um: [10.0; 2],
+        exposure_time_s: 1e-3,
+        duty_cycle: 1.0,
+        photodetector: Some(Photodetector {
+            wavelength_nm: 850.0,
+            quantum_efficiency: 0.8,
+        }),
+    });
+    let is_ambient = |light: &usize| scene.lights[*light].position_m().is_none();
+    let ambient_lights = (0..scene.lights.len()).filter(is_ambient).collect();
+    scene.tof = Some(TimeOfFlight {
+        frequencies_hz: vec![20e6, 50e6, 100e6],
+        phase_count: 4,
+        contrasts: vec![0.75; 3],
+        band_weights: [1.0, 0.0, 0.0],
+        phase_offset_deg: 0.0,
+        ambient_lights,
+        output: ChargeUnit::Electrons,
+        noise: None,
+    });
+}
+
 /// Scenes that between them make every buffer and every image that there is.
 fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
     let mut scenes = Vec::new();
@@ -51,33 +76,22 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
                 scene.direct.shadow = Some(Shadow::Map);
             }),
         );
-        add(
-            "time of flight",
-            with(&demo, |scene| {
-                scene.indirect = None;
-                scene.sensor = Some(Sensor {
-                    pixel_pitch_um: [10.0; 2],
-                    exposure_time_s: 1e-3,
-                    duty_cycle: 1.0,
-                    photodetector: Some(Photodetector {
-                        wavelength_nm: 850.0,
-                        quantum_efficiency: 0.8,
-                    }),
+        for (what, indirect) in [
+            ("time of flight", None),
+            ("time of flight of a bounce", FINAL_GATHER),
+            ("time of flight of a sum", INTERPOLATED_AVERAGE),
+        ] {
+            let scene = with(&demo, |scene| {
+                // Not all scenes have a light with a position.
+                scene.lights.push(Light::Point {
+                    position_m: scene.camera.position_m,
+                    power_w: [1.0; 3],
                 });
-                let is_ambient = |light: &usize| scene.lights[*light].position_m().is_none();
-                let ambient_lights = (0..scene.lights.len()).filter(is_ambient).collect();
-                scene.tof = Some(TimeOfFlight {
-                    frequencies_hz: vec![20e6, 50e6, 100e6],
-                    phase_count: 4,
-                    contrasts: vec![0.75; 3],
-                    band_weights: [1.0, 0.0, 0.0],
-                    phase_offset_deg: 0.0,
-                    ambient_lights,
-                    output: ChargeUnit::Electrons,
-                    noise: None,
-                });
-            }),
-        );
+                scene.indirect = indirect;
+                time_of_flight(scene);
+            });
+            add(what, scene);
+        }
         add(
             "sum with an error",
             with(&demo, |scene| {
