@@ -90,7 +90,7 @@ pub struct Comparison {
     pub image_mean: f64,
     /// Mean of t; 0 where nothing was compared.
     pub reference_mean: f64,
-    /// `None` where there is nothing to be relative to: nothing was compared, or Σt is not over 0, as in a black reference.
+    /// `None` where there is nothing to be relative to: nothing was compared, or Σ|t| is 0, as in a black reference.
     pub errors: Option<RelativeErrors>,
     /// `None` without `errors`, and where no standard error was given.
     pub noise: Option<NoiseCorrection>,
@@ -103,11 +103,11 @@ pub struct Comparison {
 pub struct RelativeErrors {
     /// sqrt(Σd²/Σt²)
     pub rmse: f64,
-    /// Σx/Σt − 1
+    /// Σd/Σ|t|: of light, whose t are not negative, Σx/Σt − 1.
     pub bias: f64,
-    /// Σ|d|/Σt
+    /// Σ|d|/Σ|t|
     pub mean_absolute: f64,
-    /// The smallest value that 99 % of all |d|/(|t| + 0.01·mean t) do not exceed.
+    /// The smallest value that 99 % of all |d|/(|t| + 0.01·mean |t|) do not exceed.
     pub percentile_99: f64,
 }
 
@@ -136,11 +136,12 @@ impl Comparison {
         let sums = noise::Sums {
             x: sum(samples, |sample| sample.x),
             t: sum(samples, |sample| sample.t),
+            magnitude: sum(samples, |sample| sample.t.abs()),
             tt: sum(samples, |sample| sample.t * sample.t),
             dd: sum(samples, |sample| sample.d() * sample.d()),
         };
         let mean = |sum: f64| sum / samples.len().max(1) as f64;
-        let has_errors = sums.t > 0.0;
+        let has_errors = sums.magnitude > 0.0;
         let has_noise =
             pixels.image_standard_error.is_some() || pixels.reference_standard_error.is_some();
         Ok(Comparison {
@@ -152,9 +153,9 @@ impl Comparison {
             reference_mean: mean(sums.t),
             errors: has_errors.then(|| RelativeErrors {
                 rmse: (sums.dd / sums.tt).sqrt(),
-                bias: sums.x / sums.t - 1.0,
-                mean_absolute: sum(samples, |sample| sample.d().abs()) / sums.t,
-                percentile_99: percentile_99(samples, 0.01 * mean(sums.t)),
+                bias: (sums.x - sums.t) / sums.magnitude,
+                mean_absolute: sum(samples, |sample| sample.d().abs()) / sums.magnitude,
+                percentile_99: percentile_99(samples, 0.01 * mean(sums.magnitude)),
             }),
             noise: (has_errors && has_noise).then(|| NoiseCorrection::new(samples, &sums)),
             z_scores: ZScores::new(samples),

@@ -21,7 +21,7 @@ pub struct NoiseCorrection {
     /// Standard error of [`RelativeErrors::bias`](super::RelativeErrors::bias) = b: with the noise of a pixel's bands summed,
     /// sqrt(Σ_pixels ((Στ)² + (1+b)²(Σσ)²)) / Σt.
     pub bias_standard_error: f64,
-    /// sqrt(2/π)·Σ sqrt(σ²+τ²)/Σt: the mean absolute error that an image without error shows.
+    /// sqrt(2/π)·Σ sqrt(σ²+τ²)/Σ|t|: the mean absolute error that an image without error shows.
     pub mean_absolute_floor: f64,
 }
 
@@ -61,20 +61,21 @@ pub struct ZScores {
 /// Sums over all values.
 pub(super) struct Sums {
     pub x: f64,
-    /// Over 0.
     pub t: f64,
+    /// Σ|t|, over 0.
+    pub magnitude: f64,
     pub tt: f64,
     pub dd: f64,
 }
 
 impl NoiseCorrection {
-    /// For Σt > 0.
+    /// For Σ|t| > 0.
     pub(super) fn new(samples: &[Sample], sums: &Sums) -> Self {
         let variance = sum(samples, Sample::variance);
         let deviation = sum(samples, |sample| sample.variance().sqrt());
         let pixels = samples.chunk_by(|a, b| a.pixel == b.pixel);
         let pixels: Vec<PixelSums> = pixels.map(PixelSums::new).collect();
-        let image_to_reference = sums.x / sums.t;
+        let image_to_reference = 1.0 + (sums.x - sums.t) / sums.magnitude;
         let bias_variance = sum(&pixels, |p| {
             p.tau.powi(2) + (image_to_reference * p.sigma).powi(2)
         });
@@ -82,8 +83,8 @@ impl NoiseCorrection {
         NoiseCorrection {
             floor: (variance / sums.tt).sqrt(),
             rmse: CorrectedRmse::new(&pixels, sums.dd - variance, true_squares),
-            bias_standard_error: bias_variance.sqrt() / sums.t,
-            mean_absolute_floor: (2.0 / PI).sqrt() * deviation / sums.t,
+            bias_standard_error: bias_variance.sqrt() / sums.magnitude,
+            mean_absolute_floor: (2.0 / PI).sqrt() * deviation / sums.magnitude,
         }
     }
 }

@@ -459,3 +459,48 @@ fn the_error_map_shows_the_sign() {
     assert!(b > r, "too dark is blue");
     assert_eq!(at(4), [128; 3], "background is grey");
 }
+
+/// Z of three pixels, of which two are turned by 0.1 and 0.3 rad: at 100 MHz c/(4πf) is 0.23857 m a radian.
+#[test]
+fn phasors_are_compared_with_the_range_that_they_tell() {
+    let folder = tempfile::tempdir().unwrap();
+    let of_angles = |angles: [f32; 3]| angles.map(|angle| [angle.cos(), angle.sin()]);
+    let write_phasors = |name: &str, angles: [f32; 3]| {
+        let phasors = of_angles(angles);
+        let [re, im] = [0, 1].map(|part| phasors.map(|phasor| phasor[part]));
+        let layers: &[(&str, &[f32])] = &[
+            ("tof0.phasor.re", &re),
+            ("tof0.phasor.im", &im),
+            ("tof0.phasor_stderr.re", &[0.01; 3]),
+            ("tof0.phasor_stderr.im", &[0.01; 3]),
+            ("direct", &[1.0; 3]),
+        ];
+        let frequency = [("camlux.tof0.frequency_hz", "100000000")];
+        write(&folder.path().join(name), (3, 1), layers, &frequency);
+    };
+    write_phasors("z.exr", [1.1, 2.0, -2.7]);
+    write_phasors("z_truth.exr", [1.0, 2.0, -3.0]);
+    let found = json(folder.path(), &["z.exr", "z_truth.exr"]);
+    let layers = found["layers"].as_array().unwrap();
+    let layer = layers.iter().find(|layer| layer["name"] == "tof0.phasor");
+    let layer = layer.expect("it is compared unasked");
+    let number = |value: &Value| value.as_f64().unwrap();
+    let range = &layer["range_error"];
+    assert!(
+        (number(&range["median_m"]) - 0.023857).abs() < 1e-5,
+        "{range}"
+    );
+    assert!(
+        (number(&range["percentile_99_m"]) - 0.071571).abs() < 1e-5,
+        "{range}"
+    );
+    // Chords of unit circles: 2·sin(0.05) and 2·sin(0.15).
+    let due = ((0.1f64 / 2.0).sin().powi(2) + (0.3f64 / 2.0).sin().powi(2)) * 4.0 / 3.0;
+    let rmse = number(&layer["errors"]["relative_rmse"]);
+    assert!((rmse - due.sqrt()).abs() < 1e-4, "{rmse}");
+    assert!(
+        layer["noise"].is_object(),
+        "the phasors' own standard error counts"
+    );
+    assert!(layers[0]["range_error"].is_null());
+}

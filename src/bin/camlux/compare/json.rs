@@ -19,6 +19,11 @@ pub fn text(report: &Report) -> String {
                 "mean": scores.mean,
                 "deviation": scores.deviation(),
             })));
+            object["range_error"] =
+                json!(layer.range_errors_m.map(|[median, percentile_99]| json!({
+                    "median_m": median,
+                    "percentile_99_m": percentile_99,
+                })));
             object["with_edges"] = json!(layer.with_edges.as_ref().map(comparison));
             object
         })

@@ -23,7 +23,7 @@ pub struct Args {
     /// and the pixels marked in its layer edge are left out
     #[arg(value_name = "REFERENCE.exr")]
     reference: PathBuf,
-    /// Compare this layer; may be given more than once. Without it: indirect, direct and radiance, as far as both have them
+    /// Compare this layer; may be given more than once. Without it: indirect, direct and radiance, and the phasors of time of flight, as far as both have them
     #[arg(long = "layer", value_name = "NAME")]
     layers: Vec<String>,
     /// Print one JSON object instead of a table
@@ -52,6 +52,8 @@ struct LayerReport<'run> {
     with_edges: Option<Comparison>,
     /// Of a render's errors over what it says of them in its layer stderr.
     stated: Option<ZScores>,
+    /// Median and 99 %, m: of time of flight.
+    range_errors_m: Option<[f64; 2]>,
 }
 
 impl Report<'_> {
@@ -96,6 +98,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         layers.push(LayerReport {
             stated: pair.judge(&valid, edges.as_deref())?,
+            range_errors_m: pair.range_errors_m(&valid, edges.as_deref()),
             pair,
             comparison,
             with_edges,

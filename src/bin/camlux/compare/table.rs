@@ -8,7 +8,7 @@ use crate::numbers::{number, percent, with_uncertainty};
 /// What a row says of a layer; `None` where it has nothing to say.
 type Cell = fn(&LayerReport) -> Option<String>;
 
-const ROWS: [(&str, Cell); 13] = [
+const ROWS: [(&str, Cell); 14] = [
     ("mean of the image", |l| {
         Some(number(l.comparison.image_mean))
     }),
@@ -40,6 +40,10 @@ const ROWS: [(&str, Cell); 13] = [
     }),
     ("99 % of the values are within", |l| {
         Some(percent(l.comparison.errors?.percentile_99))
+    }),
+    ("error of the range: median, 99 %", |l| {
+        let [median, percentile_99] = l.range_errors_m?;
+        Some(format!("{} m, {} m", number(median), number(percentile_99)))
     }),
     ("z-scores: mean, variance (noise: 0, 1)", |l| {
         let scores = l.comparison.z_scores?;
