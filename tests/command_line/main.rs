@@ -11,4 +11,5 @@ mod jobs;
 mod reference;
 mod render;
 mod report;
+mod time_of_flight;
 mod usage;

@@ -3,6 +3,7 @@
 //! Results go to files and stdout, everything about the run to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage.
 
 mod batch;
+mod canvas;
 mod compare;
 mod doctor;
 mod error_map;
@@ -18,6 +19,7 @@ mod reference;
 mod render;
 mod report;
 mod summary;
+mod tof_picture;
 mod torture;
 
 use std::io::Write;

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use camlux::output::{ExrOptions, Layer, OutputFile, PngView, write_exr, write_png};
+use camlux::output::{ExrOptions, Frame, Layer, OutputFile, PngView, write_exr, write_png};
 use camlux::{Device, Plan, RayKernel, RenderOptions, Renderer, Scene};
 
 use crate::indirect::IndirectArgs;
@@ -11,7 +11,7 @@ use crate::options::{DeviceArgs, SizeArgs, check_layers};
 use crate::output::{file_behind, require_extension};
 use crate::progress::{ProgressDisplay, stop_on_signals};
 use crate::summary::{self, RunSummary};
-use crate::{Failure, json, print, tell, warn};
+use crate::{Failure, json, print, tell, tof_picture, warn};
 
 #[derive(clap::Args)]
 pub struct Args {
@@ -27,7 +27,7 @@ pub struct Args {
     pub indirect: IndirectArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Also write a preview: direct | indirect | total where there is indirect light, in one exposure
+    /// Also write a preview: direct | indirect | total where there is indirect light, in one exposure; with time of flight range | amplitude | multipath error
     #[arg(long, value_name = "FILE.png", requires = "output")]
     pub png: Option<PathBuf>,
     /// Also write times, counts and warnings as JSON; - is stdout
@@ -131,12 +131,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
     if let Some(file) = outputs.png {
         let path = file.path().to_owned();
-        let view = PngView::for_frame(&frame);
-        let preview = write_png(file, &frame, view)?;
-        let white = format!("white = {:.3e} W/sr/m^2", preview.white_radiance);
-        let content = match view {
-            PngView::Radiance => format!("radiance, {white}"),
-            PngView::SideBySide => format!("direct | indirect | total in one exposure, {white}"),
+        let content = match &frame.description.tof {
+            Some(tof) => tof_picture::write_png(file, &frame, tof)?,
+            None => write_preview(file, &frame)?,
         };
         written.push((content, path));
     }
@@ -159,6 +156,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     tell(summary::text(&run).trim_end());
     Ok(())
+}
+
+/// Writes the preview of a frame's light. Returns what it shows.
+fn write_preview(file: OutputFile, frame: &Frame) -> Result<String, Failure> {
+    let view = PngView::for_frame(frame);
+    let preview = write_png(file, frame, view)?;
+    let white = format!("white = {:.3e} W/sr/m^2", preview.white_radiance);
+    Ok(match view {
+        PngView::Radiance => format!("radiance, {white}"),
+        PngView::SideBySide => format!("direct | indirect | total in one exposure, {white}"),
+    })
 }
 
 /// The files to be written, each under construction beside its final name.

@@ -43,23 +43,9 @@ impl ErrorMap {
         })
     }
 
-    /// A range of colours that 99 % of the pixels do not leave: the next of 1, 1.5, 2, 3 and 5 times a power of ten.
+    /// A range of colours that 99 % of the pixels do not leave.
     pub fn range(&self) -> f64 {
-        let mut magnitudes: Vec<f64> = self.errors.iter().flatten().map(|e| e.abs()).collect();
-        magnitudes.retain(|magnitude| magnitude.is_finite());
-        if magnitudes.is_empty() {
-            return 1.0;
-        }
-        let rank = (magnitudes.len() * 99).div_ceil(100) - 1;
-        let (_, percentile, _) = magnitudes.select_nth_unstable_by(rank, f64::total_cmp);
-        // Below that of f32 there is nothing to see; images may be equal.
-        let percentile = percentile.max(1e-7);
-        let power = 10_f64.powf(percentile.log10().floor());
-        let steps = [1.0, 1.5, 2.0, 3.0, 5.0].map(|step| step * power);
-        let fits = steps
-            .into_iter()
-            .find(|step| percentile <= step * 1.000_001);
-        fits.unwrap_or(10.0 * power)
+        round_range(self.errors.iter().flatten().map(|error| error.abs()))
     }
 
     /// The map alone, colours ending at ±`range`. It is not wider than `widest_px`: larger images are averaged over squares of
@@ -79,6 +65,24 @@ impl ErrorMap {
     }
 }
 
+/// What 99 % of the magnitudes do not leave: the next of 1, 1.5, 2, 3 and 5 times a power of ten.
+pub fn round_range(magnitudes: impl Iterator<Item = f64>) -> f64 {
+    let mut magnitudes: Vec<f64> = magnitudes.filter(|m| m.is_finite()).collect();
+    if magnitudes.is_empty() {
+        return 1.0;
+    }
+    let rank = (magnitudes.len() * 99).div_ceil(100) - 1;
+    let (_, percentile, _) = magnitudes.select_nth_unstable_by(rank, f64::total_cmp);
+    // Below that of f32 there is nothing to see; images may be equal.
+    let percentile = percentile.max(1e-7);
+    let power = 10_f64.powf(percentile.log10().floor());
+    let steps = [1.0, 1.5, 2.0, 3.0, 5.0].map(|step| step * power);
+    let fits = steps
+        .into_iter()
+        .find(|step| percentile <= step * 1.000_001);
+    fits.unwrap_or(10.0 * power)
+}
+
 /// What the colours mean, from too dark at the left to too bright.
 pub fn color_bar(width: u32, height: u32) -> RgbImage {
     let share = |x: u32| 2.0 * (f64::from(x) + 0.5) / f64::from(width) - 1.0;
@@ -89,7 +93,7 @@ const BACKGROUND: Rgb<u8> = Rgb([128; 3]);
 
 /// Colour of an error from −1 (blue) over 0 (almost white) to 1 (red); black for what is not a number. The palette is
 /// "RdBu" of ColorBrewer (Harrower and Brewer 2003), made for the colour-blind, too.
-fn diverging(share: f64) -> [u8; 3] {
+pub fn diverging(share: f64) -> [u8; 3] {
     const STOPS: [[u8; 3]; 11] = [
         [5, 48, 97],
         [33, 102, 172],
@@ -106,11 +110,16 @@ fn diverging(share: f64) -> [u8; 3] {
     if share.is_nan() {
         return [0; 3];
     }
-    let at = (share.clamp(-1.0, 1.0) + 1.0) / 2.0 * (STOPS.len() - 1) as f64;
-    let index = (at as usize).min(STOPS.len() - 2);
+    between(&STOPS, (share + 1.0) / 2.0)
+}
+
+/// The colour at a share of the way over a palette.
+pub fn between(stops: &[[u8; 3]], share: f64) -> [u8; 3] {
+    let at = share.clamp(0.0, 1.0) * (stops.len() - 1) as f64;
+    let index = (at as usize).min(stops.len() - 2);
     let weight = at - index as f64;
     std::array::from_fn(|band| {
-        let [low, high] = [STOPS[index][band], STOPS[index + 1][band]].map(f64::from);
+        let [low, high] = [stops[index][band], stops[index + 1][band]].map(f64::from);
         (low + weight * (high - low)).round() as u8
     })
 }

@@ -1,0 +1,149 @@
+//! The preview of a time-of-flight camera's frame: a row for each frequency, of its range, its amplitude and its multipath error.
+
+use camlux::model::unambiguous_range_m;
+use camlux::output::{Frame, Layer, OutputFile, TofQuantity};
+use camlux::scene::TimeOfFlight;
+use image::{Rgb, RgbImage};
+
+use crate::Failure;
+use crate::canvas::{BOLD, Canvas};
+use crate::error_map::{diverging, round_range};
+use crate::numbers::number;
+use crate::output::png;
+
+const MARGIN_PX: u32 = 12;
+const HEADING_PX: u32 = 20;
+const LEGEND_PX: u32 = 40;
+const BAR_HEIGHT_PX: u32 = 12;
+/// So that headings fit.
+const LEAST_WIDTH_PX: u32 = 200;
+const BACKGROUND: [u8; 3] = [128; 3];
+
+/// What one panel shows.
+struct Panel<'f> {
+    heading: String,
+    values: &'f [f32],
+    unit: &'static str,
+    /// Where the colours begin and end.
+    ends: [f64; 2],
+    color: fn(f64) -> [u8; 3],
+}
+
+/// Writes the preview of a frame with time of flight, and gives the file its name. Returns what it shows.
+pub fn write_png(file: OutputFile, frame: &Frame, tof: &TimeOfFlight) -> Result<String, Failure> {
+    let rows: Vec<[Panel; 3]> = tof
+        .frequencies_hz
+        .iter()
+        .enumerate()
+        .filter_map(|(frequency, &hz)| panels(frame, frequency as u8, hz))
+        .collect();
+    let picture = picture(&rows, frame.resolution_px);
+    let size_px = [picture.width(), picture.height()].map(|px| px as usize);
+    file.commit_with(&png(size_px, &picture)?)?;
+    Ok("range | amplitude | multipath error, a row a frequency".into())
+}
+
+fn panels(frame: &Frame, frequency: u8, frequency_hz: f64) -> Option<[Panel<'_>; 3]> {
+    let values = |quantity| frame.values(Layer::Tof(frequency, quantity));
+    let [range, amplitude, mpi] = [
+        values(TofQuantity::Range)?,
+        values(TofQuantity::Amplitude)?,
+        values(TofQuantity::MultipathError)?,
+    ];
+    let charge = Layer::Tof(frequency, TofQuantity::Amplitude);
+    let most = |values: &[f32]| round_range(values.iter().map(|value| f64::from(value.abs())));
+    let farthest = most(range).min(unambiguous_range_m(frequency_hz));
+    let mhz = number(1e-6 * frequency_hz);
+    Some([
+        Panel {
+            heading: format!("range, {mhz} MHz"),
+            values: range,
+            unit: "m",
+            ends: [0.0, farthest],
+            color: perceptual,
+        },
+        Panel {
+            heading: format!("amplitude, {mhz} MHz"),
+            values: amplitude,
+            unit: charge.unit_by(frame.description.tof.as_ref()),
+            ends: [0.0, most(amplitude)],
+            color: grey,
+        },
+        Panel {
+            heading: format!("multipath error, {mhz} MHz"),
+            values: mpi,
+            unit: "m",
+            ends: [-most(mpi), most(mpi)],
+            color: diverging,
+        },
+    ])
+}
+
+fn picture(rows: &[[Panel; 3]], [width, height]: [u32; 2]) -> RgbImage {
+    let scale = LEAST_WIDTH_PX.div_ceil(width.max(1)).max(1);
+    let [panel_width, panel_height] = [width * scale, height * scale];
+    let row_height = HEADING_PX + panel_height + LEGEND_PX;
+    let mut canvas = Canvas::new(
+        3 * (panel_width + MARGIN_PX) + MARGIN_PX,
+        rows.len() as u32 * row_height + MARGIN_PX,
+    );
+    for (row, panels) in rows.iter().enumerate() {
+        for (column, panel) in panels.iter().enumerate() {
+            let left = MARGIN_PX + column as u32 * (panel_width + MARGIN_PX);
+            let top = row as u32 * row_height;
+            let middle = (left + panel_width / 2) as i32;
+            canvas.write(&panel.heading, middle, top as i32 + 15, BOLD);
+            let [low, high] = panel.ends;
+            let pixels = RgbImage::from_fn(panel_width, panel_height, |x, y| {
+                let value = f64::from(panel.values[(y / scale * width + x / scale) as usize]);
+                let share = (value - low) / (high - low);
+                Rgb(if share.is_nan() {
+                    BACKGROUND
+                } else {
+                    shade(panel, share)
+                })
+            });
+            canvas.show(&pixels, left, top + HEADING_PX);
+            let bar_width = panel_width - 2 * MARGIN_PX - 40;
+            let bar_left = left + (panel_width - bar_width) / 2;
+            let bar_top = top + HEADING_PX + panel_height + 6;
+            let bar = RgbImage::from_fn(bar_width, BAR_HEIGHT_PX, |x, _| {
+                Rgb(shade(panel, (f64::from(x) + 0.5) / f64::from(bar_width)))
+            });
+            canvas.show(&bar, bar_left, bar_top);
+            for share in [0.0, 0.5, 1.0] {
+                let x = bar_left + (share * f64::from(bar_width - 1)).round() as u32;
+                let value = low + share * (high - low);
+                let label = format!("{} {}", number(value), panel.unit);
+                canvas.tick(x, bar_top + BAR_HEIGHT_PX, &label);
+            }
+        }
+    }
+    canvas.0
+}
+
+/// From 0 to 1 over the panel's colours.
+fn shade(panel: &Panel, share: f64) -> [u8; 3] {
+    let is_signed = panel.ends[0] < 0.0;
+    (panel.color)(if is_signed { 2.0 * share - 1.0 } else { share })
+}
+
+fn grey(share: f64) -> [u8; 3] {
+    [camlux::output::srgb_byte(share as f32); 3]
+}
+
+/// From dark blue over green to yellow, as much brighter as the value is larger: "viridis" of matplotlib (van der Walt and Smith 2015, CC0).
+fn perceptual(share: f64) -> [u8; 3] {
+    const STOPS: [[u8; 3]; 9] = [
+        [68, 1, 84],
+        [71, 44, 122],
+        [59, 81, 139],
+        [44, 113, 142],
+        [33, 144, 141],
+        [39, 173, 129],
+        [92, 200, 99],
+        [170, 220, 50],
+        [253, 231, 37],
+    ];
+    crate::error_map::between(&STOPS, share)
+}
