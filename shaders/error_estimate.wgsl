@@ -82,10 +82,13 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         for (var i = 0u; i < 2u; i++) {
             let frequency = 2u * pair + i;
             let of_frequency = select(vec4<f32>(1.0, 1.0, 0.0, 0.0), vec4<f32>(0.0, 0.0, 1.0, 1.0), i == 1u);
+            var variance = 0.0;
+#if NOISY
             let squares = vec2<f32>(results[first + PHASOR_SQUARES][frequency] + results[second + PHASOR_SQUARES][frequency],
                 results[first + PHASOR_SQUARES + 1u][frequency] + results[second + PHASOR_SQUARES + 1u][frequency]);
-            estimates[estimate + 2u + frequency] = vec4<f32>(dot(of_frequency, errors), dot(of_frequency, signals), dot(of_frequency, change * change),
-                0.5 * per_sample * reflect_phasor_squares(pixel, squares));
+            variance = 0.5 * per_sample * reflect_phasor_squares(pixel, squares);
+#endif
+            estimates[estimate + 2u + frequency] = vec4<f32>(dot(of_frequency, errors), dot(of_frequency, signals), dot(of_frequency, change * change), variance);
         }
     }
 #endif

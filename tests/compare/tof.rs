@@ -271,3 +271,70 @@ fn noise_is_the_same_for_the_same_frame_and_other_for_another() {
         }
     }
 }
+
+/// Half a path just short of c/2f, and just beyond it: the range begins anew, and the wrap is counted.
+#[test]
+fn the_range_wraps_at_half_a_wavelength() {
+    let mut gpu = Gpu::open();
+    let frequency_hz = 20e6;
+    let unambiguous_m = SPEED_OF_LIGHT_M_S / (2.0 * frequency_hz);
+    for (short_m, wraps) in [(2e-3, 0), (-2e-3, 1)] {
+        // The light at the camera, before a wall.
+        let away_m = unambiguous_m - short_m;
+        let wall = quad(
+            "wall",
+            DVec3::new(-1.0, -1.0, 0.0),
+            2.0 * DVec3::X,
+            2.0 * DVec3::Y,
+            0,
+        );
+        let camera_m = DVec3::new(0.0, 0.0, away_m);
+        let scene = scene_of(vec![wall], lamp(camera_m), camera_m, DVec3::ZERO);
+        let mut scene = modulated(scene, &[frequency_hz]);
+        scene.indirect = None;
+        scene.camera.resolution_px = [1, 1];
+        let frame = gpu.render(&scene);
+        let layer = Layer::Tof(0, TofQuantity::Range);
+        let range_m = f64::from(frame.values(layer).expect("it is there")[0]);
+        let due_m = away_m - f64::from(wraps) * unambiguous_m;
+        assert!((range_m - due_m).abs() < 1e-4, "{range_m} m for {due_m}");
+        let counted = frame.ids(Layer::Tof(0, TofQuantity::Wraps));
+        assert_eq!(counted.expect("it is there")[0], wraps);
+    }
+}
+
+/// Taps that are full hold what they can, and their difference tells no phase.
+#[test]
+fn saturated_taps_hold_a_full_well() {
+    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[20e6]);
+    scene.indirect = None;
+    scene.lights = vec![scene.lights[0].with_emission([1e6; 3])];
+    let tof = scene.tof.as_mut().expect("it was given");
+    tof.noise = Some(SensorNoise {
+        seed: 1,
+        dark_e_per_s: 0.0,
+        read_noise_e: 0.0,
+        full_well_e: 1e4,
+        gain_dn_per_e: 0.1,
+        black_level_dn: 0.0,
+        bits: 12,
+    });
+    let frame = Gpu::open().render(&scene);
+    let lit = frame.values(Layer::Direct).expect("it is there");
+    let taps = frame.values(Layer::Tof(0, TofQuantity::Taps(0)));
+    let taps = taps.expect("it is there").chunks_exact(2);
+    let amplitude = frame.values(Layer::Tof(0, TofQuantity::Amplitude));
+    let amplitude = amplitude.expect("it is there");
+    let ranges = frame.values(Layer::Tof(0, TofQuantity::Range));
+    let ranges = ranges.expect("it is there");
+    let mut full = 0;
+    for (i, taps) in taps.enumerate() {
+        if lit[3 * i] > 0.0 && taps == [1e4, 1e4] {
+            full += 1;
+            assert_eq!(amplitude[i], 0.0);
+            assert!(ranges[i].is_nan(), "{}", ranges[i]);
+        }
+        assert!(taps.iter().all(|&charge| charge <= 1e4), "{taps:?}");
+    }
+    assert!(full > 500, "{full} pixels");
+}
