@@ -323,9 +323,12 @@ fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
 #endif
 #if PHASORS
             // Neighbours have almost one phase.
-            diffuse_phasor_squares += is_second * square(modulation.is_seen * difference);
+            let modulated = to.contribution.is_modulated * to.contribution.irradiance;
+            let modulated_before = before.is_modulated * before.irradiance;
+            diffuse_phasor_squares += (is_second * square(modulation.is_seen * (modulated - modulated_before))) * modulation.is_used;
 #if GLOSSY
-            specular_phasor_squares += is_second * square(modulation.is_seen * lobe_difference);
+            let modulated_in_lobe = modulated * to.contribution.lobe - modulated_before * before.lobe;
+            specular_phasor_squares += (is_second * square(modulation.is_seen * modulated_in_lobe)) * modulation.is_used;
 #endif
 #endif
             before = to.contribution;

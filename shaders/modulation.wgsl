@@ -15,7 +15,7 @@ struct Modulation {
     band_count: u32,
     // 1 for each of them; 0 for the others.
     is_seen: vec3<f32>,
-    // Square of an error of light over that of Z that is as bad, for each frequency; 0 where there are fewer.
+    // (rms of light / rms of Z)² of each frequency: an error of Z times the root counts as one of light.
     error_scales: vec4<f32>,
 }
 

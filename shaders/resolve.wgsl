@@ -17,7 +17,20 @@ struct ResolveParameters {
     own_share: f32,
 }
 
+#if PHASORS
+// Devices need not have more than four storage images a kernel.
+var gathered: texture_2d_array<f32>;
+
+fn gathered_at(pixel: vec2<u32>, layer: u32) -> vec4<f32> {
+    return textureLoad(gathered, pixel, layer, 0);
+}
+#else
 var gathered: texture_storage_2d_array<rgba32float, read>;
+
+fn gathered_at(pixel: vec2<u32>, layer: u32) -> vec4<f32> {
+    return textureLoad(gathered, pixel, layer);
+}
+#endif
 // The radiance; and what its error is expected to be but for a factor, all bands together: negative for an interpolated pixel.
 var indirect_radiance: texture_storage_2d<rgba32float, write>;
 #if PHASORS
@@ -35,7 +48,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (any(pixel >= textureDimensions(gathered))) {
         return;
     }
-    let diffuse = textureLoad(gathered, pixel, DIFFUSE);
+    let diffuse = gathered_at(pixel, DIFFUSE);
     let state = decode_state(diffuse.w);
     // Nothing is known of the background.
     if (state.kind == UNKNOWN) {
@@ -43,7 +56,7 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     var specular = vec3<f32>(0.0);
 #if PHONG
-    specular = textureLoad(gathered, pixel, SPECULAR).rgb;
+    specular = gathered_at(pixel, SPECULAR).rgb;
 #endif
     let radiance = reflect(pixel, diffuse.rgb, specular);
     var error = 0.0;
@@ -67,9 +80,9 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
         var phasors = vec4<f32>(0.0);
         for (var i = pair * modulation.band_count; i < (pair + 1u) * modulation.band_count; i++) {
             let shares = seen_shares(pixel, band_of(i));
-            phasors += shares.x * textureLoad(gathered, pixel, phasor_layer(i, 0u));
+            phasors += shares.x * gathered_at(pixel, phasor_layer(i, 0u));
 #if PHONG
-            phasors += shares.y * textureLoad(gathered, pixel, phasor_layer(i, 1u));
+            phasors += shares.y * gathered_at(pixel, phasor_layer(i, 1u));
 #endif
         }
         textureStore(indirect_phasors, pixel, pair, phasors);

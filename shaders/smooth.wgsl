@@ -195,9 +195,12 @@ fn smooth_phasors(pixel: vec2<u32>, lobe: u32, neighbours: Neighbours, fit: Fit)
         let own_variance = phasor_variance(pixel, layer, lobe, own_packets);
         let is_doubtful = own_variance == 0.0 && mean_variance > RARE * sums.squares / fit.weight;
         let variance = select(min(mean_variance, MAX_OVER_OWN * own_variance), mean_variance, is_doubtful);
-        let smoothed = smooth_value(sampled_phasors(pixel, layer, lobe, own_packets), sums, fit, variance);
+        let own = sampled_phasors(pixel, layer, lobe, own_packets);
+        let smoothed = smooth_value(own, sums, fit, variance);
         phasors.modelled[layer] = smoothed.modelled;
-        phasors.gain = max(phasors.gain, smoothed.gain);
+        // Where no modulated light comes, there is nothing to keep.
+        let is_dark = sums.squares == 0.0 && dot(own, own) == 0.0;
+        phasors.gain = max(phasors.gain, select(smoothed.gain, 0.0, is_dark));
     }
     return phasors;
 }

@@ -60,7 +60,7 @@ fn place(item: u32, list: u32, index: u32) {
     let incident = light.intensity * (emission[texel.index].x * emission[texel.index].y);
 #endif
     let diffuse = diffuse_factor(kd_irradiance.rgb) * incident;
-    // ΔΩ·d²/cosθ, at most as long as it is away.
+    // ΔΩ·d²/cosθ, at most d².
     let distance_squared = dot(from_light, from_light);
     let facing = max(dot(normal_geometric.xyz, to_light), emission[texel.index].x);
     let area = select(emission[texel.index].x * distance_squared / facing, 0.0, is_parallel);

@@ -123,11 +123,10 @@ impl Lights {
         let plan = &context.plan.lights[index];
         let tof = context.scene.tof.as_ref();
         let tof = tof.filter(|_| plan.is_modulated);
-        let frequencies_hz = tof.map_or_else(Vec::new, |tof| tof.frequencies_hz.clone());
-        let key = |light: Light| LightKey {
-            light,
+        let key = LightKey {
+            light: *light,
             plan: plan.clone(),
-            frequencies_hz: frequencies_hz.clone(),
+            frequencies_hz: tof.map_or_else(Vec::new, |tof| tof.frequencies_hz.clone()),
             generation: scene.generation,
         };
         let room = self.vpls.as_ref().map_or(0, |vpls| vpls.room_per_light);
@@ -136,7 +135,7 @@ impl Lights {
             .indirect
             .map_or(0, |plan| plan.emission_size.pow(2));
         let place = [room, context.plan.max_faces() * tiles].map(|room| index as u32 * room);
-        let (lit, is_new) = self.lights[index].get_or_make(key(*light), || {
+        let (lit, is_new) = self.lights[index].get_or_make(key, || {
             Ok(LitLight {
                 device: DeviceLight::new(context, index, place)?,
                 listed: None,
@@ -148,7 +147,15 @@ impl Lights {
         let map_count = self.map_sets.len();
         let maps = &mut self.map_sets[index % map_count];
         // What a light sees does not depend on what it emits.
-        let sees = || key(light.with_emission([1.0; 3]));
+        let sees = || LightKey {
+            light: light.with_emission([1.0; 3]),
+            plan: LightPlan {
+                is_modulated: false,
+                ..plan.clone()
+            },
+            frequencies_hz: Vec::new(),
+            generation: scene.generation,
+        };
         let is_dirty = |shows: &mut Cached<LightKey, ()>| -> Result<bool> {
             Ok(shows.get_or_make(sees(), || Ok(()))?.1)
         };

@@ -19,7 +19,7 @@ pub struct NoiseCorrection {
     /// What is left of the relative RMSE without the noise.
     pub rmse: CorrectedRmse,
     /// Standard error of [`RelativeErrors::bias`](super::RelativeErrors::bias) = b: with the noise of a pixel's bands summed,
-    /// sqrt(Σ_pixels ((Στ)² + (1+b)²(Σσ)²)) / Σt.
+    /// sqrt(Σ_pixels ((Στ)² + (1+b)²(Σσ)²)) / Σ|t|.
     pub bias_standard_error: f64,
     /// sqrt(2/π)·Σ sqrt(σ²+τ²)/Σ|t|: the mean absolute error that an image without error shows.
     pub mean_absolute_floor: f64,

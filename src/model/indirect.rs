@@ -105,8 +105,8 @@ pub fn indirect_radiance(
 /// What time of flight makes of a VPL's light at P: e^{+i·2πf·(|LQ| + |QP|)/c}, of a mean over the VPL's area.
 ///
 /// Over that area the paths differ by up to a gradient g = |(QL + QP)∥| of their length, along the surface. The mean over a square of edge e
-/// is sinc(x), x = π·f/c·e·g, times the phasor of its centre; e^{−x²/6} follows that to fourth order, and is 0 where the paths of one VPL
-/// are all phases there are.
+/// is sinc(x), x = π·f/c·e·g, times the phasor of its centre; e^{−x²/6} follows that to fourth order, and tends to 0 where the paths of
+/// one VPL cover all phases.
 pub fn vpl_phasor(vpl: &Vpl, receiver: &Receiver, frequency_hz: f64) -> Phasor {
     let q_to_p_m = receiver.position_m - vpl.position_m;
     let halfway = vpl.to_light + q_to_p_m.normalize_or_zero();

@@ -5,19 +5,45 @@ use std::process::Command;
 
 use camlux::output::LayeredImage;
 
-#[test]
-fn the_preview_has_range_amplitude_and_multipath_error_of_each_frequency() {
-    let folder = tempfile::tempdir().unwrap();
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/tof_corner.toml");
+/// Renders the demo scene, changed, and returns what the program says.
+fn render(folder: &Path, change: impl Fn(String) -> String, arguments: &str) -> String {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let text = std::fs::read_to_string(scenes.join("tof_corner.toml")).unwrap();
+    let text = text.replace("path = \"", &format!("path = \"{}/", scenes.display()));
+    std::fs::write(folder.join("scene.toml"), change(text)).unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_camlux"))
-        .arg("render")
-        .arg(scene)
-        .args("--size 48 36 --target-error 0.1 -o a.exr --png a.png".split(' '))
-        .current_dir(folder.path())
+        .args(["render", "scene.toml", "-o", "a.exr", "--png", "a.png"])
+        .args(arguments.split(' '))
+        .current_dir(folder)
         .output()
         .unwrap();
     let stderr = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{stderr}");
+    stderr
+}
+
+/// Without a bounce there is no multipath error; and whatever the image's form, the picture has a size to look at.
+#[test]
+fn a_preview_of_direct_light_has_range_and_amplitude() {
+    let folder = tempfile::tempdir().unwrap();
+    let without_bounce = |text: String| text.split("[indirect]").next().unwrap().to_owned();
+    for (size, width, height) in [("48 36", 240, 180), ("1 700", 240, 700), ("1 1", 240, 240)] {
+        let stderr = render(folder.path(), without_bounce, &format!("--size {size}"));
+        assert!(stderr.contains("range | amplitude, a row"), "{stderr}");
+        let preview = image::open(folder.path().join("a.png")).unwrap();
+        let due = (2 * (width + 12) + 12, 2 * (20 + height + 40) + 12);
+        assert_eq!((preview.width(), preview.height()), due, "{size}");
+    }
+}
+
+#[test]
+fn the_preview_has_range_amplitude_and_multipath_error_of_each_frequency() {
+    let folder = tempfile::tempdir().unwrap();
+    let stderr = render(
+        folder.path(),
+        |text| text,
+        "--size 48 36 --target-error 0.1",
+    );
     assert!(
         stderr.contains("range | amplitude | multipath error"),
         "{stderr}"

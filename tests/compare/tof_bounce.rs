@@ -10,9 +10,9 @@ use camlux::{
     RenderOptions, Scene,
     internals::f64_kernels,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
-    output::{Frame, Layer, TofQuantity},
+    output::{Frame, Layer, StopReason, TofQuantity},
     reference::Reference,
-    scene::{IndirectLight, Lens, VplSum},
+    scene::{IndirectLight, Lens, Light, SpotCone, VplSum},
 };
 use glam::DVec3;
 
@@ -226,6 +226,36 @@ fn a_pixel_in_shadow_has_a_range_by_its_bounce() {
         assert!(layer(TofQuantity::MultipathError)[i].is_nan());
         assert!(layer(TofQuantity::Amplitude)[i] > 0.0);
     }
+}
+
+/// The noise of light that is not modulated is none of Z: a lamp that reaches nothing takes no samples, and the light is as right as without it.
+#[test]
+fn ambient_light_is_no_noise_of_z() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("cornell", [48, 48]);
+    scene.indirect = Some(IndirectLight::final_gather(0.05));
+    let without = gpu.render(&scene);
+    // Turned away from the box.
+    scene.lights.push(Light::Spot {
+        position_m: scene.camera.position_m,
+        direction: DVec3::Z,
+        cone: SpotCone {
+            inner_half_angle_deg: 10.0,
+            outer_half_angle_deg: 20.0,
+        },
+        power_w: [1.0; 3],
+    });
+    let mut scene = with_tof(scene, &[20e6]);
+    scene.tof.as_mut().expect("it was given").ambient_lights = vec![0];
+    let frame = gpu.render(&scene);
+    let stats = &frame.stats;
+    assert_eq!(stats.stop, Some(StopReason::TargetMet));
+    let rays = [&without, &frame].map(|frame| frame.stats.ray_count);
+    println!("{:?} of {rays:?} rays", stats.estimated_error);
+    // Rays to the other light.
+    assert!(rays[1] < 3 * rays[0], "{rays:?}");
+    let phasors = phasors(&frame, 0, TofQuantity::PhasorIndirect);
+    assert!(phasors.iter().all(|z| z.magnitude() == 0.0));
 }
 
 /// relRMSE of Z of the bounce, without the truth's own noise, away from edges.

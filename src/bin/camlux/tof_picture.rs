@@ -15,8 +15,8 @@ const MARGIN_PX: u32 = 12;
 const HEADING_PX: u32 = 20;
 const LEGEND_PX: u32 = 40;
 const BAR_HEIGHT_PX: u32 = 12;
-/// So that headings fit.
-const LEAST_WIDTH_PX: u32 = 200;
+/// So that headings fit; and no picture is enlarged beyond that.
+const LEAST_PX: u32 = 240;
 const BACKGROUND: [u8; 3] = [128; 3];
 
 /// What one panel shows.
@@ -31,60 +31,61 @@ struct Panel<'f> {
 
 /// Writes the preview of a frame with time of flight, and gives the file its name. Returns what it shows.
 pub fn write_png(file: OutputFile, frame: &Frame, tof: &TimeOfFlight) -> Result<String, Failure> {
-    let rows: Vec<[Panel; 3]> = tof
+    let rows: Vec<Vec<Panel>> = tof
         .frequencies_hz
         .iter()
         .enumerate()
-        .filter_map(|(frequency, &hz)| panels(frame, frequency as u8, hz))
+        .map(|(frequency, &hz)| panels(frame, frequency as u8, hz))
         .collect();
     let picture = picture(&rows, frame.resolution_px);
     let size_px = [picture.width(), picture.height()].map(|px| px as usize);
     file.commit_with(&png(size_px, &picture)?)?;
-    Ok("range | amplitude | multipath error, a row a frequency".into())
+    Ok(match frame.description.indirect {
+        Some(_) => "range | amplitude | multipath error, a row a frequency".into(),
+        None => "range | amplitude, a row a frequency".into(),
+    })
 }
 
-fn panels(frame: &Frame, frequency: u8, frequency_hz: f64) -> Option<[Panel<'_>; 3]> {
-    let values = |quantity| frame.values(Layer::Tof(frequency, quantity));
-    let [range, amplitude, mpi] = [
-        values(TofQuantity::Range)?,
-        values(TofQuantity::Amplitude)?,
-        values(TofQuantity::MultipathError)?,
-    ];
-    let charge = Layer::Tof(frequency, TofQuantity::Amplitude);
+/// Without a bounce there is no multipath error.
+fn panels(frame: &Frame, frequency: u8, frequency_hz: f64) -> Vec<Panel<'_>> {
     let most = |values: &[f32]| round_range(values.iter().map(|value| f64::from(value.abs())));
-    let farthest = most(range).min(unambiguous_range_m(frequency_hz));
-    let mhz = number(1e-6 * frequency_hz);
-    Some([
-        Panel {
-            heading: format!("range, {mhz} MHz"),
-            values: range,
-            unit: "m",
-            ends: [0.0, farthest],
-            color: perceptual,
-        },
-        Panel {
-            heading: format!("amplitude, {mhz} MHz"),
-            values: amplitude,
-            unit: charge.unit_by(frame.description.tof.as_ref()),
-            ends: [0.0, most(amplitude)],
-            color: grey,
-        },
-        Panel {
-            heading: format!("multipath error, {mhz} MHz"),
-            values: mpi,
-            unit: "m",
-            ends: [-most(mpi), most(mpi)],
-            color: diverging,
-        },
-    ])
+    let panel = |quantity, what, color, ends: &dyn Fn(f64) -> [f64; 2]| {
+        let layer = Layer::Tof(frequency, quantity);
+        let values = frame.values(layer)?;
+        Some(Panel {
+            heading: format!("{what}, {} MHz", number(1e-6 * frequency_hz)),
+            values,
+            unit: layer.unit_by(frame.description.tof.as_ref()),
+            ends: ends(most(values)),
+            color,
+        })
+    };
+    let unambiguous_m = unambiguous_range_m(frequency_hz);
+    let panels = [
+        panel(TofQuantity::Range, "range", perceptual, &|most| {
+            [0.0, most.min(unambiguous_m)]
+        }),
+        panel(TofQuantity::Amplitude, "amplitude", grey, &|most| {
+            [0.0, most]
+        }),
+        panel(
+            TofQuantity::MultipathError,
+            "multipath error",
+            diverging,
+            &|most| [-most, most],
+        ),
+    ];
+    panels.into_iter().flatten().collect()
 }
 
-fn picture(rows: &[[Panel; 3]], [width, height]: [u32; 2]) -> RgbImage {
-    let scale = LEAST_WIDTH_PX.div_ceil(width.max(1)).max(1);
-    let [panel_width, panel_height] = [width * scale, height * scale];
-    let row_height = HEADING_PX + panel_height + LEGEND_PX;
+fn picture(rows: &[Vec<Panel>], [width, height]: [u32; 2]) -> RgbImage {
+    let scale = (LEAST_PX / width.max(height).max(1)).max(1);
+    let [shown_width, shown_height] = [width * scale, height * scale];
+    let panel_width = shown_width.max(LEAST_PX);
+    let row_height = HEADING_PX + shown_height + LEGEND_PX;
+    let columns = rows.first().map_or(0, Vec::len) as u32;
     let mut canvas = Canvas::new(
-        3 * (panel_width + MARGIN_PX) + MARGIN_PX,
+        columns * (panel_width + MARGIN_PX) + MARGIN_PX,
         rows.len() as u32 * row_height + MARGIN_PX,
     );
     for (row, panels) in rows.iter().enumerate() {
@@ -94,27 +95,27 @@ fn picture(rows: &[[Panel; 3]], [width, height]: [u32; 2]) -> RgbImage {
             let middle = (left + panel_width / 2) as i32;
             canvas.write(&panel.heading, middle, top as i32 + 15, BOLD);
             let [low, high] = panel.ends;
-            let pixels = RgbImage::from_fn(panel_width, panel_height, |x, y| {
-                let value = f64::from(panel.values[(y / scale * width + x / scale) as usize]);
-                let share = (value - low) / (high - low);
+            let pixels = RgbImage::from_fn(shown_width, shown_height, |x, y| {
+                let pixel = y as usize / scale as usize * width as usize + (x / scale) as usize;
+                let share = (f64::from(panel.values[pixel]) - low) / (high - low);
                 Rgb(if share.is_nan() {
                     BACKGROUND
                 } else {
                     shade(panel, share)
                 })
             });
-            canvas.show(&pixels, left, top + HEADING_PX);
-            let bar_width = panel_width - 2 * MARGIN_PX - 40;
-            let bar_left = left + (panel_width - bar_width) / 2;
-            let bar_top = top + HEADING_PX + panel_height + 6;
+            let inside = (panel_width - shown_width) / 2;
+            canvas.show(&pixels, left + inside, top + HEADING_PX);
+            let bar_width = panel_width - 64;
+            let bar_left = left + 32;
+            let bar_top = top + HEADING_PX + shown_height + 6;
             let bar = RgbImage::from_fn(bar_width, BAR_HEIGHT_PX, |x, _| {
                 Rgb(shade(panel, (f64::from(x) + 0.5) / f64::from(bar_width)))
             });
             canvas.show(&bar, bar_left, bar_top);
             for share in [0.0, 0.5, 1.0] {
                 let x = bar_left + (share * f64::from(bar_width - 1)).round() as u32;
-                let value = low + share * (high - low);
-                let label = format!("{} {}", number(value), panel.unit);
+                let label = format!("{} {}", number(low + share * (high - low)), panel.unit);
                 canvas.tick(x, bar_top + BAR_HEIGHT_PX, &label);
             }
         }

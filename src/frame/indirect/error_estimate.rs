@@ -31,7 +31,8 @@ pub(super) struct ErrorEstimate {
     scatter: Vec<Scatter>,
     /// Of gathered and of interpolated pixels.
     expected: [ExpectedError; 2],
-    /// Root mean square of the radiance, W/sr/m², whatever the norm. Of Z it is √(1/3) of that.
+    /// Root mean square of the radiance, W/sr/m², whatever the norm. Of Z, which is one value and not three bands, 1/√3 of
+    /// its root mean square.
     pub radiance: f64,
     /// Of a gather: of pilots only.
     packets: u32,
@@ -78,7 +79,7 @@ impl ErrorEstimate {
 
     /// There is nothing of it in the scene.
     pub fn is_absent(&self) -> bool {
-        self.signal == 0.0 && self.error == 0.0 && self.variance == 0.0
+        self.error == 0.0 && self.variance == 0.0
     }
 
     /// relRMSE. Not below its own standard error: few pixels may show none by chance.

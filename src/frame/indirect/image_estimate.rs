@@ -3,8 +3,9 @@
 use super::error_estimate::ErrorEstimate;
 use crate::scene::MAX_FREQUENCIES;
 
-/// Errors of Z count over that of light at most so many times: where paths cancel each other, Z is not to take all samples there are.
-const MAX_ERROR_SCALE: f64 = 1e4;
+/// Where paths cancel each other Z may be next to nothing. Below this share of the light's root mean square errors count as if it were that:
+/// no number of samples would do.
+const LEAST_PHASOR: f64 = 0.01;
 
 /// Of each quantity.
 pub(super) struct ImageEstimate {
@@ -12,6 +13,19 @@ pub(super) struct ImageEstimate {
     quantities: Vec<ErrorEstimate>,
     /// That which scatters most: samples are handed out for it.
     hardest: usize,
+}
+
+/// Raises the signals of pixels, [error, signal, noise, variance] each, so that their mean is the least that errors of Z count over. `light` is
+/// the estimate of the light.
+pub(super) fn raise_signals(phasors: &mut [[[f32; 4]; 2]], light: &ErrorEstimate) {
+    let least = 3.0 * (LEAST_PHASOR * light.radiance).powi(2);
+    let sum: f64 = phasors.iter().map(|pixel| f64::from(pixel[0][1])).sum();
+    let missing = least - sum / phasors.len().max(1) as f64;
+    if missing > 0.0 {
+        for pixel in phasors {
+            pixel[0][1] += missing as f32;
+        }
+    }
 }
 
 impl ImageEstimate {
@@ -86,16 +100,54 @@ impl ImageEstimate {
         }
     }
 
-    /// Square of an error of light over that of Z that is as bad, for each frequency.
+    /// (rms of light / rms of Z)² of each frequency.
     pub fn error_scales(&self) -> [f32; MAX_FREQUENCIES] {
         let light = self.light().radiance.powi(2);
         std::array::from_fn(|frequency| {
             let phasors = self.quantities.get(1 + frequency);
-            let scale = |phasors: &ErrorEstimate| {
-                let scale = light / phasors.radiance.powi(2);
-                scale.min(MAX_ERROR_SCALE) as f32
-            };
+            let scale = |phasors: &ErrorEstimate| (light / phasors.radiance.powi(2)) as f32;
             phasors.filter(|each| !each.is_absent()).map_or(0.0, scale)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn estimate(pixels: &[[[f32; 4]; 2]]) -> ErrorEstimate {
+        ErrorEstimate::new(pixels, 1, 4, None)
+    }
+
+    #[test]
+    fn paths_that_cancel_do_not_make_an_infinite_error() {
+        let light = estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4]]; 16]);
+        // Signals that noise has made negative, and none at all.
+        for signal in [-1e-6, 0.0, 1e-7] {
+            let mut phasors = [[[1e-6, signal, 2e-6, 1e-4], [0.0; 4]]; 16];
+            raise_signals(&mut phasors, &light);
+            let image = ImageEstimate::new(
+                estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4]]; 16]),
+                vec![estimate(&phasors)],
+            );
+            // 1e-6 over 3·0.01².
+            let error = image.relative_error();
+            assert!(
+                (error - (1e-6_f64 / 3e-4).sqrt()).abs() < 1e-3 * error,
+                "{error}"
+            );
+            assert!((image.error_scales()[0] - 1e4).abs() < 1.0);
+            assert!(image.hardest().relative_variance().is_finite());
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_counts_for_nothing() {
+        let light = || estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4]]; 16]);
+        let mut nothing = [[[0.0; 4], [0.0; 4]]; 16];
+        raise_signals(&mut nothing, &light());
+        let image = ImageEstimate::new(light(), vec![estimate(&nothing)]);
+        assert_eq!(image.relative_error(), light().relative_error());
+        assert_eq!(image.error_scales(), [0.0; 4]);
     }
 }

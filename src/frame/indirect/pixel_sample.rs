@@ -1,6 +1,10 @@
 //! A sample of the image's pixels, gathered apart from the image: what pilots look at, and what its error is estimated from.
 
-use super::{error_estimate::ErrorEstimate, image_estimate::ImageEstimate, refine::Refiner};
+use super::{
+    error_estimate::ErrorEstimate,
+    image_estimate::{ImageEstimate, raise_signals},
+    refine::Refiner,
+};
 use crate::{
     Result, metrics,
     passes::{
@@ -232,17 +236,25 @@ impl PixelSample {
             )
         })?;
         let estimates = estimates.mapped::<[f32; 4]>(total)?;
-        let quantity = |vector: usize, expects_error: bool| {
-            let pixels = estimates.chunks_exact(vectors).map(|pixel| {
-                let [column, row, expected, packets] = pixel[1];
-                let expected = if expects_error { expected } else { 0.0 };
-                [pixel[vector], [column, row, expected, packets]]
+        let estimate = |pixels: &[_]| ErrorEstimate::new(pixels, packets, GROUPS, self.tile_px);
+        let pixels = || estimates.chunks_exact(vectors);
+        let of_light = pixels().map(|pixel| [pixel[0], pixel[1]]);
+        let light = estimate(&of_light.collect::<Vec<_>>());
+        let phasors = (0..frequency_count as usize).map(|frequency| {
+            let of_frequency = pixels().map(|pixel| {
+                // What the resolve pass expects is of light.
+                let [column, row, _, packets] = pixel[1];
+                [
+                    pixel[ESTIMATE_VECTORS + frequency],
+                    [column, row, 0.0, packets],
+                ]
             });
-            ErrorEstimate::new(&pixels.collect::<Vec<_>>(), packets, GROUPS, self.tile_px)
-        };
-        let light = quantity(0, true);
-        let phasors = (0..frequency_count as usize).map(|f| quantity(ESTIMATE_VECTORS + f, false));
-        Ok(ImageEstimate::new(light, phasors.collect()))
+            let mut of_frequency: Vec<_> = of_frequency.collect();
+            raise_signals(&mut of_frequency, &light);
+            estimate(&of_frequency)
+        });
+        let phasors = phasors.collect();
+        Ok(ImageEstimate::new(light, phasors))
     }
 }
 

@@ -157,18 +157,21 @@ fn pair<'images>(
         }
         _ => None,
     };
+    let frequency_hz = match layer {
+        Some(layer @ Layer::Tof(frequency, TofQuantity::Phasor))
+            if of_image.channel_names == layer.channel_names() =>
+        {
+            let name = format!("camlux.tof{frequency}.frequency_hz");
+            image.attribute(&name).and_then(|hz| hz.parse().ok())
+        }
+        _ => None,
+    };
     Ok(LayerPair {
         unit: layer.map_or("", Layer::unit),
         image: of_image,
         reference: of_reference,
         image_standard_error: standard_error(image),
-        frequency_hz: match layer {
-            Some(Layer::Tof(frequency, TofQuantity::Phasor)) => {
-                let name = format!("camlux.tof{frequency}.frequency_hz");
-                image.attribute(&name).and_then(|hz| hz.parse().ok())
-            }
-            _ => None,
-        },
+        frequency_hz,
         is_judged: image
             .attribute("camlux.estimator")
             .is_some_and(|name| IndirectLight::NAMES.contains(&name)),
