@@ -275,6 +275,48 @@
 /** Exact, by a ray for each pixel and light. */
 #define CAMLUX_SHADOW_RAYS 2
 
+/** Half the length of the shortest path from a modulated light by way of the surface to the camera, m; +infinity without a surface. */
+#define CAMLUX_LAYER_HALF_PATH 11
+
+/**
+ * Z, of all light that is modulated, W/sr/m^2, channels re, im. This and the layers below are those of frequency 0; add
+ * CAMLUX_TOF_NEXT_FREQUENCY for each frequency after it. All of them with camlux_scene_set_tof.
+ */
+#define CAMLUX_LAYER_TOF_PHASOR 64
+
+/** Z of the direct light, W/sr/m^2, channels re, im. */
+#define CAMLUX_LAYER_TOF_PHASOR_DIRECT 65
+
+/** Z of the indirect light, W/sr/m^2, channels re, im; with camlux_scene_set_indirect. */
+#define CAMLUX_LAYER_TOF_PHASOR_INDIRECT 66
+
+/** Half the length of the paths as the phase images tell it, from 0 to c/(2f), m; NaN without modulated light. */
+#define CAMLUX_LAYER_TOF_RANGE 67
+
+/** Half of what the taps differ by at most, over the phase images: K|Q_Z|, electrons or DN. */
+#define CAMLUX_LAYER_TOF_AMPLITUDE 68
+
+/** The sum of both taps over all phase images, electrons or DN. */
+#define CAMLUX_LAYER_TOF_INTENSITY 69
+
+/** How much farther the pixel seems to be than by its direct light alone, m; NaN where that is 0; with camlux_scene_set_indirect. */
+#define CAMLUX_LAYER_TOF_MPI 70
+
+/** How often the phase of the shortest path has wrapped (CAMLUX_FORMAT_U32). */
+#define CAMLUX_LAYER_TOF_WRAPS 71
+
+/** Both taps of phase image 0, electrons or DN, channels A, B. Add 1 for each phase image after it. */
+#define CAMLUX_LAYER_TOF_TAPS 72
+
+/** From a layer of one frequency to that of the next. */
+#define CAMLUX_TOF_NEXT_FREQUENCY 16
+
+/** Charges are electrons. */
+#define CAMLUX_CHARGE_ELECTRONS 0
+
+/** Charges are digital numbers, DN, by the gain of camlux_tof_noise. */
+#define CAMLUX_CHARGE_DN 1
+
 /** Components of 8 bits: 0 to 255 stand for 0 to 1. */
 #define CAMLUX_COMPONENT_U8 0
 
@@ -525,6 +567,13 @@ typedef struct camlux_sensor {
   double exposure_time_s;
   /** Share of the exposure in which the signal is on, 0 to 1. */
   double duty_cycle;
+  /**
+   * What time of flight counts photons by (camlux_scene_set_tof), nanometres. 0, like quantum_efficiency: the sensor has no such
+   * photodetector.
+   */
+  double wavelength_nm;
+  /** Electrons per photon, 0 to 1. */
+  double quantum_efficiency;
 } camlux_sensor;
 
 /** How the single bounce is computed. Begin with CAMLUX_INDIRECT_INIT: final gathering to 0.02 of relative error. */
@@ -567,6 +616,58 @@ typedef struct camlux_direct {
   /** CAMLUX_SHADOW_DEFAULT, CAMLUX_SHADOW_MAP or CAMLUX_SHADOW_RAYS. */
   int32_t shadow;
 } camlux_direct;
+
+/**
+ * The noise of a sensor after EMVA 1288, and how it turns electrons into numbers. Each tap is a well of its own. Begin with
+ * CAMLUX_TOF_NOISE_INIT, and set at least full_well_e: 12 bits, 1 DN an electron, shot noise alone.
+ */
+typedef struct camlux_tof_noise {
+  /** sizeof(camlux_tof_noise) */
+  uint32_t struct_size;
+  /** DN are from 0 to 2^bits - 1; 1 to 24. */
+  uint32_t bits;
+  /** Another seed: other noise. So does another frame_index of camlux_render_options. */
+  uint64_t seed;
+  /** Dark current of a tap, electrons per second. */
+  double dark_e_per_s;
+  /** Standard deviation of what reading adds, electrons. */
+  double read_noise_e;
+  /** Electrons that a tap holds at most. */
+  double full_well_e;
+  /** DN of an electron. */
+  double gain_dn_per_e;
+  /** DN that stand for no electrons. */
+  double black_level_dn;
+} camlux_tof_noise;
+
+/**
+ * A time-of-flight camera, whose pixels correlate light with the modulation of its source (AMCW). Begin with CAMLUX_TOF_INIT: four
+ * phase images, band R, contrast 1, electrons, no frequency yet.
+ */
+typedef struct camlux_tof {
+  /** sizeof(camlux_tof) */
+  uint32_t struct_size;
+  /** 1 to 4. */
+  uint32_t frequency_count;
+  /** Modulation frequencies, Hz, 1 to 1e12; the first frequency_count are looked at. */
+  double frequencies_hz[4];
+  /** K of each frequency: what the taps differ by, as a share of the light, 0 to 1. */
+  double contrasts[4];
+  /** How much of each band R, G, B the pixels see. */
+  double band_weights[3];
+  /** Is added to every phase that is measured, degrees. */
+  double phase_offset_deg;
+  /** N, 3 to 8: phase image i is taken at the phase 2 pi i / N. */
+  uint32_t phase_count;
+  /** CAMLUX_CHARGE_ELECTRONS, or CAMLUX_CHARGE_DN, which needs noise. */
+  int32_t output;
+  /** NULL: charges are expected values. */
+  const struct camlux_tof_noise *noise;
+  /** Indices of the lights that are not modulated; directional lights must be among them, for their paths have no length. */
+  const uint32_t *ambient_lights;
+  /** How many there are; 0: all lights are modulated. */
+  size_t ambient_light_count;
+} camlux_tof;
 
 /**
  * Pixels that multiply a material's kd. Begin with CAMLUX_TEXTURE_INIT: three channels of 8 bits, encoded as sRGB.
@@ -728,8 +829,8 @@ typedef struct camlux_render_options {
    * 0: they go to the host.
    */
   int32_t on_device;
-  /** 0. */
-  uint32_t reserved;
+  /** Which frame of a sequence this is: each has its own noise (camlux_tof_noise). Nothing else depends on it. */
+  uint32_t frame_index;
   /** NULL: none. The render ends with CAMLUX_CANCELLED once this is cancelled, before its first pass where it was already. */
   struct camlux_cancel_token *cancel_token;
 } camlux_render_options;
@@ -769,10 +870,13 @@ typedef struct camlux_exr_options {
   uint32_t struct_size;
   /** 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 are stored as 65504 then. */
   int32_t half;
-  /** Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on; 0: all that the frame has. */
+  /**
+   * Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_HALF_PATH. Where this and tof_layers are 0:
+   * all that the frame has.
+   */
   uint32_t layers;
-  /** 0. */
-  uint32_t reserved;
+  /** And which of time of flight, of every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on. */
+  uint32_t tof_layers;
 } camlux_exr_options;
 
 /** What a frame has cost. Begin with CAMLUX_FRAME_STATS_INIT. */
@@ -1175,6 +1279,18 @@ camlux_status camlux_scene_set_indirect(struct camlux_scene *scene, const struct
 camlux_status camlux_scene_set_direct(struct camlux_scene *scene, const struct camlux_direct *direct);
 
 /**
+ * Sets a time-of-flight camera, with which frames have the layers CAMLUX_LAYER_HALF_PATH and CAMLUX_LAYER_TOF_PHASOR to
+ * CAMLUX_LAYER_TOF_TAPS of each frequency. It needs camlux_scene_set_sensor with wavelength_nm and quantum_efficiency.
+ *
+ * \param tof NULL: none, as at first. The noise and the indices that it points to are copied.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT. What does not go together with the rest of the scene, such as
+ * a directional light that is modulated, is CAMLUX_ERROR_SCENE when it is rendered, or by camlux_scene_validate.
+ * \threads any; calls for one scene take turns.
+ */
+camlux_status camlux_scene_set_tof(struct camlux_scene *scene,
+                                   const struct camlux_tof *tof);
+
+/**
  * Adds a texture. Its pixels are copied.
  *
  * \param index receives its index; may be NULL.
@@ -1484,7 +1600,11 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0 }
 
-#define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0 }
+#define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0 }
+
+#define CAMLUX_TOF_NOISE_INIT { (uint32_t)sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0 }
+
+#define CAMLUX_TOF_INIT { (uint32_t)sizeof(camlux_tof), 0, {0.0, 0.0, 0.0, 0.0}, {1.0, 1.0, 1.0, 1.0}, {1.0, 0.0, 0.0}, 0.0, 4, 0, NULL, NULL, 0 }
 
 #define CAMLUX_INDIRECT_INIT { (uint32_t)sizeof(camlux_indirect), 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, 0 }
 

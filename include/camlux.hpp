@@ -179,6 +179,17 @@ public:
         return detail::ended(camlux_scene_set_sensor(get(), sensor ? &raw : nullptr));
     }
 
+    /** \param tof std::nullopt: no time of flight. It needs a sensor with wavelength_nm and quantum_efficiency. */
+    void set_tof(const std::optional<camlux::tof> &tof) { try_set_tof(tof).value(); }
+    result<void> try_set_tof(const std::optional<camlux::tof> &tof)
+    {
+        if (!tof)
+            return detail::ended(camlux_scene_set_tof(get(), nullptr));
+        const camlux_tof_noise noise = detail::raw_of(tof->noise.value_or(tof_noise()));
+        const camlux_tof raw = detail::raw_of(*tof, tof->noise ? &noise : nullptr);
+        return detail::ended(camlux_scene_set_tof(get(), &raw));
+    }
+
     /** \param indirect std::nullopt: direct light only. */
     void set_indirect(const std::optional<camlux::indirect> &indirect) { try_set_indirect(indirect).value(); }
     result<void> try_set_indirect(const std::optional<camlux::indirect> &indirect)
@@ -328,7 +339,7 @@ public:
         return detail::ended(status, std::move(layers));
     }
 
-    /** A layer where it lies. The view keeps the frame. \tparam T float, or uint32_t for instance_id and material_id. */
+    /** A layer where it lies. The view keeps the frame. \tparam T float, or uint32_t for instance_id, material_id and tof_wraps. */
     template <class T>
     camlux::view<T> view(camlux::layer layer) const
     {
@@ -495,6 +506,7 @@ public:
         camlux_render_options raw = CAMLUX_RENDER_OPTIONS_INIT;
         raw.submission_target_ms = options.submission_target_ms;
         raw.on_device = options.on_device ? 1 : 0;
+        raw.frame_index = options.frame_index;
         raw.cancel_token = options.cancel_token.get();
         if (options.progress) {
             raw.progress = detail::report;

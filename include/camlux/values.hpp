@@ -56,7 +56,23 @@ enum class layer : std::int32_t {
     instance_id = CAMLUX_LAYER_INSTANCE_ID,
     material_id = CAMLUX_LAYER_MATERIAL_ID,
     standard_error = CAMLUX_LAYER_STDERR,
+    half_path = CAMLUX_LAYER_HALF_PATH,
+    tof_phasor = CAMLUX_LAYER_TOF_PHASOR,
+    tof_phasor_direct = CAMLUX_LAYER_TOF_PHASOR_DIRECT,
+    tof_phasor_indirect = CAMLUX_LAYER_TOF_PHASOR_INDIRECT,
+    tof_range = CAMLUX_LAYER_TOF_RANGE,
+    tof_amplitude = CAMLUX_LAYER_TOF_AMPLITUDE,
+    tof_intensity = CAMLUX_LAYER_TOF_INTENSITY,
+    tof_mpi = CAMLUX_LAYER_TOF_MPI,
+    tof_wraps = CAMLUX_LAYER_TOF_WRAPS,
+    tof_taps = CAMLUX_LAYER_TOF_TAPS,
 };
+
+/** A layer of time of flight, of the frequency of that index. \param phase of tof_taps: which phase image. */
+constexpr layer of_frequency(std::int32_t frequency, layer of_first, std::int32_t phase = 0) noexcept
+{
+    return static_cast<layer>(static_cast<std::int32_t>(of_first) + frequency * CAMLUX_TOF_NEXT_FREQUENCY + phase);
+}
 
 enum class log_level : std::int32_t {
     off = CAMLUX_LOG_OFF,
@@ -71,6 +87,8 @@ enum class shadow : std::int32_t {
     map = CAMLUX_SHADOW_MAP,
     rays = CAMLUX_SHADOW_RAYS,
 };
+
+enum class charge : std::int32_t { electrons = CAMLUX_CHARGE_ELECTRONS, dn = CAMLUX_CHARGE_DN };
 
 enum class component : std::int32_t { u8 = CAMLUX_COMPONENT_U8, u16 = CAMLUX_COMPONENT_U16, f32 = CAMLUX_COMPONENT_F32 };
 
@@ -100,6 +118,37 @@ struct sensor {
     std::array<double, 2> pixel_pitch_um = {0, 0};
     double exposure_time_s = 0;
     double duty_cycle = 1;
+    double wavelength_nm = 0;
+    double quantum_efficiency = 0;
+};
+
+/** camlux_tof_noise. */
+struct tof_noise {
+    std::uint32_t bits = 12;
+    std::uint64_t seed = 0;
+    double dark_e_per_s = 0;
+    double read_noise_e = 0;
+    double full_well_e = 0;
+    double gain_dn_per_e = 1;
+    double black_level_dn = 0;
+};
+
+/** camlux_tof. */
+struct tof {
+    /** With its contrast. */
+    struct frequency {
+        double hz = 0;
+        double contrast = 1;
+    };
+    /** One to four. */
+    std::vector<frequency> frequencies;
+    rgb band_weights = {1, 0, 0};
+    double phase_offset_deg = 0;
+    std::uint32_t phase_count = 4;
+    charge output = charge::electrons;
+    /** None: charges are expected values. */
+    std::optional<tof_noise> noise;
+    std::vector<std::uint32_t> ambient_lights;
 };
 
 /** camlux_indirect, which begins with CAMLUX_INDIRECT_INIT. */
@@ -270,6 +319,8 @@ struct render_options {
     std::function<bool(double fraction, std::string_view pass)> progress;
     /** The images stay on the device: see frame::vulkan_image. */
     bool on_device = false;
+    /** Each frame of a sequence has its own noise. */
+    std::uint32_t frame_index = 0;
     /** Empty: none. */
     camlux::cancel_token cancel_token;
 };
@@ -277,7 +328,7 @@ struct render_options {
 /** camlux_exr_options. */
 struct exr_options {
     bool half = false;
-    /** None: all that the frame has. */
+    /** None: all that the frame has. One of time of flight stands for that of every frequency. */
     std::vector<layer> layers;
 };
 
@@ -370,6 +421,41 @@ inline camlux_sensor raw_of(const sensor &from) noexcept
     to.pixel_pitch_um[1] = from.pixel_pitch_um[1];
     to.exposure_time_s = from.exposure_time_s;
     to.duty_cycle = from.duty_cycle;
+    to.wavelength_nm = from.wavelength_nm;
+    to.quantum_efficiency = from.quantum_efficiency;
+    return to;
+}
+
+inline camlux_tof_noise raw_of(const tof_noise &from) noexcept
+{
+    camlux_tof_noise to = CAMLUX_TOF_NOISE_INIT;
+    to.bits = from.bits;
+    to.seed = from.seed;
+    to.dark_e_per_s = from.dark_e_per_s;
+    to.read_noise_e = from.read_noise_e;
+    to.full_well_e = from.full_well_e;
+    to.gain_dn_per_e = from.gain_dn_per_e;
+    to.black_level_dn = from.black_level_dn;
+    return to;
+}
+
+/** Its ambient lights are those of `from`; `noise` is looked at as long as it. */
+inline camlux_tof raw_of(const tof &from, const camlux_tof_noise *noise) noexcept
+{
+    camlux_tof to = CAMLUX_TOF_INIT;
+    // More than there is room for are refused by their count.
+    to.frequency_count = static_cast<std::uint32_t>(from.frequencies.size());
+    for (std::size_t i = 0; i < from.frequencies.size() && i < 4; ++i) {
+        to.frequencies_hz[i] = from.frequencies[i].hz;
+        to.contrasts[i] = from.frequencies[i].contrast;
+    }
+    set(to.band_weights, from.band_weights);
+    to.phase_offset_deg = from.phase_offset_deg;
+    to.phase_count = from.phase_count;
+    to.output = number(from.output);
+    to.noise = noise;
+    to.ambient_lights = from.ambient_lights.empty() ? nullptr : from.ambient_lights.data();
+    to.ambient_light_count = from.ambient_lights.size();
     return to;
 }
 
@@ -453,8 +539,13 @@ inline camlux_exr_options raw_of(const exr_options &from) noexcept
 {
     camlux_exr_options to = CAMLUX_EXR_OPTIONS_INIT;
     to.half = from.half ? 1 : 0;
-    for (const layer wanted : from.layers)
-        to.layers |= std::uint32_t(1) << number(wanted);
+    for (const layer wanted : from.layers) {
+        const std::int32_t of_tof = number(wanted) - CAMLUX_LAYER_TOF_PHASOR;
+        if (of_tof < 0)
+            to.layers |= std::uint32_t(1) << number(wanted);
+        else
+            to.tof_layers |= std::uint32_t(1) << of_tof % CAMLUX_TOF_NEXT_FREQUENCY;
+    }
     return to;
 }
 

@@ -38,7 +38,7 @@ pub const CAMLUX_LAYER_MATERIAL_ID: i32 = 9;
 /// Standard error of the indirect light, W/sr/m^2, channels R, G, B; with stderr_layer of camlux_indirect.
 pub const CAMLUX_LAYER_STDERR: i32 = 10;
 
-pub(super) const LAYERS: [(i32, &str, Layer); 11] = args::choices![
+const LAYERS: [(i32, &str, Layer); 12] = args::choices![
     CAMLUX_LAYER_RADIANCE => Layer::Radiance,
     CAMLUX_LAYER_DIRECT => Layer::Direct,
     CAMLUX_LAYER_INDIRECT => Layer::Indirect,
@@ -50,6 +50,7 @@ pub(super) const LAYERS: [(i32, &str, Layer); 11] = args::choices![
     CAMLUX_LAYER_INSTANCE_ID => Layer::InstanceId,
     CAMLUX_LAYER_MATERIAL_ID => Layer::MaterialId,
     CAMLUX_LAYER_STDERR => Layer::StandardError,
+    CAMLUX_LAYER_HALF_PATH => Layer::HalfPath,
 ];
 
 /// A layer as it lies in the frame's memory. Begin with CAMLUX_VIEW_INIT.
@@ -89,10 +90,11 @@ pub struct camlux_exr_options {
     pub struct_size: u32,
     /// 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 are stored as 65504 then.
     pub half: i32,
-    /// Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on; 0: all that the frame has.
+    /// Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_HALF_PATH. Where this and tof_layers are 0:
+    /// all that the frame has.
     pub layers: u32,
-    /// 0.
-    pub reserved: u32,
+    /// And which of time of flight, of every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on.
+    pub tof_layers: u32,
 }
 
 c_struct!(camlux_view, 64, format: CAMLUX_FORMAT_F32);
@@ -152,36 +154,56 @@ impl FrameObject {
     }
 
     fn layer(&self, layer: i32) -> Outcome<(Layer, &LayerData)> {
-        let kind = args::one_of("layer", layer, &LAYERS)?;
+        let kind = layer_of(layer)?;
         let mut layers = self.frame()?.layers.iter();
         let found = layers.find(|(layer, _)| *layer == kind);
         let (_, data) = found.ok_or_else(|| {
             let name = kind.name();
             Failure::argument(format!(
-                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr its stderr_layer"
+                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr its stderr_layer, those of time of flight camlux_scene_set_tof"
             ))
         })?;
         Ok((kind, data))
     }
 
     fn exr_options(&self, options: camlux_exr_options) -> Outcome<ExrOptions> {
-        let layers = options.layers;
-        args::reserved(camlux_exr_options::NAME, options.reserved)?;
-        if layers >> LAYERS.len() != 0 {
-            return Err(Failure::argument(format!(
-                "layers is {layers:#x}, which has bits that stand for no layer"
-            )));
-        }
-        let picked = LAYERS
-            .iter()
-            .filter(|(number, ..)| layers >> number & 1 == 1)
-            .map(|(number, ..)| Ok(self.layer(*number)?.0))
-            .collect::<Outcome<Vec<Layer>>>()?;
+        let picked = match [options.layers, options.tof_layers] {
+            [0, 0] => None,
+            picked => Some(self.picked(picked)?),
+        };
         Ok(ExrOptions {
             half: args::flag("half", options.half)?,
-            layers: (layers != 0).then_some(picked),
+            layers: picked,
             ..ExrOptions::default()
         })
+    }
+
+    /// Those whose bits are set, in `layers` and `tof_layers` of [`camlux_exr_options`].
+    fn picked(&self, [layers, tof_layers]: [u32; 2]) -> Outcome<Vec<Layer>> {
+        let frequencies = match &self.frame()?.description.tof {
+            Some(tof) => tof.frequencies_hz.len() as i32,
+            // What is asked for is then found missing.
+            None => 1,
+        };
+        let is_set = |bits: u32, number: i32| bits >> number & 1 == 1;
+        let plain = LAYERS.len() as i32;
+        let per_frequency = CAMLUX_TOF_NEXT_FREQUENCY;
+        for (name, bits, count) in [
+            ("layers", layers, plain),
+            ("tof_layers", tof_layers, per_frequency),
+        ] {
+            if bits >> count != 0 {
+                return Err(Failure::argument(format!(
+                    "{name} is {bits:#x}, which has bits that stand for no layer"
+                )));
+            }
+        }
+        let numbers = (0..plain).filter(|&number| is_set(layers, number));
+        let of_tof = (0..frequencies * per_frequency)
+            .filter(|number| is_set(tof_layers, number % per_frequency))
+            .map(|number| CAMLUX_LAYER_TOF_PHASOR + number);
+        let pick = |number| Ok(self.layer(number)?.0);
+        numbers.chain(of_tof).map(pick).collect()
     }
 
     fn view(&self, layer: i32) -> Outcome<camlux_view> {
@@ -193,7 +215,10 @@ impl FrameObject {
         };
         // Values of both formats have 4 bytes.
         let size_bytes = 4 * count;
-        let (name, unit) = texts(kind);
+        let (name, mut unit) = texts(kind);
+        if kind.unit_by(self.frame()?.description.tof.as_ref()) == "DN" {
+            unit = c"DN";
+        }
         Ok(camlux_view {
             layer,
             data,
@@ -208,6 +233,16 @@ impl FrameObject {
             ..Default::default()
         })
     }
+}
+
+pub(super) fn layer_of(number: i32) -> Outcome<Layer> {
+    let of_tof = Layer::all().find(|&layer| tof_number(layer) == Some(number));
+    of_tof.map_or_else(|| args::one_of("layer", number, &LAYERS), Ok)
+}
+
+fn number_of(layer: Layer) -> Option<i32> {
+    let plain = LAYERS.iter().find(|(.., known)| *known == layer);
+    plain.map(|(number, ..)| *number).or(tof_number(layer))
 }
 
 /// Name and unit of a layer, made once.
@@ -255,9 +290,8 @@ pub unsafe extern "C" fn camlux_frame_get_layer(
             let layers = &object.frame()?.layers;
             let found = layers.get(index as usize);
             let (layer, _) = found.ok_or_else(|| no_part(index, layers.len(), "layer"))?;
-            let number = LAYERS.iter().find(|(.., known)| known == layer);
             let problem = || crate::Error::internal("a frame has a layer that no render has");
-            Ok(number.ok_or_else(problem)?.0)
+            Ok(number_of(*layer).ok_or_else(problem)?)
         };
         // SAFETY: the caller's word.
         unsafe { args::write_result(layer, "layer", number) }

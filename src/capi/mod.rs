@@ -32,6 +32,7 @@ mod status;
 #[cfg(test)]
 mod tests;
 mod texture;
+mod tof;
 mod vulkan;
 
 pub use abi::*;
@@ -50,4 +51,5 @@ pub use scene::*;
 pub use scene_options::*;
 pub use status::*;
 pub use texture::*;
+pub use tof::*;
 pub use vulkan::*;

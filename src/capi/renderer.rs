@@ -39,8 +39,8 @@ pub struct camlux_render_options {
     /// 1: the images stay on the device, for camlux_frame_get_vulkan_image; they come to the host when a layer is asked for.
     /// 0: they go to the host.
     pub on_device: i32,
-    /// 0.
-    pub reserved: u32,
+    /// Which frame of a sequence this is: each has its own noise (camlux_tof_noise). Nothing else depends on it.
+    pub frame_index: u32,
     /// NULL: none. The render ends with CAMLUX_CANCELLED once this is cancelled, before its first pass where it was already.
     pub cancel_token: *mut camlux_cancel_token,
 }
@@ -182,7 +182,6 @@ impl RendererObject {
             return Err(Failure::argument(problem));
         }
         let stays_on_device = args::flag("on_device", options.on_device)?;
-        args::reserved(camlux_render_options::NAME, options.reserved)?;
         let token = if options.cancel_token.is_null() {
             Arc::default()
         } else {
@@ -194,14 +193,6 @@ impl RendererObject {
         }
         let start = Instant::now();
         let scene_now = scene.snapshot();
-        if scene_now.tof.is_some() {
-            return Err(crate::Error::scene(
-                "tof",
-                "this interface has no layers for time of flight yet",
-                "remove [tof] from the scene file, or render it with the program",
-            )
-            .into());
-        }
         let snapshot_ms = start.elapsed().as_secs_f64() * 1e3;
         let mut report = |progress| {
             if is_enough(progress, options) || token.is_cancelled() {
@@ -213,6 +204,7 @@ impl RendererObject {
         let mut render_options = RenderOptions {
             progress: Some(&mut report),
             submission_target: Duration::from_millis(options.submission_target_ms.into()),
+            frame_index: options.frame_index,
             ..RenderOptions::default()
         };
         let rendered = if stays_on_device {

@@ -6,8 +6,8 @@ use super::*;
 use crate::{
     Error,
     scene::{
-        Camera, DEFAULT_TARGET_ERROR, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Sensor,
-        Shadow,
+        Camera, DEFAULT_TARGET_ERROR, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens,
+        Photodetector, Sensor, Shadow,
     },
 };
 
@@ -64,6 +64,11 @@ pub struct camlux_sensor {
     pub exposure_time_s: f64,
     /// Share of the exposure in which the signal is on, 0 to 1.
     pub duty_cycle: f64,
+    /// What time of flight counts photons by (camlux_scene_set_tof), nanometres. 0, like quantum_efficiency: the sensor has no such
+    /// photodetector.
+    pub wavelength_nm: f64,
+    /// Electrons per photon, 0 to 1.
+    pub quantum_efficiency: f64,
 }
 
 /// Final gathering by rays from both ends: converges to the true single bounce, and meets a target error.
@@ -284,11 +289,15 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
 
 fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
     args::reserved(camlux_sensor::NAME, sensor.reserved)?;
+    let has_photodetector = sensor.wavelength_nm != 0.0 || sensor.quantum_efficiency != 0.0;
     let sensor = Sensor {
         pixel_pitch_um: sensor.pixel_pitch_um,
         exposure_time_s: sensor.exposure_time_s,
         duty_cycle: sensor.duty_cycle,
-        photodetector: None,
+        photodetector: has_photodetector.then_some(Photodetector {
+            wavelength_nm: sensor.wavelength_nm,
+            quantum_efficiency: sensor.quantum_efficiency,
+        }),
     };
     sensor.validate()?;
     Ok(sensor)

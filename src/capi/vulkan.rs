@@ -198,7 +198,7 @@ pub unsafe extern "C" fn camlux_frame_get_vulkan_image(
 }
 
 fn vulkan_image(object: &FrameObject, layer: i32) -> Outcome<camlux_vulkan_image> {
-    let kind = args::one_of("layer", layer, &LAYERS)?;
+    let kind = layer_of(layer)?;
     let Rendered::OnDevice(on_device, _) = &object.rendered else {
         let problem = "the frame was not rendered with on_device; set it in camlux_render_options";
         return Err(Failure::argument(problem));

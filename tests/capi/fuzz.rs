@@ -198,9 +198,9 @@ impl Sequence {
     fn step(&mut self, device: *mut camlux_device) {
         // Frames are few and dear: in the sequences that have some, they come soon.
         let call = if self.renders > 0 && self.random.one_in(6) {
-            34
+            35
         } else {
-            self.random.below(35)
+            self.random.below(36)
         };
         // SAFETY: pointers are null, misaligned, or point to structs of at least the size that they say.
         let status = unsafe { self.call(call, device) };
@@ -255,7 +255,9 @@ impl Sequence {
                 12 => {
                     let mut sensor = init!(camlux_sensor {
                         pixel_pitch_um: r.reals(),
-                        exposure_time_s: r.real()
+                        exposure_time_s: r.real(),
+                        wavelength_nm: r.pick(&[0.0, 850.0]),
+                        quantum_efficiency: 0.5
                     });
                     camlux_scene_set_sensor(scene, r.pointer(&mut sensor))
                 }
@@ -369,6 +371,28 @@ impl Sequence {
                     let status = camlux_cancel_token_create(&mut made);
                     self.born(TOKEN, status, made);
                     status
+                }
+                34 => {
+                    let ambient = [0, r.whole()];
+                    let mut noise = init!(camlux_tof_noise {
+                        full_well_e: r.real(),
+                        read_noise_e: r.real()
+                    });
+                    let mut tof = init!(camlux_tof {
+                        frequency_count: r.pick(&[0, 1, 2, 4, 5]),
+                        frequencies_hz: [1e7, 2e7, 1e8, 1e9],
+                        phase_offset_deg: r.real(),
+                        phase_count: r.pick(&[3, 4, 8, 9]),
+                        output: r.choice(),
+                        noise: if r.one_in(2) {
+                            r.pointer(&mut noise)
+                        } else {
+                            null_mut()
+                        },
+                        ambient_lights: ambient.as_ptr(),
+                        ambient_light_count: r.pick(&[0, 0, 1, 2])
+                    });
+                    camlux_scene_set_tof(scene, r.pointer(&mut tof))
                 }
                 _ => self.render(),
             }

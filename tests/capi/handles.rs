@@ -42,6 +42,7 @@ fn scene_calls() -> Vec<Call> {
         call!(camlux_scene_set_sensor(null())),
         call!(camlux_scene_set_indirect(null())),
         call!(camlux_scene_set_direct(null())),
+        call!(camlux_scene_set_tof(null())),
         call!(camlux_scene_add_texture(null(), null_mut())),
         call!(camlux_scene_add_material(null(), null_mut())),
         call!(camlux_scene_set_material(0, null())),
@@ -187,7 +188,10 @@ fn null_arguments_are_named() {
             "camlux_scene_validate" => fails(call(scene.addr()), SCENE, "light"),
             "camlux_scene_add_instance" => fails(call(scene.addr()), ARGUMENT, "no mesh 0 among 0"),
             // What can be left out.
-            "camlux_scene_set_sensor" | "camlux_scene_set_indirect" | "camlux_scene_set_direct" => {
+            "camlux_scene_set_sensor"
+            | "camlux_scene_set_tof"
+            | "camlux_scene_set_indirect"
+            | "camlux_scene_set_direct" => {
                 ok(call(scene.addr()));
             }
             _ => fails(call(scene.addr()), ARGUMENT, "is NULL"),

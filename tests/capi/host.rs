@@ -8,8 +8,8 @@ use std::{
 
 use camlux::{
     capi::*,
-    output::{Layer, LayerData},
-    scene::{ErrorNorm, IndirectLight, Lens, Light},
+    output::{Layer, LayerData, TofQuantity},
+    scene::{ChargeUnit, ErrorNorm, IndirectLight, Lens, Light, TimeOfFlight},
 };
 
 pub fn last_error() -> String {
@@ -180,7 +180,23 @@ pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
         Layer::InstanceId => CAMLUX_LAYER_INSTANCE_ID,
         Layer::MaterialId => CAMLUX_LAYER_MATERIAL_ID,
         Layer::StandardError => CAMLUX_LAYER_STDERR,
-        Layer::Edge | Layer::HalfPath | Layer::Tof(..) => -1,
+        Layer::HalfPath => CAMLUX_LAYER_HALF_PATH,
+        Layer::Tof(frequency, quantity) => {
+            CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency)
+                + match quantity {
+                    TofQuantity::Phasor => CAMLUX_LAYER_TOF_PHASOR,
+                    TofQuantity::PhasorDirect => CAMLUX_LAYER_TOF_PHASOR_DIRECT,
+                    TofQuantity::PhasorIndirect => CAMLUX_LAYER_TOF_PHASOR_INDIRECT,
+                    TofQuantity::PhasorStandardError => -1,
+                    TofQuantity::Taps(phase) => CAMLUX_LAYER_TOF_TAPS + i32::from(phase),
+                    TofQuantity::Range => CAMLUX_LAYER_TOF_RANGE,
+                    TofQuantity::Amplitude => CAMLUX_LAYER_TOF_AMPLITUDE,
+                    TofQuantity::Intensity => CAMLUX_LAYER_TOF_INTENSITY,
+                    TofQuantity::MultipathError => CAMLUX_LAYER_TOF_MPI,
+                    TofQuantity::Wraps => CAMLUX_LAYER_TOF_WRAPS,
+                }
+        }
+        Layer::Edge => -1,
     };
     let bits = |data: &LayerData| match data {
         LayerData::Float(values) => values.iter().map(|value| value.to_bits()).collect(),
@@ -208,6 +224,38 @@ pub fn array<T>(values: &[T], format: i32) -> camlux_array {
     }
 }
 
+pub fn set_tof(scene: *mut camlux_scene, tof: &TimeOfFlight) {
+    let ambient: Vec<u32> = tof.ambient_lights.iter().map(|&i| i as u32).collect();
+    let mut c_tof = init!(camlux_tof {
+        frequency_count: tof.frequencies_hz.len() as u32,
+        band_weights: tof.band_weights,
+        phase_offset_deg: tof.phase_offset_deg,
+        phase_count: tof.phase_count,
+        output: match tof.output {
+            ChargeUnit::Electrons => CAMLUX_CHARGE_ELECTRONS,
+            ChargeUnit::DigitalNumbers => CAMLUX_CHARGE_DN,
+        },
+        ambient_lights: ambient.as_ptr(),
+        ambient_light_count: ambient.len(),
+    });
+    c_tof.frequencies_hz[..tof.frequencies_hz.len()].copy_from_slice(&tof.frequencies_hz);
+    c_tof.contrasts[..tof.contrasts.len()].copy_from_slice(&tof.contrasts);
+    let noise = tof.noise.map(|noise| {
+        init!(camlux_tof_noise {
+            bits: noise.bits,
+            seed: noise.seed,
+            dark_e_per_s: noise.dark_e_per_s,
+            read_noise_e: noise.read_noise_e,
+            full_well_e: noise.full_well_e,
+            gain_dn_per_e: noise.gain_dn_per_e,
+            black_level_dn: noise.black_level_dn,
+        })
+    });
+    c_tof.noise = noise.as_ref().map_or(null(), std::ptr::from_ref);
+    // SAFETY: a struct of that size, and what it points to.
+    ok(unsafe { camlux_scene_set_tof(scene, &c_tof) });
+}
+
 /// Rebuilds a scene call by call, from the arrays of its parts.
 pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
     let built = new_scene();
@@ -231,12 +279,19 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
     unsafe {
         ok(camlux_scene_set_camera(built, &c_camera));
         if let Some(sensor) = scene.sensor {
-            let sensor = init!(camlux_sensor {
+            let mut c_sensor = init!(camlux_sensor {
                 pixel_pitch_um: sensor.pixel_pitch_um,
                 exposure_time_s: sensor.exposure_time_s,
                 duty_cycle: sensor.duty_cycle,
             });
-            ok(camlux_scene_set_sensor(built, &sensor));
+            if let Some(detector) = sensor.photodetector {
+                c_sensor.wavelength_nm = detector.wavelength_nm;
+                c_sensor.quantum_efficiency = detector.quantum_efficiency;
+            }
+            ok(camlux_scene_set_sensor(built, &c_sensor));
+        }
+        if let Some(tof) = &scene.tof {
+            set_tof(built, tof);
         }
         if let Some(indirect) = scene.indirect {
             let c_indirect = init!(camlux_indirect {

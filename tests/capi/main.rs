@@ -8,5 +8,6 @@ mod log;
 mod meshes;
 mod panics;
 mod threads;
+mod time_of_flight;
 mod values;
 mod vulkan;

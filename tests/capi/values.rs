@@ -533,9 +533,14 @@ fn frames_are_checked() {
             "camlux_scene_set_sensor",
         );
         fails(
-            camlux_frame_view(frame, 11, &mut view),
+            camlux_frame_view(frame, CAMLUX_LAYER_TOF_RANGE, &mut view),
             ARGUMENT,
-            "layer is 11",
+            "no layer tof0.range",
+        );
+        fails(
+            camlux_frame_view(frame, 12, &mut view),
+            ARGUMENT,
+            "layer is 12",
         );
         fails(
             camlux_frame_view(frame, -1, &mut view),
@@ -583,7 +588,7 @@ fn frames_are_checked() {
             "half is 2",
         );
         fails(
-            exr(init!(camlux_exr_options { layers: 1 << 11 })),
+            exr(init!(camlux_exr_options { layers: 1 << 12 })),
             ARGUMENT,
             "no layer",
         );
@@ -594,6 +599,15 @@ fn frames_are_checked() {
             ARGUMENT,
             "energy needs camlux_scene_set_sensor",
         );
+        for (tof_layers, words) in [(1, "no layer tof0.phasor"), (1 << 16, "no layer")] {
+            fails(
+                exr(init!(camlux_exr_options {
+                    tof_layers: tof_layers
+                })),
+                ARGUMENT,
+                words,
+            );
+        }
     }
     ok(camlux_frame_release(frame));
     ok(camlux_renderer_release(renderer));

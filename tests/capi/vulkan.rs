@@ -60,7 +60,7 @@ fn a_frame_on_the_device_is_the_same_frame() {
         invalid,
         "on_device",
     );
-    fails(image_of(staying, 99, &mut image), invalid, "layer is 99");
+    fails(image_of(staying, 63, &mut image), invalid, "layer is 63");
     assert_eq!(image.image, 0);
 
     assert!(layers(staying) == layers(plain));

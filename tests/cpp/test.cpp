@@ -72,6 +72,8 @@ void values_begin_like_those_of_c()
     const camlux_texture texture = CAMLUX_TEXTURE_INIT;
     const camlux_light light = CAMLUX_LIGHT_INIT;
     const camlux_exr_options exr = CAMLUX_EXR_OPTIONS_INIT;
+    const camlux_tof tof = CAMLUX_TOF_INIT;
+    const camlux_tof_noise noise = CAMLUX_TOF_NOISE_INIT;
     const camlux_render_options render = CAMLUX_RENDER_OPTIONS_INIT;
     CHECK(same(camlux::detail::raw_of(camlux::camera()), camera));
     CHECK(same(camlux::detail::raw_of(camlux::sensor()), sensor));
@@ -81,6 +83,8 @@ void values_begin_like_those_of_c()
     CHECK(same(camlux::detail::raw_of(camlux::texture()), texture));
     CHECK(same(camlux::detail::raw_of(camlux::light()), light));
     CHECK(same(camlux::detail::raw_of(camlux::exr_options()), exr));
+    CHECK(same(camlux::detail::raw_of(camlux::tof_noise()), noise));
+    CHECK(same(camlux::detail::raw_of(camlux::tof(), nullptr), tof));
     CHECK(camlux::render_options().submission_target_ms == render.submission_target_ms);
     camlux::exr_options depth;
     depth.layers = {camlux::layer::depth, camlux::layer::radiance};
@@ -231,6 +235,53 @@ void views_are_typed_and_keep_their_frame(camlux::renderer &renderer)
     CHECK(frame.layers().size() > 5 && !frame.passes().empty() && frame.stats().wall_ms > 0);
 }
 
+// The lamp is 2 m above the floor and the camera 3 m: half of both is 2.5 m.
+void time_of_flight_has_its_layers(camlux::renderer &renderer)
+{
+    camlux::scene scene = small_scene();
+    camlux::tof tof;
+    tof.frequencies = {{20e6, 1}, {100e6, 0.75}};
+    tof.phase_count = 3;
+    scene.set_tof(tof);
+    CHECK(thrown_by([&] { scene.validate(); }) == CAMLUX_ERROR_SCENE);
+    camlux::sensor sensor;
+    sensor.pixel_pitch_um = {10, 10};
+    sensor.exposure_time_s = 1e-3;
+    sensor.wavelength_nm = 850;
+    sensor.quantum_efficiency = 0.5;
+    scene.set_sensor(sensor);
+    const camlux::frame frame = renderer.render(scene);
+    const camlux::layer far_range = camlux::of_frequency(1, camlux::layer::tof_range);
+    CHECK(std::abs(frame.view<float>(camlux::layer::half_path)(16, 16) - 2.5) < 1e-5);
+    CHECK(std::abs(frame.view<float>(camlux::layer::tof_range)(16, 16) - 2.5) < 1e-4);
+    CHECK(std::abs(frame.view<float>(far_range)(16, 16) - (2.5 - 299792458.0 / 200e6)) < 1e-4);
+    CHECK(frame.view<std::uint32_t>(camlux::of_frequency(1, camlux::layer::tof_wraps))(16, 16) == 1);
+    const auto taps = frame.view<float>(camlux::of_frequency(1, camlux::layer::tof_taps, 2));
+    CHECK(std::strcmp(taps.name(), "tof1.phase2") == 0 && std::strcmp(taps.unit(), "e-") == 0);
+    CHECK(taps.channels() == 2 && taps(16, 16, 0) > 0);
+
+    camlux::exr_options options;
+    options.layers = {camlux::layer::half_path, far_range};
+    const camlux_exr_options picked = camlux::detail::raw_of(options);
+    CHECK(picked.layers == 1u << CAMLUX_LAYER_HALF_PATH && picked.tof_layers == 1u << 3);
+
+    tof.noise = camlux::tof_noise();
+    tof.noise->full_well_e = 1e6;
+    tof.noise->bits = 24;
+    tof.output = camlux::charge::dn;
+    scene.set_tof(tof);
+    camlux::render_options second;
+    second.frame_index = 1;
+    const camlux::frame noisy = renderer.render(scene);
+    CHECK(std::strcmp(noisy.view<float>(camlux::layer::tof_taps).unit(), "DN") == 0);
+    const camlux::frame other = renderer.render(scene, second);
+    CHECK(noisy.view<float>(camlux::layer::tof_range)(16, 16) != other.view<float>(camlux::layer::tof_range)(16, 16));
+    tof.frequencies.resize(5);
+    CHECK(thrown_by([&] { scene.set_tof(tof); }) == CAMLUX_ERROR_INVALID_ARGUMENT);
+    scene.set_tof(std::nullopt);
+    CHECK(renderer.render(scene).try_view<float>(far_range).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+}
+
 void callbacks_may_throw(camlux::renderer &renderer)
 {
     const camlux::scene scene = small_scene();
@@ -307,6 +358,7 @@ int main()
         CHECK(camlux::device::count() > camlux::device::info_of(0).index && device.info().is_usable == 1);
         camlux::renderer renderer = camlux::renderer::create(device);
         views_are_typed_and_keep_their_frame(renderer);
+        time_of_flight_has_its_layers(renderer);
         callbacks_may_throw(renderer);
         a_callback_does_not_wait_for_who_waits_for_it(renderer);
         CHECK(device.validation_count() == 0);

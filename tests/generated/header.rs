@@ -8,7 +8,7 @@ const UPDATE: &str =
     "run `UPDATE_HEADER=1 cargo test --test generated` and check in what it writes";
 
 /// In the order in which a reader needs them; so are the parts of the header.
-const SOURCES: [&str; 13] = [
+const SOURCES: [&str; 14] = [
     "status",
     "log",
     "args",
@@ -16,6 +16,7 @@ const SOURCES: [&str; 13] = [
     "device",
     "scene",
     "scene_options",
+    "tof",
     "texture",
     "material",
     "mesh",
@@ -147,7 +148,7 @@ fn layout_checks(layouts: &[Layout], header: &str) -> String {
         ..
     } in layouts
     {
-        let _ = writeln!(text, "\nCHECK({name}_size, sizeof({name}) == {bytes});");
+        let _ = writeln!(text, "\nCHECK(size_of_{name}, sizeof({name}) == {bytes});");
         for field in fields {
             let (member, offset, bytes) = (field.name, field.offset, field.bytes);
             let _ = writeln!(

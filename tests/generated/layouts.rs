@@ -133,7 +133,15 @@ pub fn layouts() -> Vec<Layout> {
             cy_px,
         }
         camlux_sensor {
-            reserved, pixel_pitch_um, exposure_time_s, duty_cycle,
+            reserved, pixel_pitch_um, exposure_time_s, duty_cycle, wavelength_nm,
+            quantum_efficiency,
+        }
+        camlux_tof_noise {
+            bits, seed, dark_e_per_s, read_noise_e, full_well_e, gain_dn_per_e, black_level_dn,
+        }
+        camlux_tof {
+            frequency_count, frequencies_hz, contrasts, band_weights, phase_offset_deg, phase_count,
+            output, noise, ambient_lights, ambient_light_count,
         }
         camlux_indirect {
             estimator, rsm_size, error_norm, target_error, interpolation_error, max_ms,
@@ -166,7 +174,7 @@ pub fn layouts() -> Vec<Layout> {
             is_empty, min_m, max_m,
         }
         camlux_render_options {
-            submission_target_ms, progress, progress_user, on_device, reserved, cancel_token,
+            submission_target_ms, progress, progress_user, on_device, frame_index, cancel_token,
         }
         camlux_vulkan_device {
             queue_family, get_instance_proc_addr, instance, physical_device, device,
@@ -181,7 +189,7 @@ pub fn layouts() -> Vec<Layout> {
             unit,
         }
         camlux_exr_options {
-            half, layers, reserved,
+            half, layers, tof_layers,
         }
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,

@@ -1,0 +1,195 @@
+//! Time-of-flight cameras through the C interface.
+
+use std::{
+    ffi::{CStr, CString},
+    path::Path,
+    ptr::{null, null_mut},
+};
+
+use crate::host::*;
+use camlux::{
+    Renderer, Scene,
+    capi::*,
+    glam::DVec3,
+    scene::{ChargeUnit, Light, SensorNoise},
+};
+
+/// The corner with a second light that is not modulated, and a sensor that counts in DN.
+fn noisy_corner() -> Scene {
+    let path = scene_file("tof_corner");
+    let path = Path::new(path.to_str().expect("a UTF-8 path"));
+    let mut scene = Scene::load(path).expect("a demo scene loads");
+    scene.camera.resolution_px = [16, 12];
+    scene.lights.push(Light::Directional {
+        direction: DVec3::new(-1.0, -2.0, -1.5),
+        irradiance_w_m2: [0.01; 3],
+    });
+    let tof = scene.tof.as_mut().expect("it has one");
+    tof.ambient_lights = vec![1];
+    tof.phase_count = 3;
+    tof.phase_offset_deg = 7.0;
+    tof.output = ChargeUnit::DigitalNumbers;
+    tof.noise = Some(SensorNoise {
+        seed: 5,
+        dark_e_per_s: 100.0,
+        read_noise_e: 12.0,
+        full_well_e: 1e5,
+        gain_dn_per_e: 0.5,
+        black_level_dn: 3.0,
+        bits: 16,
+    });
+    scene
+}
+
+fn render_frame(
+    renderer: *mut camlux_renderer,
+    scene: *mut camlux_scene,
+    options: camlux_render_options,
+) -> *mut camlux_frame {
+    let mut frame = null_mut();
+    // SAFETY: a struct of that size, and a place for a pointer.
+    ok(unsafe { camlux_renderer_render(renderer, scene, &options, &mut frame) });
+    frame
+}
+
+#[test]
+fn layers_are_those_of_the_engine() {
+    let scene = noisy_corner();
+    let engine = {
+        let device = camlux::Device::open(&Default::default()).expect("a device");
+        let mut renderer = Renderer::new(&device).expect("a renderer");
+        [0, 9].map(|frame_index| {
+            let mut options = camlux::RenderOptions {
+                frame_index,
+                ..Default::default()
+            };
+            let frame = renderer.render(&scene, &mut options);
+            layers_of(&frame.expect("the scene renders"))
+        })
+    };
+    assert!(engine[0] != engine[1], "each frame has its own noise");
+    let device = Device::open();
+    let renderer = device.renderer();
+    let built = from_arrays(&scene);
+    for (frame_index, expected) in [0, 9].into_iter().zip(&engine) {
+        for on_device in [0, 1] {
+            let options = init!(camlux_render_options {
+                frame_index: frame_index,
+                on_device: on_device
+            });
+            let frame = render_frame(renderer, built, options);
+            assert!(layers(frame) == *expected, "{frame_index} {on_device}");
+            ok(camlux_frame_release(frame));
+        }
+    }
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(built));
+}
+
+#[test]
+fn views_and_files_name_what_they_hold() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let scene = from_arrays(&noisy_corner());
+    let frame = render(renderer, scene);
+    // SAFETY: strings of the library.
+    let text = |text| unsafe { CStr::from_ptr(text) }.to_str().expect("ASCII");
+    let second = CAMLUX_TOF_NEXT_FREQUENCY;
+    for (layer, name, unit, channels) in [
+        (CAMLUX_LAYER_HALF_PATH, "half_path", "m", 1),
+        (CAMLUX_LAYER_TOF_PHASOR, "tof0.phasor", "W/sr/m^2", 2),
+        (CAMLUX_LAYER_TOF_MPI + second, "tof1.mpi", "m", 1),
+        (CAMLUX_LAYER_TOF_WRAPS + second, "tof1.wraps", "1", 1),
+        (CAMLUX_LAYER_TOF_AMPLITUDE, "tof0.amplitude", "DN", 1),
+        (CAMLUX_LAYER_TOF_TAPS + second + 2, "tof1.phase2", "DN", 2),
+    ] {
+        let view = view(frame, layer);
+        assert_eq!((text(view.name), text(view.unit)), (name, unit));
+        assert_eq!((view.layer, view.channels), (layer, channels), "{name}");
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("picked.exr");
+    let c_path = CString::new(path.to_str().expect("UTF-8")).expect("no NUL");
+    let range = CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR;
+    let options = init!(camlux_exr_options {
+        layers: 1 << CAMLUX_LAYER_HALF_PATH,
+        tof_layers: 1 << range
+    });
+    // SAFETY: a string, and a struct of that size.
+    ok(unsafe { camlux_frame_write_exr(frame, c_path.as_ptr(), &options) });
+    let image = camlux::output::LayeredImage::read(path).expect("an image");
+    let names: Vec<&str> = image.layers().iter().map(|layer| &layer.name[..]).collect();
+    assert_eq!(names, ["half_path", "tof0.range", "tof1.range"]);
+    ok(camlux_frame_release(frame));
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn what_does_not_go_together_is_refused() {
+    let scene = from_arrays(&noisy_corner());
+    let set = |tof: camlux_tof| {
+        // SAFETY: a struct of that size, and nulls or what it says.
+        unsafe { camlux_scene_set_tof(scene, &tof) }
+    };
+    let one = init!(camlux_tof {
+        frequency_count: 1,
+        frequencies_hz: [2e7, 0.0, 0.0, 0.0]
+    });
+    let argument = CAMLUX_ERROR_INVALID_ARGUMENT;
+    let wrong = camlux_tof {
+        frequency_count: 5,
+        ..one
+    };
+    fails(set(wrong), argument, "give 1 to 4");
+    fails(
+        set(camlux_tof { output: 2, ..one }),
+        argument,
+        "output is 2",
+    );
+    let wrong = camlux_tof {
+        ambient_light_count: 1,
+        ..one
+    };
+    fails(set(wrong), argument, "ambient_lights is NULL");
+    let noise = init!(camlux_tof_noise { struct_size: 3 });
+    let wrong = camlux_tof {
+        noise: &noise,
+        ..one
+    };
+    fails(set(wrong), argument, "CAMLUX_TOF_NOISE_INIT");
+
+    let problem = CAMLUX_ERROR_SCENE;
+    let validate = || camlux_scene_validate(scene);
+    ok(validate());
+    ok(set(one));
+    fails(validate(), problem, "light 1 (directional) is modulated");
+    let ambient = [1, 7];
+    let with_ambient = |count| camlux_tof {
+        ambient_lights: ambient.as_ptr(),
+        ambient_light_count: count,
+        ..one
+    };
+    ok(set(with_ambient(2)));
+    fails(validate(), problem, "ambient light 7");
+    ok(set(camlux_tof {
+        output: CAMLUX_CHARGE_DN,
+        ..with_ambient(1)
+    }));
+    fails(validate(), problem, "there is no gain");
+    ok(set(init!(camlux_tof {})));
+    fails(validate(), problem, "there are 0 frequencies");
+    ok(set(with_ambient(1)));
+    ok(validate());
+    let sensor = init!(camlux_sensor {
+        pixel_pitch_um: [1.0; 2],
+        exposure_time_s: 1.0
+    });
+    // SAFETY: a struct of that size.
+    ok(unsafe { camlux_scene_set_sensor(scene, &sensor) });
+    fails(validate(), problem, "wavelength_nm");
+    // SAFETY: none.
+    ok(unsafe { camlux_scene_set_tof(scene, null()) });
+    ok(validate());
+    ok(camlux_scene_release(scene));
+}
