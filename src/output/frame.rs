@@ -389,6 +389,32 @@ impl StopReason {
 }
 
 impl FrameStats {
+    /// Adds what a frame has cost that this one is made of, too. Of errors and reasons to stop, the worse ones count.
+    pub fn include(&mut self, part: &FrameStats) {
+        for pass in &part.passes {
+            match self.passes.iter_mut().find(|own| own.name == pass.name) {
+                Some(own) => own.milliseconds += pass.milliseconds,
+                None => self.passes.push(*pass),
+            }
+        }
+        self.pixel_vpl_pairs += part.pixel_vpl_pairs;
+        self.ray_count += part.ray_count;
+        self.submissions += part.submissions;
+        self.wall_milliseconds += part.wall_milliseconds;
+        let worse = |own: &mut Option<f64>, other: Option<f64>| {
+            *own = own.iter().copied().chain(other).reduce(f64::max);
+        };
+        worse(&mut self.estimated_error, part.estimated_error);
+        worse(&mut self.estimated_error_upper, part.estimated_error_upper);
+        worse(
+            &mut self.estimated_interpolation_error,
+            part.estimated_interpolation_error,
+        );
+        if matches!(self.stop, None | Some(StopReason::TargetMet)) {
+            self.stop = part.stop.or(self.stop);
+        }
+    }
+
     /// The estimated error against the true bounce and its bound, per cent: "estimated 1.93 %, below 2.20 % with 95 % confidence".
     pub fn estimated_error_text(&self) -> String {
         let percent = |error: f64| format!("{:.2} %", 100.0 * error);

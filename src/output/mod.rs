@@ -22,5 +22,6 @@ pub use frame::{
 pub use header::Attribute;
 pub(crate) use per_pixel::{for_each_at_once, per_pixel, pixels_of_a_thread};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
+pub use tof::Exposure;
 pub(crate) use tof::{PixelPhasors, TofCamera};
 pub use tof_layers::TofQuantity;

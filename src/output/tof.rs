@@ -1,7 +1,8 @@
 //! What a time-of-flight camera makes of the phasors of its pixels. In f64: of a phase, f32 keeps 1e-7 turns.
 
-use super::{Layer, LayerData, TofQuantity, per_pixel};
+use super::{Frame, Layer, LayerData, TofQuantity, per_pixel};
 use crate::{
+    Error, Result,
     model::{PhaseSampling, Phasor, Reading, electrons, multipath_error_m, range_m, wrap_count},
     scene::{ChargeUnit, Photodetector, Sensor, TimeOfFlight},
 };
@@ -22,6 +23,9 @@ pub(crate) struct TofCamera<'t> {
     pub frame_index: u32,
 }
 
+/// Light of a phase image by its index and that of the pixel: L of all light, and Z with the camera's phase offset, W/sr/m².
+type PhaseLight<'l> = dyn Fn(usize, usize) -> (f64, Phasor) + Sync + 'l;
+
 impl TofCamera<'_> {
     /// The layers of one frequency, but for the standard error. `phasors`, `radiances` (L of all light, as the pixels see it, W/sr/m²) and `half_paths_m`
     /// are those of the pixels.
@@ -41,37 +45,61 @@ impl TofCamera<'_> {
                 [re, im]
             })
         };
-        let or_nan = |value: Option<f64>| [value.unwrap_or(f64::NAN)];
-        let sampling = PhaseSampling::of(self.tof, frequency);
-        let offset = Phasor::of_angle(self.tof.phase_offset_deg.to_radians());
-        let delayed = |i: usize| total(i) * offset;
-        let images = self.phase_images((frequency, &sampling), &delayed, radiances);
-        // K·Q_Z as the phase images tell it.
-        let measured = |i: usize| {
-            let difference =
-                |image: &Vec<f32>| f64::from(image[2 * i]) - f64::from(image[2 * i + 1]);
-            sampling.demodulate(images.iter().map(difference))
-        };
         let wraps = half_paths_m.iter().map(|&half_m| match half_m.is_finite() {
             true => wrap_count(half_m, frequency_hz),
             false => 0,
         });
-        let mut layers = vec![
+        let multipath_error =
+            |i: usize| or_nan(multipath_error_m(total(i), phasors[i].direct, frequency_hz));
+        let of_paths = [
             (TofQuantity::Phasor, complex(&total)),
             (TofQuantity::PhasorDirect, complex(&|i| phasors[i].direct)),
             (
                 TofQuantity::PhasorIndirect,
                 complex(&|i| phasors[i].indirect),
             ),
+            (TofQuantity::MultipathError, floats(count, multipath_error)),
+            (TofQuantity::Wraps, LayerData::Id(wraps.collect())),
+        ];
+        let named = |(quantity, data)| (Layer::Tof(frequency as u8, quantity), data);
+        let mut layers: Vec<_> = of_paths.into_iter().map(named).collect();
+        let offset = self.phase_offset();
+        let light = |_, i: usize| (radiances[i], total(i) * offset);
+        layers.extend(self.measured_layers(frequency, count, &light));
+        layers
+    }
+
+    fn phase_offset(&self) -> Phasor {
+        Phasor::of_angle(self.tof.phase_offset_deg.to_radians())
+    }
+
+    /// The layers that come from the phase images of a frequency, and these.
+    fn measured_layers(
+        &self,
+        frequency: usize,
+        count: usize,
+        light: &PhaseLight,
+    ) -> Vec<(Layer, LayerData)> {
+        let frequency_hz = self.tof.frequencies_hz[frequency];
+        let sampling = PhaseSampling::of(self.tof, frequency);
+        let phases = 0..self.tof.phase_count as usize;
+        let image = |phase| self.phase_image((frequency, &sampling), phase, count, light);
+        let images: Vec<Vec<f32>> = phases.clone().map(image).collect();
+        // K·Q_Z as the phase images tell it. Of expected values, it keeps the digits that they have before they are rounded.
+        let measured = |i: usize| {
+            let difference = |phase: usize| {
+                let [a, b] = match self.tof.noise {
+                    None => self.expected_taps(&sampling, phase, light(phase, i)),
+                    Some(_) => [0, 1].map(|tap| f64::from(images[phase][2 * i + tap])),
+                };
+                a - b
+            };
+            sampling.demodulate(phases.clone().map(difference))
+        };
+        let mut layers = vec![
             (
                 TofQuantity::Range,
-                floats(count, |i| {
-                    let measured = match self.tof.noise {
-                        Some(_) => measured(i),
-                        None => delayed(i),
-                    };
-                    or_nan(range_m(measured, frequency_hz))
-                }),
+                floats(count, |i| or_nan(range_m(measured(i), frequency_hz))),
             ),
             (
                 TofQuantity::Amplitude,
@@ -81,13 +109,6 @@ impl TofCamera<'_> {
                 TofQuantity::Intensity,
                 floats(count, |i| [self.intensity(&images, i)]),
             ),
-            (
-                TofQuantity::MultipathError,
-                floats(count, |i| {
-                    or_nan(multipath_error_m(total(i), phasors[i].direct, frequency_hz))
-                }),
-            ),
-            (TofQuantity::Wraps, LayerData::Id(wraps.collect())),
         ];
         for (phase, image) in images.into_iter().enumerate() {
             layers.push((TofQuantity::Taps(phase as u8), LayerData::Float(image)));
@@ -96,37 +117,44 @@ impl TofCamera<'_> {
         layers.into_iter().map(named).collect()
     }
 
-    /// What both taps of each pixel give, of each phase image.
-    fn phase_images(
+    /// Electrons of both taps, without noise.
+    fn expected_taps(
         &self,
-        (frequency, sampling): (usize, &PhaseSampling),
-        phasor: &(dyn Fn(usize) -> Phasor + Sync),
-        radiances: &[f64],
-    ) -> Vec<Vec<f32>> {
+        sampling: &PhaseSampling,
+        phase: usize,
+        (radiance, phasor): (f64, Phasor),
+    ) -> [f64; 2] {
         let per_radiance = electrons(
             self.sensor.joule_per_irradiance(),
             1e-9 * self.photodetector.wavelength_nm,
             self.photodetector.quantum_efficiency,
         );
-        let image = |phase: usize| {
-            let mut taps = vec![0.0; 2 * radiances.len()];
-            per_pixel(&mut taps, |i| {
-                let phasor = phasor(i) * per_radiance;
-                let expected = sampling.taps(per_radiance * radiances[i], phasor, phase);
-                [0, 1].map(|tap| {
-                    let reading = Reading {
-                        frame: self.frame_index,
-                        pixel: i as u32,
-                        frequency: frequency as u8,
-                        phase: phase as u8,
-                        tap: tap as u8,
-                    };
-                    self.read(expected[tap], reading) as f32
-                })
-            });
-            taps
-        };
-        (0..self.tof.phase_count as usize).map(image).collect()
+        sampling.taps(per_radiance * radiance, phasor * per_radiance, phase)
+    }
+
+    /// What both taps of each pixel give.
+    fn phase_image(
+        &self,
+        (frequency, sampling): (usize, &PhaseSampling),
+        phase: usize,
+        count: usize,
+        light: &PhaseLight,
+    ) -> Vec<f32> {
+        let mut taps = vec![0.0; 2 * count];
+        per_pixel(&mut taps, |i| {
+            let expected = self.expected_taps(sampling, phase, light(phase, i));
+            [0, 1].map(|tap| {
+                let reading = Reading {
+                    frame: self.frame_index,
+                    pixel: i as u32,
+                    frequency: frequency as u8,
+                    phase: phase as u8,
+                    tap: tap as u8,
+                };
+                self.read(expected[tap], reading) as f32
+            })
+        });
+        taps
     }
 
     /// What a tap gives, in the unit of the output.
@@ -152,9 +180,90 @@ impl TofCamera<'_> {
     }
 }
 
+fn or_nan(value: Option<f64>) -> [f64; 1] {
+    [value.unwrap_or(f64::NAN)]
+}
+
 /// `N` values for each pixel.
 fn floats<const N: usize>(count: usize, value: impl Fn(usize) -> [f64; N] + Sync) -> LayerData {
     let mut values = vec![0.0; N * count];
     per_pixel(&mut values, |i| value(i).map(|value| value as f32));
     LayerData::Float(values)
+}
+
+/// What the pixels of one phase image see over its exposure: the mean of frames that were rendered within it.
+#[derive(Debug, Clone, Default)]
+pub struct Exposure {
+    /// Sums over the frames.
+    pixels: Vec<(f64, Phasor)>,
+    frame_count: u32,
+}
+
+impl Exposure {
+    /// Adds a frame by its light of the modulation frequency of that index.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] for a frame without time of flight of that frequency, or of another size than those before.
+    pub fn add(&mut self, frame: &Frame, frequency: usize) -> Result<()> {
+        let phasor = Layer::Tof(frequency as u8, TofQuantity::Phasor);
+        let (Some(tof), Some(radiances), Some(phasors)) = (
+            &frame.description.tof,
+            frame.values(Layer::Radiance),
+            frame.values(phasor),
+        ) else {
+            return Err(Error::internal("a frame has no phasors to expose by"));
+        };
+        let (radiances, _) = radiances.as_chunks::<3>();
+        let (phasors, _) = phasors.as_chunks::<2>();
+        if self.frame_count == 0 {
+            self.pixels = vec![Default::default(); radiances.len()];
+        }
+        if self.pixels.len() != radiances.len() {
+            return Err(Error::internal("frames of one exposure differ in size"));
+        }
+        let added = radiances.iter().zip(phasors);
+        for (sum, (radiance, phasor)) in self.pixels.iter_mut().zip(added) {
+            let [re, im] = phasor.map(f64::from);
+            sum.0 += tof.weighted(radiance.map(f64::from));
+            sum.1 = sum.1 + Phasor { re, im };
+        }
+        self.frame_count += 1;
+        Ok(())
+    }
+
+    fn mean(&self, pixel: usize) -> (f64, Phasor) {
+        let share = 1.0 / f64::from(self.frame_count);
+        let (radiance, phasor) = self.pixels[pixel];
+        (radiance * share, phasor * share)
+    }
+}
+
+impl Frame {
+    /// Takes the phase images of a modulation frequency anew, each from an exposure of its own, and with them `range`, `amplitude` and
+    /// `intensity`. Other layers stay, those of the paths among them.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] for a frame without time of flight of that frequency, or unless there is an exposure of as many pixels for each phase image.
+    pub fn expose(&mut self, frequency: usize, exposures: &[Exposure]) -> Result<()> {
+        let camera = self.description.time_of_flight();
+        let camera = camera.filter(|camera| frequency < camera.tof.frequencies_hz.len());
+        let camera = camera.ok_or_else(|| Error::internal("a frame has no phase images"))?;
+        let count = (self.resolution_px[0] * self.resolution_px[1]) as usize;
+        let is_whole = |exposure: &Exposure| exposure.pixels.len() == count;
+        if exposures.len() != camera.tof.phase_count as usize || !exposures.iter().all(is_whole) {
+            return Err(Error::internal("phase images and exposures differ"));
+        }
+        let offset = camera.phase_offset();
+        let light = |phase: usize, i: usize| {
+            let (radiance, phasor) = exposures[phase].mean(i);
+            (radiance, phasor * offset)
+        };
+        for (layer, data) in camera.measured_layers(frequency, count, &light) {
+            let mut own = self.layers.iter_mut();
+            if let Some((_, kept)) = own.find(|(own, _)| *own == layer) {
+                *kept = data;
+            }
+        }
+        Ok(())
+    }
 }

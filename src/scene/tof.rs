@@ -83,6 +83,14 @@ pub struct Photodetector {
 }
 
 impl TimeOfFlight {
+    /// Leaves the frequency of that index alone.
+    pub fn keep_frequency(&mut self, frequency: usize) {
+        let only =
+            |values: &mut Vec<f64>| *values = values.get(frequency).copied().into_iter().collect();
+        only(&mut self.frequencies_hz);
+        only(&mut self.contrasts);
+    }
+
     /// Whether a light of the scene is modulated.
     pub fn is_modulated(&self, light: usize) -> bool {
         !self.ambient_lights.contains(&light)

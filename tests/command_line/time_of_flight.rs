@@ -5,6 +5,8 @@ use std::process::Command;
 
 use camlux::output::LayeredImage;
 
+use crate::jobs::{Jobs, SCENE};
+
 /// Renders the demo scene, changed, and returns what the program says.
 fn render(folder: &Path, change: impl Fn(String) -> String, arguments: &str) -> String {
     let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
@@ -74,4 +76,146 @@ fn the_preview_has_range_amplitude_and_multipath_error_of_each_frequency() {
             );
         }
     }
+}
+
+/// A wall that moves away at 10 m/s from a camera with its light, in the middle of the view: with K, τ and T of 10 ms, N = 4, phase image i begins 15 ms behind
+/// the one before.
+const MOVING_WALL: &str = r#"
+[job]
+scene = "scene.toml"
+size = [1, 1]
+frames = 3
+[time]
+frame_interval_s = 0.1
+readout_time_s = 0.005
+[[mesh]]
+index = 0
+keyframes = [{ frame = 0, position = [0, 0, 0] }, { frame = 2, position = [0, 0, -2] }]
+"#;
+
+fn moving_wall(change: impl Fn(&str) -> String) -> Jobs {
+    let jobs = Jobs::new(&change(MOVING_WALL));
+    let sensor = "[sensor]\npixel_pitch_um = [10, 10]\nexposure_time_s = 0.01\nduty_cycle = 1\nwavelength_nm = 850\nquantum_efficiency = 0.8\n";
+    let tof = "[tof]\nfrequencies_mhz = [20]\ncontrast = 0.75\nband = \"R\"\n";
+    let scene = SCENE.replace("[0.5, 1.0, 2.0]", "[0.0, 0.0, 3.0]");
+    jobs.write("scene.toml", &format!("{scene}{sensor}{tof}"));
+    jobs
+}
+
+/// Both taps of phase image `phase`, by the closed form, of the wall at these times, s.
+fn taps_due(times_s: &[f64], phase: usize) -> [f64; 2] {
+    let per_time = times_s.iter().map(|time_s| {
+        let distance_m = 3.0 + 10.0 * time_s;
+        let irradiance = 50.0 / (4.0 * std::f64::consts::PI * distance_m.powi(2));
+        let radiance = 0.7 / std::f64::consts::PI * irradiance;
+        // A pixel of 10 µm for 10 ms, and η·λ/(h·c) electrons a joule.
+        let charge = radiance * 1e-10 * 0.01 * 0.8 * 850e-9 / (6.62607015e-34 * 299_792_458.0);
+        let turns = 20e6 * 2.0 * distance_m / 299_792_458.0 + phase as f64 / 4.0;
+        let difference = 0.75 * charge * (std::f64::consts::TAU * turns).cos();
+        [0.5 * (charge + difference), 0.5 * (charge - difference)]
+    });
+    let sum = per_time.fold([0.0; 2], |sum, taps| [sum[0] + taps[0], sum[1] + taps[1]]);
+    sum.map(|sum| sum / times_s.len() as f64)
+}
+
+#[test]
+fn each_phase_image_of_a_batch_has_its_own_time() {
+    for (samples, shares) in [(1, &[0.5][..]), (2, &[0.25, 0.75])] {
+        let sampled =
+            |job: &str| job.replace("[time]", &format!("[time]\ntemporal_samples = {samples}"));
+        let jobs = moving_wall(sampled);
+        jobs.succeed("set", &[]);
+        let mut range_m = [0.0; 2];
+        for (frame, range_m) in range_m.iter_mut().enumerate() {
+            let image =
+                LayeredImage::read(jobs.path(&format!("set/frames/{frame:06}.exr"))).unwrap();
+            let begin_s = 0.1 * frame as f64;
+            let mut differences = [0.0; 4];
+            for (phase, difference) in differences.iter_mut().enumerate() {
+                let start_s = 0.015 * phase as f64;
+                let attribute = format!("camlux.tof0.phase{phase}.start_s");
+                let in_header: f64 = image.attribute(&attribute).unwrap().parse().unwrap();
+                assert!((in_header - start_s).abs() < 1e-12, "{in_header}");
+                let times_s = shares.iter().map(|share| begin_s + start_s + 0.01 * share);
+                let due = taps_due(&times_s.collect::<Vec<_>>(), phase);
+                let layer = image.layer(&format!("tof0.phase{phase}")).unwrap();
+                for (tap, due) in layer.values.iter().zip(due) {
+                    assert!((f64::from(*tap) / due - 1.0).abs() < 1e-5, "{tap} {due}");
+                }
+                *difference = due[0] - due[1];
+            }
+            let [d0, d1, d2, d3] = differences;
+            let phase_rad = f64::atan2(d3 - d1, d0 - d2).rem_euclid(std::f64::consts::TAU);
+            let due_m = 299_792_458.0 / (4.0 * std::f64::consts::PI * 20e6) * phase_rad;
+            *range_m = image
+                .values(camlux::output::Layer::from_name("tof0.range").unwrap())
+                .unwrap()[0];
+            assert!(
+                (f64::from(*range_m) - due_m).abs() < 1e-4,
+                "{range_m} {due_m}"
+            );
+            // The paths are those at the frame's beginning.
+            let half_path_m = image.layer("half_path").unwrap().values[0];
+            assert!((f64::from(half_path_m) - (3.0 + 10.0 * begin_s)).abs() < 1e-5);
+        }
+        // The wall is at 3.275 m on average, but its phases do not fit together.
+        assert!((range_m[0] - 3.275).abs() > 0.05, "{range_m:?}");
+    }
+}
+
+#[test]
+fn a_batch_spends_nothing_on_phase_images_where_nothing_moves() {
+    let timed = moving_wall(|job| job.into());
+    let plain = moving_wall(|job| {
+        let (before, time) = job.split_once("[time]").unwrap();
+        format!("{before}[[mesh]]{}", time.split_once("[[mesh]]").unwrap().1)
+    });
+    timed.succeed("set", &[]);
+    plain.succeed("set", &[]);
+    // The last frame, behind the last keyframe.
+    let [timed, plain] = [&timed, &plain].map(|jobs| {
+        let image = LayeredImage::read(jobs.path("set/frames/000002.exr")).unwrap();
+        let bits = image.layers().iter().map(|layer| {
+            let bits = layer.values.iter().map(|value| value.to_bits());
+            (layer.name.clone(), bits.collect::<Vec<_>>())
+        });
+        bits.collect::<Vec<_>>()
+    });
+    assert_eq!(timed, plain);
+}
+
+#[test]
+fn times_that_cannot_be_are_refused() {
+    for (from, to, words) in [
+        (
+            "interval_s = 0.1",
+            "interval_s = 0.05",
+            "4 phase images of scene.toml take 0.06 s",
+        ),
+        (
+            "interval_s = 0.1",
+            "interval_s = 0",
+            "\"frame_interval_s\" in [time] is 0",
+        ),
+        (
+            "time_s = 0.005",
+            "time_s = -1",
+            "\"readout_time_s\" in [time] is -1",
+        ),
+        (
+            "[time]",
+            "[time]\ntemporal_samples = 0",
+            "\"temporal_samples\" in [time] is 0",
+        ),
+        ("frame_interval_s = 0.1", "", "frame_interval_s"),
+        ("readout_time_s", "readout_s", "readout_time_s"),
+    ] {
+        let jobs = moving_wall(|job| job.replacen(from, to, 1));
+        let stderr = jobs.fail("set", &[]);
+        assert!(stderr.contains(words), "{from} {to}: {stderr}");
+    }
+    let jobs = moving_wall(|job| job.into());
+    jobs.write("scene.toml", SCENE);
+    let stderr = jobs.fail("set", &[]);
+    assert!(stderr.contains("[time] is for time of flight"), "{stderr}");
 }

@@ -46,6 +46,11 @@ fn object(frames: &Frames) -> Value {
         "seed": job.seed,
         "compression": job.exr.compression.name(),
         "half": job.exr.half,
+        "time": job.timing.map(|timing| json!({
+            "frame_interval_s": timing.frame_interval_s,
+            "readout_time_s": timing.readout_time_s,
+            "temporal_samples": timing.temporal_samples,
+        })),
         "conventions": {
             "length": "m",
             "camera": "position_m and rotation_xyzw take points from the camera's axes (x right, y down, z forward) to the world",

@@ -11,7 +11,8 @@ use serde_json::{Map, Value, json};
 
 use super::draws::Draws;
 use super::job::Job;
-use super::pose::{Aim, rotation_of};
+use super::pose::{Aim, Pose, rotation_of};
+use super::timing::{self, Image};
 use crate::Failure;
 use crate::options::{check_layers, resize, warn_of};
 
@@ -48,10 +49,21 @@ pub struct Planned {
     pub inputs: String,
     /// What the manifest says of it.
     pub description: Value,
+    /// When it begins.
+    pub begin: Moment,
+    /// Each phase image as it sees the scene at its own times; empty where nothing moves meanwhile.
+    pub phase_images: Vec<(Image, Vec<Moment>)>,
+    /// Name and time of each phase image, seconds from the frame's beginning, where the job has times.
+    phase_starts_s: Vec<(String, f64)>,
+}
+
+/// The scene at one time.
+pub struct Moment {
     scene_index: usize,
     /// With the meshes where the scene has them.
-    scene: Scene,
+    pub scene: Scene,
     mesh_poses: Vec<(usize, DVec3, DQuat)>,
+    camera_pose: Option<Pose>,
 }
 
 impl Frames {
@@ -64,6 +76,9 @@ impl Frames {
             }
             warn_of(&scene, name);
             check_layers(&scene, job.exr.layers.as_deref().unwrap_or_default())?;
+            if let Some(timing) = &job.timing {
+                timing.check(&scene, name)?;
+            }
             job.changes.check(&scene)?;
             let stem = path.file_stem().unwrap_or_default().to_string_lossy();
             let folder = match job.scenes.len() {
@@ -80,6 +95,9 @@ impl Frames {
         let mut shared_hash = blake3::Hasher::new();
         shared_hash.update(engine_hash().as_bytes());
         shared_hash.update(format!("{:?}", job.exr).as_bytes());
+        if let Some(timing) = &job.timing {
+            shared_hash.update(format!("{timing:?}").as_bytes());
+        }
         Ok(Frames {
             job,
             scenes,
@@ -98,7 +116,8 @@ impl Frames {
         self.count_in_scene() * self.scenes.len() as u64
     }
 
-    pub fn plan(&self, index: u64) -> Planned {
+    /// What a frame shows, or would show `later`, a share of the time to the next.
+    fn moment(&self, index: u64, later: f64) -> Moment {
         let changes = &self.job.changes;
         let scene_index = (index / self.count_in_scene()) as usize;
         let number = index % self.count_in_scene();
@@ -116,23 +135,60 @@ impl Frames {
             change.apply(&mut scene, frame as usize, draws);
         }
         for (light, motion) in &changes.lights {
-            let pose = motion.pose(frame, draws(&format!("light {light}")));
+            let pose = motion.pose(frame, later, draws(&format!("light {light}")));
             scene.lights[*light] = pose.light(&scene.lights[*light]);
         }
         let camera = changes.camera.as_ref();
-        let camera = camera.map(|motion| motion.pose(frame, draws("camera")));
-        if let Some(pose) = &camera {
+        let camera_pose = camera.map(|motion| motion.pose(frame, later, draws("camera")));
+        if let Some(pose) = &camera_pose {
             scene.camera = pose.camera(&scene.camera);
         }
+        let meshes = changes.meshes.iter().map(|(mesh, motion)| {
+            let pose = motion.pose(frame, later, draws(&format!("mesh {mesh}")));
+            (*mesh, pose.position_m, pose.rotation())
+        });
+        Moment {
+            scene_index,
+            mesh_poses: meshes.collect(),
+            camera_pose,
+            scene,
+        }
+    }
+
+    pub fn plan(&self, index: u64) -> Planned {
+        let begin = self.moment(index, 0.0);
+        let Moment {
+            scene_index,
+            scene,
+            mesh_poses,
+            camera_pose: camera,
+        } = &begin;
+        let loaded = &self.scenes[*scene_index];
+        let number = index % self.count_in_scene();
         let rotation = match camera.and_then(|pose| pose.aim) {
             Some(Aim::Rotation(rotation)) => rotation,
             _ => rotation_of(&scene.camera),
         };
-        let meshes = changes.meshes.iter().map(|(mesh, motion)| {
-            let pose = motion.pose(frame, draws(&format!("mesh {mesh}")));
-            (*mesh, pose.position_m, pose.rotation())
-        });
-        let mesh_poses: Vec<_> = meshes.collect();
+        let (mut phase_images, mut phase_starts_s) = (Vec::new(), Vec::new());
+        if let (Some(timing), Some(tof), Some(sensor)) =
+            (&self.job.timing, &scene.tof, scene.sensor)
+        {
+            let exposure_s = sensor.exposure_time_s;
+            for image in timing::images(tof) {
+                let name = format!("tof{}.phase{}.start_s", image.0, image.1);
+                phase_starts_s.push((name, timing.start_s(tof, exposure_s, image)));
+                let samples = timing.samples(tof, exposure_s, image);
+                let moments = samples.map(|later| self.moment(index, later)).collect();
+                phase_images.push((image, moments));
+            }
+        }
+        let rests = |(_, moments): &(Image, Vec<Moment>)| {
+            let begin = begin.poses();
+            moments.iter().all(|moment| moment.poses() == begin)
+        };
+        if phase_images.iter().all(rests) {
+            phase_images.clear();
+        }
 
         let varied = loaded.scene.materials.iter().zip(&scene.materials);
         let varied = varied.filter(|(before, now)| before.kd != now.kd);
@@ -158,20 +214,29 @@ impl Frames {
         let mut hasher = self.shared_hash.clone();
         hasher.update(loaded.hash.as_bytes());
         hasher.update(description.to_string().as_bytes());
+        for moment in phase_images.iter().flat_map(|(_, moments)| moments) {
+            hasher.update(moment.poses().as_bytes());
+        }
         Planned {
             index,
             camera_pose: (scene.camera.position_m, rotation),
             file: format!("frames/{}{number:06}.exr", loaded.folder),
             inputs: hasher.finalize().to_hex().to_string(),
             description,
-            scene_index,
-            scene,
-            mesh_poses,
+            begin,
+            phase_images,
+            phase_starts_s,
         }
     }
 }
 
-impl Planned {
+impl Moment {
+    /// Where all is that can move.
+    fn poses(&self) -> String {
+        let Scene { camera, lights, .. } = &self.scene;
+        format!("{camera:?} {lights:?} {:?}", self.mesh_poses)
+    }
+
     /// The scene to render, with its meshes in their places.
     pub fn scene(&self, posed: &mut PosedMeshes) -> Scene {
         let mut scene = self.scene.clone();
@@ -188,17 +253,22 @@ impl Planned {
         }
         scene
     }
+}
 
+impl Planned {
     /// What the header of its file says beyond the frame itself.
     pub fn attributes(&self) -> Vec<(String, Attribute)> {
         let frame = i32::try_from(self.index).unwrap_or(i32::MAX);
         let frame = ("batch.frame".to_owned(), Attribute::Int(frame));
-        let meshes = self.mesh_poses.iter().map(|&(mesh, position_m, rotation)| {
+        let poses = self.begin.mesh_poses.iter();
+        let meshes = poses.map(|&(mesh, position_m, rotation)| {
             let to_world = DMat4::from_rotation_translation(rotation, position_m);
             let matrix = Attribute::Matrix4(to_world.to_cols_array());
             (format!("mesh.{mesh}.toWorld"), matrix)
         });
-        [frame].into_iter().chain(meshes).collect()
+        let starts = self.phase_starts_s.iter();
+        let starts = starts.map(|(name, start_s)| (name.clone(), Attribute::Number(*start_s)));
+        [frame].into_iter().chain(meshes).chain(starts).collect()
     }
 
     pub fn path(&self, folder: &Path) -> PathBuf {

@@ -6,6 +6,7 @@ use camlux::keys::{self, Keys, Value};
 use camlux::output::{ExrCompression, ExrOptions, Layer};
 
 use super::changes::Changes;
+use super::timing::Timing;
 use crate::Failure;
 
 /// Where a job does not say.
@@ -22,6 +23,8 @@ pub struct Job {
     pub size_px: Option<[u32; 2]>,
     pub exr: ExrOptions,
     pub changes: Changes,
+    /// `None`: all of a frame is of one time.
+    pub timing: Option<Timing>,
 }
 
 impl Job {
@@ -31,7 +34,7 @@ impl Job {
 
     pub fn parse(text: String, file: &Path) -> Result<Job, Failure> {
         let known = [
-            "version", "job", "camera", "light", "mesh", "material", "sweep",
+            "version", "job", "time", "camera", "light", "mesh", "material", "sweep",
         ];
         let mut keys = Keys::parse(&text, file, "job file", &known)?;
         let mut job = keys
@@ -53,6 +56,7 @@ impl Job {
         let size_px = job.optional("size", size)?;
         let exr = exr_options(&mut job)?;
         let changes = Changes::read(&mut keys, folder)?;
+        let timing = Timing::read(&mut keys)?;
         let frame_count = changes.count_frames(&mut job)?;
         drop((keys, job));
         Ok(Job {
@@ -64,6 +68,7 @@ impl Job {
             size_px,
             exr,
             changes,
+            timing,
         })
     }
 }

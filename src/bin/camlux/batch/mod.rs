@@ -13,6 +13,7 @@ mod motion;
 mod pose;
 mod progress;
 mod selection;
+mod timing;
 mod trajectory;
 mod work;
 

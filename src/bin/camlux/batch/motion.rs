@@ -46,16 +46,23 @@ impl Motion {
         }))
     }
 
-    /// The pose in a frame of a sequence; draws are made for the frame of the whole job.
-    pub fn pose(&self, frame: u32, mut draws: Draws) -> Pose {
+    /// The pose in a frame of a sequence, or `later` after its beginning, a share of the time to the next; draws are made for the frame of the whole job, and stay.
+    pub fn pose(&self, frame: u32, later: f64, mut draws: Draws) -> Pose {
+        let time = f64::from(frame) + later;
         match self {
-            Motion::Listed(poses) => poses[frame as usize],
+            Motion::Listed(poses) => {
+                let pose = poses[frame as usize];
+                match poses.get(frame as usize + 1) {
+                    Some(&next) if later > 0.0 => pose.between(next, later),
+                    _ => pose,
+                }
+            }
             Motion::Keyed(keyframes) => {
-                let next = keyframes.partition_point(|&(at, _)| at <= frame);
+                let next = keyframes.partition_point(|&(at, _)| f64::from(at) <= time);
                 let (from, pose) = keyframes[next.saturating_sub(1)];
                 match keyframes.get(next) {
-                    Some(&(to, next)) if frame > from => {
-                        pose.between(next, f64::from(frame - from) / f64::from(to - from))
+                    Some(&(to, next)) if time > f64::from(from) => {
+                        pose.between(next, (time - f64::from(from)) / f64::from(to - from))
                     }
                     _ => pose,
                 }

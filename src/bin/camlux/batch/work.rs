@@ -7,7 +7,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use camlux::output::{ExrOptions, Frame, OutputFile, StopReason, write_exr_hashed};
+use camlux::output::{Exposure, ExrOptions, Frame, OutputFile, StopReason, write_exr_hashed};
+use camlux::scene::ChargeUnit;
 use camlux::{Device, DeviceInfo, DeviceKind, DeviceOptions, Error, RenderOptions, Renderer};
 use serde_json::json;
 
@@ -67,17 +68,47 @@ impl Engine {
     }
 
     pub fn render(&mut self, planned: &Planned) -> Result<Frame, Error> {
-        let scene = planned.scene(&mut self.posed);
-        let mut options = RenderOptions {
-            frame_index: planned.index as u32,
-            ..RenderOptions::default()
-        };
-        let rendered = self.renderer.render(&scene, &mut options);
+        let rendered = self.try_to_render(planned);
         if let Err(Error::DeviceLost { .. }) = rendered {
             // It is of no more use; the frames behind this one need another.
             *self = Engine::open(&self.options)?;
         }
         rendered
+    }
+
+    fn try_to_render(&mut self, planned: &Planned) -> Result<Frame, Error> {
+        let scene = planned.begin.scene(&mut self.posed);
+        let mut options = RenderOptions {
+            frame_index: planned.index as u32,
+            ..RenderOptions::default()
+        };
+        let mut frame = self.renderer.render(&scene, &mut options)?;
+        let images = &planned.phase_images;
+        for of_frequency in images.chunk_by(|((a, _), _), ((b, _), _)| a == b) {
+            let mut exposures = Vec::new();
+            for ((frequency, _), moments) in of_frequency {
+                let mut exposure = Exposure::default();
+                for moment in moments {
+                    let mut scene = moment.scene(&mut self.posed);
+                    if let Some(tof) = &mut scene.tof {
+                        tof.keep_frequency(*frequency);
+                        tof.noise = None;
+                        tof.output = ChargeUnit::Electrons;
+                    }
+                    let sample = self
+                        .renderer
+                        .render(&scene, &mut RenderOptions::default())?;
+                    exposure.add(&sample, 0)?;
+                    frame.stats.include(&sample.stats);
+                    self.renderer.return_buffers(sample);
+                }
+                exposures.push(exposure);
+            }
+            if let Some(((frequency, _), _)) = of_frequency.first() {
+                frame.expose(*frequency, &exposures)?;
+            }
+        }
+        Ok(frame)
     }
 }
 

@@ -1,0 +1,105 @@
+//! When the phase images of a time-of-flight camera are exposed: `[time]` of a job.
+
+use camlux::keys::{Keys, Value};
+use camlux::scene::TimeOfFlight;
+use camlux::{Result, Scene};
+
+use crate::Failure;
+
+/// Within one exposure, more change nothing that can be seen.
+const MOST_SAMPLES: u32 = 1024;
+
+/// How the frames of a job lie in time. Phase images follow one another, those of one frequency before those of the next.
+#[derive(Debug, Clone, Copy)]
+pub struct Timing {
+    /// From the beginning of one frame to that of the next.
+    pub frame_interval_s: f64,
+    /// After each exposure, until the next one begins.
+    pub readout_time_s: f64,
+    /// Times within an exposure at which the scene is rendered.
+    pub temporal_samples: u32,
+}
+
+impl Timing {
+    /// That of a job; `None` where it says nothing.
+    pub fn read(keys: &mut Keys) -> Result<Option<Timing>> {
+        let Some(mut time) = keys.table("time")? else {
+            return Ok(None);
+        };
+        time.only(&["frame_interval_s", "readout_time_s", "temporal_samples"])?;
+        let interval = time.need("frame_interval_s", "frame_interval_s = 0.033")?;
+        let frame_interval_s = interval.number()?;
+        if !(frame_interval_s > 0.0 && frame_interval_s.is_finite()) {
+            let problem = format!("is {frame_interval_s}");
+            return Err(interval.error(problem, "give seconds above 0"));
+        }
+        let readout = |value: &Value| match value.number()? {
+            time_s if (0.0..f64::INFINITY).contains(&time_s) => Ok(time_s),
+            time_s => Err(value.error(format!("is {time_s}"), "give seconds, 0 or more")),
+        };
+        let samples = |value: &Value| match value.count()? {
+            count @ 1..=MOST_SAMPLES => Ok(count),
+            count => {
+                let hint = format!("give 1 to {MOST_SAMPLES}");
+                Err(value.error(format!("is {count}"), hint))
+            }
+        };
+        Ok(Some(Timing {
+            frame_interval_s,
+            readout_time_s: time.optional("readout_time_s", readout)?.unwrap_or(0.0),
+            temporal_samples: time.optional("temporal_samples", samples)?.unwrap_or(1),
+        }))
+    }
+
+    /// Refuses a scene without phase images, and one whose phase images take longer than a frame.
+    pub fn check(&self, scene: &Scene, name: &str) -> std::result::Result<(), Failure> {
+        let (Some(tof), Some(sensor)) = (&scene.tof, scene.sensor) else {
+            let hint = "add [tof], or leave [time] out of the job";
+            return Err(
+                format!("[time] is for time of flight, which {name} has not; {hint}").into(),
+            );
+        };
+        let count = tof.frequencies_hz.len() as u32 * tof.phase_count;
+        let taken_s = f64::from(count) * (sensor.exposure_time_s + self.readout_time_s);
+        // Seconds that are written in decimals add up with a rounding error.
+        if taken_s > self.frame_interval_s * (1.0 + 1e-9) {
+            return Err(format!(
+                "[time]: the {count} phase images of {name} take {taken_s} s, longer than frame_interval_s = {}; \
+                 give more, or expose for a shorter time",
+                self.frame_interval_s
+            )
+            .into());
+        }
+        Ok(())
+    }
+
+    /// From the frame's beginning to the begin of an exposure, seconds.
+    pub fn start_s(&self, tof: &TimeOfFlight, exposure_s: f64, (frequency, phase): Image) -> f64 {
+        let before = frequency as u32 * tof.phase_count + phase;
+        f64::from(before) * (exposure_s + self.readout_time_s)
+    }
+
+    /// From the frame's beginning to the samples of an exposure, in frames.
+    pub fn samples<'t>(
+        &'t self,
+        tof: &TimeOfFlight,
+        exposure_s: f64,
+        image: Image,
+    ) -> impl Iterator<Item = f64> + 't {
+        let start_s = self.start_s(tof, exposure_s, image);
+        let count = self.temporal_samples;
+        (0..count).map(move |i| {
+            let share = (f64::from(i) + 0.5) / f64::from(count);
+            (start_s + share * exposure_s) / self.frame_interval_s
+        })
+    }
+}
+
+/// A phase image: the index of its frequency, and its own among those of that.
+pub type Image = (usize, u32);
+
+/// The phase images of a camera, in the order of time.
+pub fn images(tof: &TimeOfFlight) -> impl Iterator<Item = Image> + '_ {
+    let frequencies = 0..tof.frequencies_hz.len();
+    frequencies.flat_map(|frequency| (0..tof.phase_count).map(move |phase| (frequency, phase)))
+}
