@@ -47,6 +47,41 @@ class PathTraced:
         return clock.seconds_of
 
 
+class PathTracedPhasors(PathTraced):
+    """The same with Z of each modulation frequency."""
+
+    def render(self, path: Path, iterations: int | None = None) -> dict[str, float]:
+        clock = Clock()
+        pattern = Pattern(self.samples, self.tracer.pixel_count, SEED)
+        direct_phasors = self.tracer.direct_phasors()
+        indirect, indirect_phasors = self.tracer.indirect_with_phasors(pattern, iterations or self.samples)
+        images = [self.tracer.direct(), indirect, *direct_phasors, *indirect_phasors]
+        direct, indirect, *phasors = to_host(images, self.size_px)
+        clock.lap("render")
+        count = len(direct_phasors)
+        totals = [of_direct + bounced for of_direct, bounced in zip(phasors[:count], phasors[count:])]
+        write(path, direct, indirect, phasor_layers(totals, phasors[count:]))
+        clock.lap("write")
+        return clock.seconds_of
+
+
+class TransientPath(PathTraced):
+    """The same by mitransient's plugin `transient_path` as it is shipped. The exact direct light is taken off."""
+
+    def render(self, path: Path, iterations: int | None = None) -> dict[str, float]:
+        clock = Clock()
+        radiance, phasors = self.tracer.by_transient_path(iterations or self.samples, SEED)
+        direct_phasors = self.tracer.direct_phasors()
+        images = [self.tracer.direct(), radiance, *direct_phasors, *phasors]
+        direct, radiance, *phasors = to_host(images, self.size_px)
+        clock.lap("render")
+        count = len(direct_phasors)
+        bounced = [total - of_direct for of_direct, total in zip(phasors[:count], phasors[count:])]
+        write(path, direct, radiance - direct, phasor_layers(phasors[count:], bounced))
+        clock.lap("write")
+        return clock.seconds_of
+
+
 class PathPlugin:
     """The same by the plugin `path` as it is shipped. The exact direct light is taken off its radiance; with several
     lights the noise of choosing one of them stays in the indirect light."""
@@ -125,14 +160,31 @@ class Denoiser:
 
 
 def to_host(images: list, size_px: tuple[int, int]) -> list[np.ndarray]:
-    """Evaluates the images together; height x width x 3 each."""
+    """Evaluates the images together; height x width x 3 each, of phasors 2."""
     width, height = size_px
     dr.eval(*images)
-    return [np.ascontiguousarray(np.array(image).T).reshape(height, width, 3) for image in images]
+    return [np.ascontiguousarray(planes(image).T).reshape(height, width, -1) for image in images]
 
 
-def write(path: Path, direct: np.ndarray, indirect: np.ndarray):
+def planes(image) -> np.ndarray:
+    """Channels by pixels. Dr.Jit makes numpy's complex numbers of its own."""
+    if dr.is_complex_v(image):
+        return np.stack([np.array(dr.real(image)), np.array(dr.imag(image))])
+    return np.array(image)
+
+
+def phasor_layers(totals: list[np.ndarray], indirect: list[np.ndarray]) -> dict[str, np.ndarray]:
+    """Channels of camlux's layers, by their names."""
+    layers = {}
+    for index, pair in enumerate(zip(totals, indirect)):
+        for name, phasor in zip(("phasor", "phasor_indirect"), pair):
+            for part, channel in enumerate(("re", "im")):
+                layers[f"tof{index}.{name}.{channel}"] = np.ascontiguousarray(phasor[..., part])
+    return layers
+
+
+def write(path: Path, direct: np.ndarray, indirect: np.ndarray, more: dict[str, np.ndarray] | None = None):
     # As camlux writes: uncompressed is fastest.
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, {"direct": direct, "indirect": indirect}) as file:
+    with OpenEXR.File(header, {"direct": direct, "indirect": indirect, **(more or {})}) as file:
         file.write(str(path))

@@ -41,6 +41,12 @@ NOTES = [
     "Mitsuba is general: it would also render area lights, many bounces and transmission.",
 ]
 
+NOTES_OF_TIME_OF_FLIGHT = [
+    "Phasors: mitsuba's samples each with cosine and sine of the length of its path; mitransient: its plugin "
+    "transient_path as it is shipped, max_depth 3, by rays through the pixels' centres, which its film does not send.",
+    "mitsuba-path and the denoised peers have no phasors.",
+]
+
 
 def main() -> int:
     # Mitsuba and the denoiser may print: standard output is for results only.
@@ -134,13 +140,14 @@ def run(options: argparse.Namespace, threads: int, results):
         truth.render(tracer, loaded.size_px, options.spp[-1] if options.spp else TRUTH_SAMPLES, options.truth)
         return
 
-    from frames import Denoised, Denoiser, PathPlugin, PathTraced
+    from frames import Denoised, Denoiser, PathPlugin, PathTraced, PathTracedPhasors, TransientPath
 
     try:
         options.output.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise Failure(f"cannot make the folder {options.output}: {error.strerror}; give another --output") from error
-    put(about="Mitsuba 3, alone and denoised by Open Image Denoise, on a scene of camlux", notes=NOTES)
+    notes = NOTES + (NOTES_OF_TIME_OF_FLIGHT if loaded.tof else [])
+    put(about="Mitsuba 3, alone and denoised by Open Image Denoise, on a scene of camlux", notes=notes)
     mitsuba, oidn = mi.__version__, oidn_version()
     samples = options.spp or (QUICK_SAMPLES if options.quick else SAMPLES)
     size_px = loaded.size_px
@@ -160,7 +167,17 @@ def run(options: argparse.Namespace, threads: int, results):
                     **timed,
                 )
 
-    put_frames("mitsuba", mitsuba, f"Mitsuba {mitsuba}", max(samples), lambda spp: PathTraced(tracer, size_px, spp))
+    traced = PathTracedPhasors if loaded.tof else PathTraced
+    put_frames("mitsuba", mitsuba, f"Mitsuba {mitsuba}", max(samples), lambda spp: traced(tracer, size_px, spp))
+    if loaded.tof:
+        mitransient = importlib.metadata.version("mitransient")
+        put_frames(
+            "mitransient",
+            mitransient,
+            f"mitransient {mitransient} transient_path",
+            MOST_SAMPLES_OF_PATH,
+            lambda spp: TransientPath(tracer, size_px, spp),
+        )
     put_frames(
         "mitsuba-path",
         mitsuba,
@@ -193,6 +210,9 @@ def start_mitsuba(threads: int):
             "libllvm19) and name its library in DRJIT_LIBLLVM_PATH"
         ) from error
     mi.set_log_level(mi.LogLevel.Error)
+    # Registers its plugins.
+    import mitransient  # noqa: F401
+
     return mi, dr
 
 

@@ -17,6 +17,8 @@ import numpy as np
 from failure import Failure, Unsupported
 from obj import Group, read_mtl, read_obj
 
+SPEED_OF_LIGHT_M_S = 299_792_458.0
+
 
 @dataclass
 class Material:
@@ -51,6 +53,14 @@ class Light:
 
 
 @dataclass
+class TimeOfFlight:
+    """Modulation frequencies in turns per local unit of path length, and what the pixels see of each band."""
+
+    turns_per_unit: list[float]
+    band_weights: list[float]
+
+
+@dataclass
 class Scene:
     size_px: tuple[int, int]
     camera_position: np.ndarray
@@ -59,6 +69,7 @@ class Scene:
     lights: list[Light]
     meshes: list[Mesh]
     materials: dict[str, Material] = field(default_factory=dict)
+    tof: TimeOfFlight | None = None
 
 
 def load(path: Path, size_px: tuple[int, int]) -> Scene:
@@ -80,8 +91,19 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
     scene.lights = [light(keys) for keys in toml["light"]]
     if "indirect" not in toml:
         raise Unsupported("the scene has no [indirect]: there is no single bounce to compare")
+    if "tof" in toml:
+        scene.tof = time_of_flight(toml)
     move_to_local_space(scene)
     return scene
+
+
+def time_of_flight(toml: dict) -> TimeOfFlight:
+    """With lengths in metres, as long as the scene is."""
+    if any(not light.get("modulated", True) for light in toml["light"]):
+        raise Unsupported("a light of the scene is not modulated: the peers' phasors know no ambient light")
+    band = toml["tof"]["band"]
+    weights = [float(band == name) for name in "RGB"] if isinstance(band, str) else bands(band)
+    return TimeOfFlight([1e6 * mhz / SPEED_OF_LIGHT_M_S for mhz in toml["tof"]["frequencies_mhz"]], weights)
 
 
 def bands(value) -> list[float]:
@@ -193,3 +215,5 @@ def move_to_local_space(scene: Scene):
         if source.position is not None:
             source.position = scale * (source.position - centre)
             source.emission = source.emission * scale**2
+    if scene.tof is not None:
+        scene.tof.turns_per_unit = [turns / scale for turns in scene.tof.turns_per_unit]

@@ -15,6 +15,7 @@ class Tracer:
 
     def __init__(self, scene: Scene):
         self.pixel_count = scene.size_px[0] * scene.size_px[1]
+        self.tof = scene.tof
         self.origin = mi.Point3f(scene.camera_position)
         self.directions = floats(scene.ray_directions)
         bsdfs = {name: mi.load_dict(bsdf(material)) for name, material in scene.materials.items()}
@@ -52,6 +53,83 @@ class Tracer:
             active &= ~self.scene.ray_test(si.spawn_ray_to(ds.p), active)
             radiance += si.bsdf().eval(context, si, si.to_local(ds.d), active) * irradiance & active
         return radiance
+
+    def direct_phasors(self):
+        """Z of the direct light at each modulation frequency, as direct light is: no estimate."""
+        context = mi.BSDFContext()
+        si = self.primary_hits()
+        phasors = [mi.Complex2f(0) for _ in self.tof.turns_per_unit]
+        for light in self.scene.emitters():
+            ds, irradiance = light.sample_direction(si, mi.Point2f(0), si.is_valid())
+            active = si.is_valid() & (ds.pdf > 0)
+            active &= ~self.scene.ray_test(si.spawn_ray_to(ds.p), active)
+            value = si.bsdf().eval(context, si, si.to_local(ds.d), active) * irradiance & active
+            phasors = self.added(phasors, value, dr.select(active, si.t + ds.dist, 0))
+        return phasors
+
+    def added(self, phasors: list, radiance, length) -> list:
+        """With the radiance of a path of this length."""
+        turns = self.tof.turns_per_unit
+        return [z + self.seen(radiance) * unit_phasor(turns[index], length) for index, z in enumerate(phasors)]
+
+    def seen(self, radiance):
+        """What the pixels see of the bands."""
+        return dr.dot(radiance, mi.Color3f(self.tof.band_weights))
+
+    @dr.syntax
+    def indirect_with_phasors(self, pattern: "Pattern", iterations: int):
+        """The same as `indirect`, and Z of each modulation frequency: each sample with the length of its path."""
+        context = mi.BSDFContext()
+        si = self.primary_hits()
+        bsdf_at_pixel = si.bsdf()
+        jitter = pattern.jitter
+        radiance = mi.Color3f(0)
+        phasors = [mi.Complex2f(0) for _ in self.tof.turns_per_unit]
+        index = mi.UInt32(0)
+        count = dr.opaque(mi.UInt32, iterations)
+        while index < count:
+            bs, weight = bsdf_at_pixel.sample(
+                context, si, pattern.point_1d(index, 0, jitter), pattern.point_2d(index, 1, jitter), si.is_valid()
+            )
+            active = si.is_valid() & (dr.max(weight) > 0)
+            lit = self.scene.ray_intersect(si.spawn_ray(si.to_world(bs.wo)), active)
+            ds, irradiance = self.scene.sample_emitter_direction(
+                lit, pattern.point_2d(index, 2, jitter), True, lit.is_valid()
+            )
+            value = lit.bsdf().eval(context, lit, lit.to_local(ds.d), lit.is_valid() & (ds.pdf > 0))
+            sample = weight * value * irradiance
+            radiance += sample
+            length = dr.select(lit.is_valid(), si.t + lit.t + ds.dist, 0)
+            phasors = self.added(phasors, sample, length)
+            index += 1
+        return radiance / mi.Float(count), [z / mi.Float(count) for z in phasors]
+
+    def by_transient_path(self, samples: int, seed: int):
+        """Direct and indirect light, and Z of each modulation frequency, by mitransient's plugin `transient_path`, all samples
+        at once, and summed up as its `phasor_hdr_film` does."""
+        path = mi.load_dict({"type": "transient_path", "max_depth": 3, "rr_depth": 1000})
+        lane_count = self.pixel_count * samples
+        pixel = dr.arange(mi.UInt32, lane_count) // dr.opaque(mi.UInt32, samples)
+        ray = mi.RayDifferential3f(self.origin, dr.gather(mi.Vector3f, self.directions, pixel))
+        sampler = mi.load_dict({"type": "independent"})
+        sampler.seed(seed, lane_count)
+        radiance = [dr.zeros(mi.Float, self.pixel_count) for _ in range(3)]
+        phasors = [[dr.zeros(mi.Float, self.pixel_count) for _ in range(2)] for _ in self.tof.turns_per_unit]
+
+        def add_transient(spec, distance, _wavelengths, active):
+            for band, value in zip(radiance, mi.Color3f(spec)):
+                dr.scatter_add(band, value, pixel, active)
+            seen = self.seen(mi.Color3f(spec))
+            for parts, turns in zip(phasors, self.tof.turns_per_unit):
+                z = seen * unit_phasor(turns, distance)
+                finite = active & dr.isfinite(distance)
+                dr.scatter_add(parts[0], dr.real(z), pixel, finite)
+                dr.scatter_add(parts[1], dr.imag(z), pixel, finite)
+
+        path.sample(dr.ADMode.Primal, self.scene, sampler, ray, mi.Spectrum(1), None, None, mi.Bool(True), add_transient)
+        share = dr.opaque(mi.Float, 1 / samples)
+        means = [[part * share for part in parts] for parts in phasors]
+        return mi.Color3f(*radiance) * share, [mi.Complex2f(re, im) for re, im in means]
 
     @dr.syntax
     def indirect(self, pattern: "Pattern", iterations: int):
@@ -122,6 +200,12 @@ class Pattern:
             (mi.Float(x) + (finer_x + offset.x) / self.rows) / self.columns,
             (mi.Float(y) + (finer_y + offset.y) / self.columns) / self.rows,
         )
+
+
+def unit_phasor(turns_per_unit: float, length):
+    turns = length * turns_per_unit
+    sine, cosine = dr.sincos(2 * math.pi * (turns - dr.floor(turns)))
+    return mi.Complex2f(cosine, sine)
 
 
 def bsdf(material: Material) -> dict:

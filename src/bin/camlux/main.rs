@@ -14,6 +14,7 @@ mod numbers;
 mod options;
 mod output;
 mod progress;
+mod range_error;
 mod reduced;
 mod reference;
 mod render;

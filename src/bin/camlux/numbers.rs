@@ -35,6 +35,15 @@ pub fn duration(seconds: f64) -> String {
     }
 }
 
+/// A length.
+pub fn length(metres: f64) -> String {
+    match metres {
+        m if m < 1e-3 => format!("{} µm", number(m * 1e6)),
+        m if m < 1.0 => format!("{} mm", number(m * 1e3)),
+        m => format!("{} m", number(m)),
+    }
+}
+
 /// A count or a rate, with a prefix where it is large.
 pub fn count(value: f64) -> String {
     match value {
@@ -53,6 +62,8 @@ mod tests {
         assert_eq!(duration(0.000_123_4), "123 µs");
         assert_eq!(duration(0.0456), "45.6 ms");
         assert_eq!(duration(12.34), "12.3 s");
+        assert_eq!(length(0.000_289), "289 µm");
+        assert_eq!(length(0.007_94), "7.94 mm");
         assert_eq!(percent(0.8412), "84.1 %");
         assert_eq!(percent(0.0), "0 %");
         assert_eq!(with_uncertainty(-0.789_01, 0.001_2), "-78.90 ± 0.12 %");

@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use camlux::metrics::{Comparison, Pixels, ZScores};
-use camlux::model::{Phasor, multipath_error_m};
 use camlux::output::{ImageLayer, Layer, LayeredImage, TofQuantity};
 use camlux::scene::{IndirectLight, MAX_FREQUENCIES};
 
 use super::Args;
 use crate::Failure;
+use crate::range_error::range_errors_m;
 
 /// What is compared where nothing is asked for, and of time of flight Z of each frequency.
 const USUAL: [Layer; 3] = [Layer::Indirect, Layer::Direct, Layer::Radiance];
@@ -57,24 +57,13 @@ impl LayerPair<'_> {
     /// How far the range is off that the phasors tell, without unwrapping, metres: the median and what 99 % are within, of pixels that have one
     /// in both. `None` of other layers.
     pub fn range_errors_m(&self, valid: &[bool], edges: Option<&[bool]>) -> Option<[f64; 2]> {
-        let frequency_hz = self.frequency_hz?;
-        let (image, _) = self.image.values.as_chunks::<2>();
-        let (reference, _) = self.reference.values.as_chunks::<2>();
-        let phasor = |&[re, im]: &[f32; 2]| Phasor {
-            re: re.into(),
-            im: im.into(),
-        };
-        let counts = |pixel: &usize| valid[*pixel] && edges.is_none_or(|edges| !edges[*pixel]);
-        let pixels = (0..valid.len()).filter(counts);
-        let mut errors_m: Vec<f64> = pixels
-            .filter_map(|i| {
-                let (found, due) = (phasor(&image[i]), phasor(&reference[i]));
-                multipath_error_m(found, due, frequency_hz).map(f64::abs)
-            })
-            .collect();
-        errors_m.sort_by(f64::total_cmp);
-        let rank = |share: f64| ((errors_m.len() as f64 * share).ceil() as usize).max(1) - 1;
-        Some([*errors_m.get(rank(0.5))?, *errors_m.get(rank(0.99))?])
+        let counts = |pixel: usize| valid[pixel] && edges.is_none_or(|edges| !edges[pixel]);
+        range_errors_m(
+            &self.image.values,
+            &self.reference.values,
+            self.frequency_hz?,
+            counts,
+        )
     }
 
     /// The z-scores of what a render says of its own error; `None` where it says nothing, or nothing is to be judged.

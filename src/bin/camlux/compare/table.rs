@@ -3,7 +3,7 @@
 use camlux::metrics::{CorrectedRmse, ZScores};
 
 use super::{LayerReport, Report};
-use crate::numbers::{number, percent, with_uncertainty};
+use crate::numbers::{length, number, percent, with_uncertainty};
 
 /// What a row says of a layer; `None` where it has nothing to say.
 type Cell = fn(&LayerReport) -> Option<String>;
@@ -43,7 +43,7 @@ const ROWS: [(&str, Cell); 14] = [
     }),
     ("error of the range: median, 99 %", |l| {
         let [median, percentile_99] = l.range_errors_m?;
-        Some(format!("{} m, {} m", number(median), number(percentile_99)))
+        Some(format!("{}, {}", length(median), length(percentile_99)))
     }),
     ("z-scores: mean, variance (noise: 0, 1)", |l| {
         let scores = l.comparison.z_scores?;

@@ -1,6 +1,6 @@
 //! The two plots of a scene: from its entries to points.
 
-use super::plot::{Plot, Point, number_text, percent_text, seconds_text};
+use super::plot::{Plot, Point, metres_text, number_text, percent_text, seconds_text};
 use super::results::{Entry, Kind, SceneReport};
 use crate::Failure;
 
@@ -48,6 +48,27 @@ pub fn kernel_error(scene: &SceneReport) -> Result<Option<String>, Failure> {
         series: series_names(scene),
         points: points.collect(),
         floor: None,
+    };
+    plot.into_svg()
+}
+
+/// Time against the error of the range by a modulation frequency; SVG. `None` where no entry has such an error.
+///
+/// # Errors
+/// Where the SVG cannot be put together.
+pub fn range_error(scene: &SceneReport, frequency: usize) -> Result<Option<String>, Failure> {
+    let points = scene.entries.iter().filter_map(|entry| {
+        let error = entry.time_of_flight.get(frequency)?;
+        Some(point(entry, error.range_median_m?))
+    });
+    let plot = Plot {
+        x_title: FRAME_TIME,
+        x_text: seconds_text,
+        y_title: "error of the range that half of the pixels are within",
+        y_text: metres_text,
+        series: series_names(scene),
+        points: points.collect(),
+        floor: scene.truth.range_noise_m.get(frequency).copied(),
     };
     plot.into_svg()
 }

@@ -123,9 +123,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         report.torture = torture::rows(&device, settings, &measured)?;
     }
     for scene in &report.scenes {
-        let name = |what| format!("{}-{what}", scene.name);
+        let name = |what: &str| format!("{}-{what}", scene.name);
         write_plot(folder, &name("model-error"), figures::model_error(scene)?)?;
         write_plot(folder, &name("kernel-error"), figures::kernel_error(scene)?)?;
+        for frequency in 0..scene.truth.range_noise_m.len() {
+            let plot = figures::range_error(scene, frequency)?;
+            write_plot(folder, &name(&format!("range-error-tof{frequency}")), plot)?;
+        }
     }
     let triangles = growth::against_triangles(&report.growth)?;
     write_plot(folder, "growth-triangles", triangles)?;

@@ -4,12 +4,12 @@ use super::figures;
 use super::growth;
 use super::html::{Column, escape, image, table};
 use super::picture::{ERROR_RANGE, Picture, Pictures};
-use super::results::{Entry, Report, SceneReport, Seconds, Unsupported};
+use super::results::{Entry, PhasorError, Report, SceneReport, Seconds, Unsupported};
 use super::style::STYLE;
 use super::summary::summary;
 use super::torture;
 use crate::Failure;
-use crate::numbers::{count, duration, number, percent, with_uncertainty};
+use crate::numbers::{count, duration, length, number, percent, with_uncertainty};
 
 /// The whole page.
 ///
@@ -90,7 +90,7 @@ fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
 <p>{}</p>
 <figure>{}<figcaption>Model error against time. Lower left is better.</figcaption></figure>
 <figure>{}<figcaption>Kernel error against time: what the rounding of f32 adds.</figcaption></figure>
-<h3>Figures</h3>
+{}<h3>Figures</h3>
 {}<p>Without indirect light the engine takes {}.</p>
 <details><summary>Times of the engine's passes</summary>
 {}</details>
@@ -102,6 +102,7 @@ fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
         escape(&summary(scene)),
         model_error.unwrap_or_else(|| missing("model", "truth")),
         kernel_error.unwrap_or_else(|| missing("kernel", "engine")),
+        time_of_flight(scene)?,
         table(&ERRORS, &scene.entries),
         times(&scene.direct_only),
         table(&PASSES, &scene.entries),
@@ -109,6 +110,59 @@ fn scene_section(scene: &SceneReport) -> Result<String, Failure> {
         notes(scene),
     ))
 }
+
+/// Plots and figures of each modulation frequency; nothing where the scene has none.
+fn time_of_flight(scene: &SceneReport) -> Result<String, Failure> {
+    let mut text = String::new();
+    let mut rows = Vec::new();
+    for frequency in 0..scene.truth.range_noise_m.len() {
+        let of_frequency = scene.entries.iter().filter_map(|entry| {
+            Some(RangeRow {
+                name: entry.name(),
+                time: times(&entry.seconds),
+                error: *entry.time_of_flight.get(frequency)?,
+            })
+        });
+        let of_frequency: Vec<RangeRow> = of_frequency.collect();
+        let megahertz = of_frequency
+            .first()
+            .map_or(0.0, |row| 1e-6 * row.error.frequency_hz);
+        let plot = figures::range_error(scene, frequency)?.unwrap_or_default();
+        text += &format!(
+            "<figure>{plot}<figcaption>Error of the range by {megahertz} MHz against time: half of the pixels are within it. \
+             The dashed line is what the truth's own noise makes of it.</figcaption></figure>\n"
+        );
+        rows.extend(of_frequency);
+    }
+    if !rows.is_empty() {
+        text += &format!("<h3>Time of flight</h3>\n{}", table(&RANGES, &rows));
+    }
+    Ok(text)
+}
+
+/// An entry by the phasors of a frequency.
+struct RangeRow {
+    name: String,
+    time: String,
+    error: PhasorError,
+}
+
+const RANGES: [Column<RangeRow>; 6] = [
+    ("setting", |row| Some(row.name.clone())),
+    ("time (range of the runs)", |row| Some(row.time.clone())),
+    ("modulation", |row| {
+        Some(format!("{} MHz", 1e-6 * row.error.frequency_hz))
+    }),
+    ("indirect Z, relRMSE", |row| {
+        Some(row.error.indirect?.text())
+    }),
+    ("range: half within", |row| {
+        row.error.range_median_m.map(length)
+    }),
+    ("range: 99 % within", |row| {
+        row.error.range_p99_m.map(length)
+    }),
+];
 
 fn describe(scene: &SceneReport) -> String {
     let [width, height] = scene.resolution_px;

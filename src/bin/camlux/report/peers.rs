@@ -2,7 +2,8 @@
 //!
 //! The program is run as `PROGRAM --scene FILE --size W H --output FOLDER [--quick]` and prints a JSON object a line. The
 //! first has `about` and `notes`; each other one has `peer` and either `unsupported` with the reason, or `label`, `seconds`
-//! (the timed runs), `seconds_of` (their parts) and `image`, an OpenEXR file with the layers `direct` and `indirect`.
+//! (the timed runs), `seconds_of` (their parts) and `image`, an OpenEXR file with the layers `direct` and `indirect`, of scenes with time
+//! of flight also `tof0.phasor` and `tof0.phasor_indirect` and so on.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
@@ -191,7 +192,10 @@ impl PeerRun<'_> {
         };
         let indirect = image.values(Layer::Indirect).ok_or_else(missing)?;
         let total = image.total_radiance().ok_or_else(missing)?;
-        self.truth.measure(indirect, &total)
+        Ok(Entry {
+            time_of_flight: self.truth.measure_phasors(|layer| image.values(layer))?,
+            ..self.truth.measure(indirect, &total)?
+        })
     }
 }
 

@@ -317,6 +317,15 @@ pub fn percent_text(share: f64) -> String {
     }
 }
 
+/// A length with one digit.
+pub fn metres_text(metres: f64) -> String {
+    match metres {
+        m if m < 0.99e-3 => format!("{} µm", plain(m * 1e6)),
+        m if m < 0.99 => format!("{} mm", plain(m * 1e3)),
+        m => format!("{} m", plain(m)),
+    }
+}
+
 /// A number with one digit, as a power of ten.
 pub fn number_text(value: f64) -> String {
     format!("{value:.0e}")

@@ -56,6 +56,9 @@ pub struct Truth {
     pub was_there: bool,
     /// relRMSE of the truth's own indirect light, from its own spread; `None` where its light is black.
     pub noise_floor: Option<f64>,
+    /// Metres that the range of half of the truth's pixels is within by its own noise, of each modulation frequency.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub range_noise_m: Vec<f64>,
     /// Seconds spent on it in this report.
     pub seconds: f64,
 }
@@ -87,6 +90,9 @@ pub struct Entry {
     pub seconds: Seconds,
     pub indirect: Option<ModelError>,
     pub total: Option<ModelError>,
+    /// Of each modulation frequency of a scene with time of flight.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub time_of_flight: Vec<PhasorError>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub engine: Option<EngineFigures>,
     /// On the Pareto front of time and indirect error among the engine's settings.
@@ -223,6 +229,17 @@ impl ModelError {
             with_uncertainty(self.relative_rmse, uncertainty)
         }
     }
+}
+
+/// How far off the phasors Z of one modulation frequency are.
+#[derive(Serialize, Deserialize, Clone, Copy)]
+pub struct PhasorError {
+    pub frequency_hz: f64,
+    /// Of the indirect light's Z.
+    pub indirect: Option<ModelError>,
+    /// Of the range by all light, the truth's noise included: metres that half of the pixels are within, and 99 % of them.
+    pub range_median_m: Option<f64>,
+    pub range_p99_m: Option<f64>,
 }
 
 /// What the peers' program said.

@@ -146,6 +146,7 @@ impl Sweep<'_> {
                 kernel_error,
                 kernel_error_pixels,
             }),
+            time_of_flight: self.truth.measure_phasors(|layer| frame.values(layer))?,
             ..self.truth.measure(indirect_light, total)?
         })
     }

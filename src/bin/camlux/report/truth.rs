@@ -4,16 +4,20 @@ use std::path::Path;
 use std::time::Instant;
 
 use camlux::metrics::{Comparison, CorrectedRmse, Pixels};
-use camlux::output::{ExrOptions, Frame, Layer, OutputFile, white_radiance, write_exr};
+use camlux::model::SPEED_OF_LIGHT_M_S;
+use camlux::output::{
+    ExrOptions, Frame, Layer, OutputFile, TofQuantity, white_radiance, write_exr,
+};
 use camlux::reference::{Goal, Reference};
 use camlux::{Error, Scene};
 
 use super::Subject;
 use super::measured::Group;
 use super::picture::Pictures;
-use super::results::{Entry, Kind, ModelError, Seconds, Truth};
+use super::results::{Entry, Kind, ModelError, PhasorError, Seconds, Truth, median};
 use super::steps::Steps;
 use crate::error_map::ErrorMap;
+use crate::range_error::range_errors_m;
 use crate::{Failure, reference, tell};
 
 /// Samples of the first point of the reference's series, in so many independent rounds, whose spread tells the error.
@@ -73,6 +77,7 @@ pub fn obtain(
         edge_share: edge_pixels as f64 / surface_pixels.max(1) as f64,
         was_there,
         noise_floor: reference.relative_standard_error(),
+        range_noise_m: image.range_noise_m(),
         seconds: start.elapsed().as_secs_f64(),
     };
     Ok((image, truth))
@@ -134,15 +139,83 @@ impl TruthImage {
     }
 
     fn pixels<'a>(&'a self, image: &'a [f32], layer: Layer) -> Result<Pixels<'a>, Failure> {
+        let noise = match layer {
+            Layer::Tof(frequency, _) => Layer::Tof(frequency, TofQuantity::PhasorStandardError),
+            _ => Layer::StandardError,
+        };
         Ok(Pixels {
             image,
             reference: values(&self.frame, layer)?,
             image_standard_error: None,
-            reference_standard_error: Some(values(&self.frame, Layer::StandardError)?),
+            reference_standard_error: Some(values(&self.frame, noise)?),
             valid: &self.valid,
             edges: Some(&self.edges),
-            channels: 3,
+            channels: layer.channel_names().len(),
         })
+    }
+
+    fn frequencies_hz(&self) -> &[f64] {
+        let tof = self.frame.description.tof.as_ref();
+        tof.map_or(&[], |tof| &tof.frequencies_hz)
+    }
+
+    fn counts(&self, pixel: usize) -> bool {
+        self.valid[pixel] && !self.edges[pixel]
+    }
+
+    /// The errors of the phasors of each frequency, of an image with these layers; of none that it lacks.
+    ///
+    /// # Errors
+    /// Where the image has another size.
+    pub fn measure_phasors<'a>(
+        &self,
+        layer_of: impl Fn(Layer) -> Option<&'a [f32]>,
+    ) -> Result<Vec<PhasorError>, Failure> {
+        let frequencies = self.frequencies_hz().iter().enumerate();
+        let measured = frequencies.filter_map(|(frequency, &frequency_hz)| {
+            let layer = |quantity| Layer::Tof(frequency as u8, quantity);
+            let indirect = layer_of(layer(TofQuantity::PhasorIndirect))?;
+            let total = layer_of(layer(TofQuantity::Phasor))?;
+            Some(self.phasor_error(frequency_hz, layer, [indirect, total]))
+        });
+        measured.collect()
+    }
+
+    fn phasor_error(
+        &self,
+        frequency_hz: f64,
+        layer: impl Fn(TofQuantity) -> Layer,
+        [indirect, total]: [&[f32]; 2],
+    ) -> Result<PhasorError, Failure> {
+        let pixels = self.pixels(indirect, layer(TofQuantity::PhasorIndirect))?;
+        let truth = values(&self.frame, layer(TofQuantity::Phasor))?;
+        let range = range_errors_m(total, truth, frequency_hz, |i| self.counts(i));
+        Ok(PhasorError {
+            frequency_hz,
+            indirect: model_error(&pixels, &Comparison::new(&pixels)?)?,
+            range_median_m: range.map(|[median, _]| median),
+            range_p99_m: range.map(|[_, percentile_99]| percentile_99),
+        })
+    }
+
+    /// The median of |error| of a Gaussian is 0.674 σ; that of the range is c/(4πf) of the phase's, which is that of Z across it over |Z|.
+    fn range_noise_m(&self) -> Vec<f64> {
+        let frequencies = self.frequencies_hz().iter().enumerate();
+        let medians = frequencies.filter_map(|(frequency, &frequency_hz)| {
+            let layer = |quantity| self.frame.values(Layer::Tof(frequency as u8, quantity));
+            let (phasors, _) = layer(TofQuantity::Phasor)?.as_chunks::<2>();
+            let (noise, _) = layer(TofQuantity::PhasorStandardError)?.as_chunks::<2>();
+            let both = phasors.iter().zip(noise).enumerate();
+            let both =
+                both.filter(|(i, ([re, im], _))| self.counts(*i) && (*re, *im) != (0.0, 0.0));
+            let shares = both.map(|(_, (z, sigma))| {
+                let [z, sigma] = [z, sigma].map(|v| f64::from(v[0]).hypot(v[1].into()));
+                sigma / z * std::f64::consts::FRAC_1_SQRT_2
+            });
+            let per_phase_m = SPEED_OF_LIGHT_M_S / (4.0 * std::f64::consts::PI * frequency_hz);
+            Some(0.674 * per_phase_m * median(&shares.collect::<Vec<_>>())?)
+        });
+        medians.collect()
     }
 }
 
