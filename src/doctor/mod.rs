@@ -13,6 +13,7 @@ mod meshes;
 pub mod scale;
 pub mod scenes;
 pub mod sums;
+pub mod time_of_flight;
 pub mod torture;
 pub mod transport;
 
@@ -22,13 +23,14 @@ pub use measurement::{Measurement, Part};
 use crate::Result;
 
 /// All cases, under the headings of their tables.
-pub const GROUPS: [(&str, &[Case]); 7] = [
+pub const GROUPS: [(&str, &[Case]); 8] = [
     ("Geometry", geometry::CASES),
     ("Lights", lights::CASES),
     ("Scale", scale::CASES),
     ("Transport", transport::CASES),
     ("Material", material::CASES),
     ("Sums", sums::CASES),
+    ("Time of flight", time_of_flight::CASES),
     ("Torture", torture::CASES),
 ];
 

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3, dvec3};
 
 use crate::scene::{
-    Bands, Camera, Direct, IndirectLight, Lens, Light, Material, Mesh, Scene, Shadow, Shared,
-    SpotCone, VplSum,
+    Bands, Camera, ChargeUnit, Direct, IndirectLight, Lens, Light, Material, Mesh, Photodetector,
+    Scene, Sensor, Shadow, Shared, SpotCone, TimeOfFlight, VplSum,
 };
 
 /// Material 0 is grey, 1 is coloured, 2 is a mild gloss.
@@ -297,6 +297,32 @@ fn with_indirect(scene: &Scene, indirect: IndirectLight) -> Scene {
     Scene {
         indirect: Some(indirect),
         ..scene.clone()
+    }
+}
+
+/// The scene seen in band R by a time-of-flight camera without noise. All lights are modulated.
+pub fn with_tof(scene: Scene, frequencies_hz: &[f64]) -> Scene {
+    Scene {
+        sensor: Some(Sensor {
+            pixel_pitch_um: [10.0; 2],
+            exposure_time_s: 1e-3,
+            duty_cycle: 0.5,
+            photodetector: Some(Photodetector {
+                wavelength_nm: 850.0,
+                quantum_efficiency: 0.8,
+            }),
+        }),
+        tof: Some(TimeOfFlight {
+            frequencies_hz: frequencies_hz.into(),
+            phase_count: 4,
+            contrasts: vec![0.75; frequencies_hz.len()],
+            band_weights: [1.0, 0.0, 0.0],
+            phase_offset_deg: 0.0,
+            ambient_lights: Vec::new(),
+            output: ChargeUnit::Electrons,
+            noise: None,
+        }),
+        ..scene
     }
 }
 

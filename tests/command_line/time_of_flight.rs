@@ -78,6 +78,62 @@ fn the_preview_has_range_amplitude_and_multipath_error_of_each_frequency() {
     }
 }
 
+#[test]
+fn a_report_says_how_far_off_the_range_is() {
+    let folder = tempfile::tempdir().unwrap();
+    render(
+        folder.path(),
+        |text| text,
+        "--size 16 12 --target-error 0.2",
+    );
+    let output = Command::new(env!("CARGO_BIN_EXE_camlux"))
+        .args([
+            "report",
+            "scene.toml",
+            "-o",
+            "out",
+            "--quick",
+            "--size",
+            "16",
+            "12",
+        ])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{stderr}");
+    let read = |name: &str| std::fs::read(folder.path().join("out").join(name)).unwrap();
+    let report: serde_json::Value = serde_json::from_slice(&read("report.json")).unwrap();
+    let scene = &report["scenes"][0];
+    assert_eq!(scene["truth"]["range_noise_m"].as_array().unwrap().len(), 2);
+    let entries = scene["entries"].as_array().unwrap().iter();
+    let of_engine: Vec<_> = entries.filter(|entry| entry["kind"] == "engine").collect();
+    assert!(of_engine.len() > 5);
+    for entry in of_engine {
+        for (i, frequency_hz) in [20e6, 100e6].into_iter().enumerate() {
+            let error = &entry["time_of_flight"][i];
+            assert_eq!(error["frequency_hz"], frequency_hz);
+            let number = |value: &serde_json::Value| value.as_f64().unwrap();
+            let median_m = number(&error["range_median_m"]);
+            let percentile_m = number(&error["range_p99_m"]);
+            assert!(0.0 < median_m && median_m <= percentile_m, "{entry}");
+            if entry["series"] == "final-gather" {
+                assert!(
+                    number(&error["indirect"]["relative_rmse"]) < 0.13,
+                    "{error}"
+                );
+                assert!(median_m < 0.01, "{error}");
+            }
+        }
+    }
+    for i in [0, 1] {
+        let plot = read(&format!("scene-range-error-tof{i}.svg"));
+        assert!(plot.starts_with(b"<svg"));
+    }
+    let page = String::from_utf8(read("index.html")).unwrap();
+    assert!(page.contains("Error of the range by 100 MHz"));
+}
+
 /// A wall that moves away at 10 m/s from a camera with its light, in the middle of the view: with K, τ and T of 10 ms, N = 4, phase image i begins 15 ms behind
 /// the one before.
 const MOVING_WALL: &str = r#"

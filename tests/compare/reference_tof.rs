@@ -10,36 +10,13 @@ use crate::common::rooms::{quad, scene_of};
 use crate::reference::{lamp, lit_sphere};
 use camlux::{
     Scene,
+    doctor::scenes::with_tof,
     model::{Phasor, SPEED_OF_LIGHT_M_S, multipath_error_m, range_m},
     output::{Frame, Layer, LayeredImage, OutputFile, TofQuantity, write_exr},
     reference::Reference,
-    scene::{ChargeUnit, Lens, Light, Photodetector, Sensor, TimeOfFlight},
+    scene::{Lens, Light},
 };
 use glam::DVec3;
-
-/// A camera of time of flight that sees the band R.
-pub fn with_tof(mut scene: Scene, frequencies_hz: &[f64]) -> Scene {
-    scene.sensor = Some(Sensor {
-        pixel_pitch_um: [10.0; 2],
-        exposure_time_s: 1e-3,
-        duty_cycle: 0.5,
-        photodetector: Some(Photodetector {
-            wavelength_nm: 850.0,
-            quantum_efficiency: 0.8,
-        }),
-    });
-    scene.tof = Some(TimeOfFlight {
-        frequencies_hz: frequencies_hz.into(),
-        phase_count: 4,
-        contrasts: vec![0.75; frequencies_hz.len()],
-        band_weights: [1.0, 0.0, 0.0],
-        phase_offset_deg: 0.0,
-        ambient_lights: Vec::new(),
-        output: ChargeUnit::Electrons,
-        noise: None,
-    });
-    scene
-}
 
 fn refined(mut reference: Reference, rounds: u32) -> Frame {
     for _ in 0..rounds {

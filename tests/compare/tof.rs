@@ -3,14 +3,13 @@
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
 use crate::common::rooms::{quad, scene_of};
 use crate::reference::lamp;
-use crate::reference_tof::with_tof;
 use camlux::{
     RenderOptions, Scene,
-    doctor::scenes::moved,
+    doctor::scenes::{moved, with_tof},
     model::{Phasor, SPEED_OF_LIGHT_M_S, range_m},
     output::{Frame, Layer, LayerData, TofQuantity},
     reference::Reference,
-    scene::{ChargeUnit, Light, SensorNoise, Shadow},
+    scene::{ChargeUnit, SensorNoise, Shadow},
 };
 use glam::DVec3;
 
@@ -151,54 +150,6 @@ fn direct_light_alone_has_the_true_range() {
     }
 }
 
-/// A light that is farther away than the scene is large keeps the digits of the scene.
-#[test]
-fn a_far_light_keeps_its_phase() {
-    let mut gpu = Gpu::open();
-    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[100e6]);
-    let position_m = DVec3::new(3e4, 4e4, 1e3);
-    scene.lights = vec![Light::Point {
-        position_m,
-        power_w: [1e9; 3],
-    }];
-    let worst = worst_range_m(&gpu.render(&scene), 0, 100e6);
-    println!("50 km: {worst:.1e} m");
-    // Half a path of 25 km has steps of 2 mm as an f32.
-    assert!(worst < 2e-3, "{worst}");
-    let frame = gpu.render(&scene);
-    let truth = Reference::new(&scene, 1).expect("a valid scene").frame();
-    let deviation = deviation(&frame, &truth, 0);
-    println!("against the reference: {deviation:.1e}");
-    assert!(deviation < 1e-5, "{deviation:e}");
-}
-
-#[test]
-fn two_lights_in_antiphase_have_no_range() {
-    let mut gpu = Gpu::open();
-    let frequency_hz = 50e6;
-    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[frequency_hz]);
-    // Half a wavelength apart, on a line with the pixel in the middle, and of equal irradiance there.
-    let p_m = DVec3::new(0.5, 0.0, 0.1);
-    let along = DVec3::new(0.6, 0.8, 0.0);
-    let half_wave_m = 0.5 * SPEED_OF_LIGHT_M_S / frequency_hz;
-    let light = |distance_m: f64| Light::Point {
-        position_m: p_m + distance_m * along,
-        power_w: [distance_m * distance_m; 3],
-    };
-    scene.lights = vec![light(1.0), light(1.0 + half_wave_m)];
-    scene.camera.resolution_px = [1, 1];
-    scene.camera.look_at_m = p_m;
-    let frame = gpu.render(&scene);
-    let layer = |quantity| frame.values(Layer::Tof(0, quantity)).expect("it is there")[0];
-    let radiance = frame.values(Layer::Radiance).expect("it is there")[0];
-    let phasor = phasors(&frame, 0, TofQuantity::PhasorDirect)[0].magnitude();
-    assert!(
-        radiance > 0.0 && phasor < 1e-5 * f64::from(radiance),
-        "{phasor} of {radiance}"
-    );
-    assert!(layer(TofQuantity::Amplitude) < 1e-5 * layer(TofQuantity::Intensity));
-}
-
 #[test]
 fn a_background_has_no_range() {
     let mut gpu = Gpu::open();
@@ -270,71 +221,4 @@ fn noise_is_the_same_for_the_same_frame_and_other_for_another() {
             );
         }
     }
-}
-
-/// Half a path just short of c/2f, and just beyond it: the range begins anew, and the wrap is counted.
-#[test]
-fn the_range_wraps_at_half_a_wavelength() {
-    let mut gpu = Gpu::open();
-    let frequency_hz = 20e6;
-    let unambiguous_m = SPEED_OF_LIGHT_M_S / (2.0 * frequency_hz);
-    for (short_m, wraps) in [(2e-3, 0), (-2e-3, 1)] {
-        // The light at the camera, before a wall.
-        let away_m = unambiguous_m - short_m;
-        let wall = quad(
-            "wall",
-            DVec3::new(-1.0, -1.0, 0.0),
-            2.0 * DVec3::X,
-            2.0 * DVec3::Y,
-            0,
-        );
-        let camera_m = DVec3::new(0.0, 0.0, away_m);
-        let scene = scene_of(vec![wall], lamp(camera_m), camera_m, DVec3::ZERO);
-        let mut scene = modulated(scene, &[frequency_hz]);
-        scene.indirect = None;
-        scene.camera.resolution_px = [1, 1];
-        let frame = gpu.render(&scene);
-        let layer = Layer::Tof(0, TofQuantity::Range);
-        let range_m = f64::from(frame.values(layer).expect("it is there")[0]);
-        let due_m = away_m - f64::from(wraps) * unambiguous_m;
-        assert!((range_m - due_m).abs() < 1e-4, "{range_m} m for {due_m}");
-        let counted = frame.ids(Layer::Tof(0, TofQuantity::Wraps));
-        assert_eq!(counted.expect("it is there")[0], wraps);
-    }
-}
-
-/// Taps that are full hold what they can, and their difference tells no phase.
-#[test]
-fn saturated_taps_hold_a_full_well() {
-    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[20e6]);
-    scene.indirect = None;
-    scene.lights = vec![scene.lights[0].with_emission([1e6; 3])];
-    let tof = scene.tof.as_mut().expect("it was given");
-    tof.noise = Some(SensorNoise {
-        seed: 1,
-        dark_e_per_s: 0.0,
-        read_noise_e: 0.0,
-        full_well_e: 1e4,
-        gain_dn_per_e: 0.1,
-        black_level_dn: 0.0,
-        bits: 12,
-    });
-    let frame = Gpu::open().render(&scene);
-    let lit = frame.values(Layer::Direct).expect("it is there");
-    let taps = frame.values(Layer::Tof(0, TofQuantity::Taps(0)));
-    let taps = taps.expect("it is there").chunks_exact(2);
-    let amplitude = frame.values(Layer::Tof(0, TofQuantity::Amplitude));
-    let amplitude = amplitude.expect("it is there");
-    let ranges = frame.values(Layer::Tof(0, TofQuantity::Range));
-    let ranges = ranges.expect("it is there");
-    let mut full = 0;
-    for (i, taps) in taps.enumerate() {
-        if lit[3 * i] > 0.0 && taps == [1e4, 1e4] {
-            full += 1;
-            assert_eq!(amplitude[i], 0.0);
-            assert!(ranges[i].is_nan(), "{}", ranges[i]);
-        }
-        assert!(taps.iter().all(|&charge| charge <= 1e4), "{taps:?}");
-    }
-    assert!(full > 500, "{full} pixels");
 }

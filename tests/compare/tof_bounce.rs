@@ -4,10 +4,10 @@ use std::{f64::consts::TAU, ops::ControlFlow};
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, several_gather_kernels};
 use crate::reference::lit_sphere;
-use crate::reference_tof::with_tof;
 use crate::tof::{modulated_demo_scene, phasors};
 use camlux::{
     RenderOptions, Scene,
+    doctor::scenes::with_tof,
     internals::f64_kernels,
     model::{Phasor, SPEED_OF_LIGHT_M_S},
     output::{Frame, Layer, StopReason, TofQuantity},
@@ -204,28 +204,6 @@ fn a_coarse_rsm_does_not_lie_about_short_waves() {
     );
     assert!(rms(&coarse) < 2.0 * rms(&fine));
     assert!(rms(&off) < rms(&fine));
-}
-
-/// A pixel in shadow has the light of the bounce alone: it has a range, and no multipath error, for there is nothing to be off from.
-#[test]
-fn a_pixel_in_shadow_has_a_range_by_its_bounce() {
-    let mut scene = with_tof(demo_scene("cornell", [48, 48]), &[20e6]);
-    scene.indirect = Some(IndirectLight::final_gather(0.1));
-    let frame = Gpu::open().render(&scene);
-    let layer = |quantity| frame.values(Layer::Tof(0, quantity)).expect("it is there");
-    let direct = frame.values(Layer::Direct).expect("it is there");
-    let indirect = frame.values(Layer::Indirect).expect("it is there");
-    let in_shadow = |i: &usize| direct[3 * i] == 0.0 && indirect[3 * i] > 0.0;
-    let shadow: Vec<usize> = (0..48 * 48).filter(in_shadow).collect();
-    assert!(shadow.len() > 20, "{} pixels", shadow.len());
-    // By way of some Q light comes from farther than half of the straight paths, and not from beyond c/2f.
-    let half_paths = frame.values(Layer::HalfPath).expect("it is there");
-    for i in shadow {
-        let range = layer(TofQuantity::Range)[i];
-        assert!(range > half_paths[i] && range < 7.4, "{range} m in shadow");
-        assert!(layer(TofQuantity::MultipathError)[i].is_nan());
-        assert!(layer(TofQuantity::Amplitude)[i] > 0.0);
-    }
 }
 
 /// The noise of light that is not modulated is none of Z: a lamp that reaches nothing takes no samples, and the light is as right as without it.

@@ -18,5 +18,6 @@ mod material;
 mod reference;
 mod scale;
 mod sums;
+mod time_of_flight;
 mod torture;
 mod transport;

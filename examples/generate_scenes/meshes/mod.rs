@@ -64,16 +64,34 @@ pub const SCENES: [MeshScene; 9] = [
     scene!(two_lights),
 ];
 
+/// For scenes whose lights have a position: paths of parallel light have no length.
+const TIME_OF_FLIGHT: &str = "
+[sensor]
+pixel_pitch_um = [10.0, 10.0]
+exposure_time_s = 1.0e-3
+wavelength_nm = 850.0
+quantum_efficiency = 0.5
+
+[tof]
+frequencies_mhz = [20.0, 100.0]
+contrast = 0.75
+band = \"R\"
+";
+
 impl MeshScene {
-    /// Writes NAME.toml, NAME.obj and NAME.mtl.
+    /// Writes NAME.toml, NAME.obj and NAME.mtl, and NAME_tof.toml: the scene as a time-of-flight camera sees it, where its light can be modulated.
     pub fn write(&self, folder: &Path) -> io::Result<()> {
         let parts = (self.parts)();
-        let write = |extension, text: &str| {
-            fs::write(folder.join(format!("{}.{extension}", self.name)), text)
+        let write = |end: &str, text: &str| {
+            let file = folder.join(format!("{}{end}", self.name));
+            fs::write(file, text)
         };
-        write("toml", self.toml)?;
-        write("obj", &obj(self.name, &parts))?;
-        write("mtl", &mtl(&parts))
+        write(".toml", self.toml)?;
+        if !self.toml.contains("\"directional\"") {
+            write("_tof.toml", &format!("{}{TIME_OF_FLIGHT}", self.toml))?;
+        }
+        write(".obj", &obj(self.name, &parts))?;
+        write(".mtl", &mtl(&parts))
     }
 }
 
