@@ -6,6 +6,8 @@ use crate::scene::MAX_FREQUENCIES;
 /// Where paths cancel each other Z may be next to nothing. Below this share of the light's root mean square errors count as if it were that:
 /// no number of samples would do.
 const LEAST_PHASOR: f64 = 0.01;
+/// Standard deviations of its noise that are taken off the square of Z.
+const SIGNAL_DEVIATIONS: f64 = 2.0;
 
 /// Of each quantity.
 pub(super) struct ImageEstimate {
@@ -15,16 +17,22 @@ pub(super) struct ImageEstimate {
     hardest: usize,
 }
 
-/// Raises the signals of pixels, [error, signal, noise, variance] each, so that their mean is the least that errors of Z count over. `light` is
-/// the estimate of the light.
-pub(super) fn raise_signals(phasors: &mut [[[f32; 4]; 2]], light: &ErrorEstimate) {
-    let least = 3.0 * (LEAST_PHASOR * light.radiance).powi(2);
-    let sum: f64 = phasors.iter().map(|pixel| f64::from(pixel[0][1])).sum();
-    let missing = least - sum / phasors.len().max(1) as f64;
-    if missing > 0.0 {
-        for pixel in phasors {
-            pixel[0][1] += missing as f32;
-        }
+/// Moves the signals of pixels, [error, signal, noise, variance] each, so that their mean is what errors of Z count over: what is left of it without doubt,
+/// and a share of `seen` at least, the root mean square of the light that the camera sees. Where Z is mostly noise, its square may come out many times too large.
+pub(super) fn settle_signals(phasors: &mut [[[f32; 4]; 2]], seen: f64) {
+    let least = (LEAST_PHASOR * seen).powi(2);
+    let (mut sum, mut variance) = (0.0, 0.0);
+    for [[_, signal, noise, _], _] in phasors.iter() {
+        let [signal, noise] = [*signal, *noise].map(f64::from);
+        sum += signal;
+        // Of t₁·t₂ around |Z|², where |t₁ − t₂|² is 2σ² on average and its square 8σ⁴: σ⁴/2 + |Z|²·σ².
+        variance += noise * noise / 16.0 + signal.max(0.0) * noise / 2.0;
+    }
+    let count = phasors.len().max(1) as f64;
+    let without_doubt = (sum - SIGNAL_DEVIATIONS * variance.sqrt()) / count;
+    let change = without_doubt.max(least) - sum / count;
+    for pixel in phasors {
+        pixel[0][1] += change as f32;
     }
 }
 
@@ -121,31 +129,48 @@ mod tests {
 
     #[test]
     fn paths_that_cancel_do_not_make_an_infinite_error() {
-        let light = estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4]]; 16]);
         // Signals that noise has made negative, and none at all.
         for signal in [-1e-6, 0.0, 1e-7] {
             let mut phasors = [[[1e-6, signal, 2e-6, 1e-4], [0.0; 4]]; 16];
-            raise_signals(&mut phasors, &light);
+            settle_signals(&mut phasors, 1.0);
             let image = ImageEstimate::new(
                 estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4]]; 16]),
                 vec![estimate(&phasors)],
             );
-            // 1e-6 over 3·0.01².
+            // 1e-6 over 0.01².
             let error = image.relative_error();
             assert!(
-                (error - (1e-6_f64 / 3e-4).sqrt()).abs() < 1e-3 * error,
+                (error - (1e-6_f64 / 1e-4).sqrt()).abs() < 1e-3 * error,
                 "{error}"
             );
-            assert!((image.error_scales()[0] - 1e4).abs() < 1.0);
+            assert!((image.error_scales()[0] - 3e4).abs() < 3.0);
             assert!(image.hardest().relative_variance().is_finite());
         }
+    }
+
+    /// Of 16 products of two draws of noise, the mean is 1/16 of the noise's square at times, and no signal.
+    #[test]
+    fn noise_is_no_signal() {
+        let noise = 2.0_f32;
+        let mut phasors = [[[1.0, noise / 16.0, noise, 1.0], [0.0; 4]]; 16];
+        settle_signals(&mut phasors, 1.0);
+        let mean = estimate(&phasors).radiance.powi(2) * 3.0;
+        assert!((mean - 1e-4).abs() < 1e-7, "{mean}");
+        // A signal that stands out stays as it is but for twice its deviation, √(1/4 + 100)/4.
+        let mut phasors = [[[1.0, 100.0, noise, 1.0], [0.0; 4]]; 16];
+        settle_signals(&mut phasors, 1.0);
+        let mean = estimate(&phasors).radiance.powi(2) * 3.0;
+        assert!(
+            (mean - (100.0 - 0.5 * 100.25_f64.sqrt())).abs() < 1e-3,
+            "{mean}"
+        );
     }
 
     #[test]
     fn what_is_not_there_counts_for_nothing() {
         let light = || estimate(&[[[0.01, 3.0, 0.01, 0.3], [0.0; 4]]; 16]);
         let mut nothing = [[[0.0; 4], [0.0; 4]]; 16];
-        raise_signals(&mut nothing, &light());
+        settle_signals(&mut nothing, 1.0);
         let image = ImageEstimate::new(light(), vec![estimate(&nothing)]);
         assert_eq!(image.relative_error(), light().relative_error());
         assert_eq!(image.error_scales(), [0.0; 4]);

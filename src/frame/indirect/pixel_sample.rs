@@ -2,7 +2,7 @@
 
 use super::{
     error_estimate::ErrorEstimate,
-    image_estimate::{ImageEstimate, raise_signals},
+    image_estimate::{ImageEstimate, settle_signals},
     refine::Refiner,
 };
 use crate::{
@@ -240,6 +240,9 @@ impl PixelSample {
         let pixels = || estimates.chunks_exact(vectors);
         let of_light = pixels().map(|pixel| [pixel[0], pixel[1]]);
         let light = estimate(&of_light.collect::<Vec<_>>());
+        // Of all bands alike.
+        let tof = context.scene.tof.as_ref();
+        let seen = tof.map_or(0.0, |tof| tof.weighted([light.radiance; 3]));
         let phasors = (0..frequency_count as usize).map(|frequency| {
             let of_frequency = pixels().map(|pixel| {
                 // What the resolve pass expects is of light.
@@ -250,7 +253,7 @@ impl PixelSample {
                 ]
             });
             let mut of_frequency: Vec<_> = of_frequency.collect();
-            raise_signals(&mut of_frequency, &light);
+            settle_signals(&mut of_frequency, seen);
             estimate(&of_frequency)
         });
         let phasors = phasors.collect();
