@@ -119,7 +119,7 @@ fn antiphase(exam: &mut Examiner) -> Result<()> {
     let direct = phasors(&frame, TofQuantity::PhasorDirect);
     let left = direct.iter().map(|z| z.magnitude().powi(2)).sum::<f64>();
     // Their distances have 24 bits from the scene's centre on, and their irradiances differ by as much as the walls are apart over 50 km.
-    exam.record("", "|Z| over direct light", left.sqrt() / lit, 1e-4);
+    exam.record("", "Z over direct light", left.sqrt() / lit, 1e-4);
     let truth = exam.sampled_enough(&scene)?;
     let scene = with_rays(&scene, TARGET_ERROR);
     exam.bounce_against(&truth, "light", &scene, TARGET_ERROR)?;

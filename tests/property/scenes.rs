@@ -156,6 +156,14 @@ fn the_mesh_scenes_load_and_have_sound_surfaces() {
         );
         assert_eq!(scene.warnings(), [""; 0], "{name}");
         assert_eq!(scene.direct.shadow, Some(Shadow::Rays), "{name}");
+        let is_lit_from_a_place = scene.lights.iter().all(|l| l.position_m().is_some());
+        let of_tof = format!("{name}_tof");
+        let has_tof = folder.path().join(format!("{of_tof}.toml")).exists();
+        assert_eq!(has_tof, is_lit_from_a_place, "{name}");
+        if has_tof {
+            let tof = load(folder.path(), &of_tof).tof.expect("a camera");
+            assert_eq!(tof.frequencies_hz, [20e6, 100e6], "{name}");
+        }
         let brightest = scene.materials.iter().flat_map(|material| material.kd);
         assert!(brightest.fold(0.0, f64::max) <= 0.8, "{name} has k_d > 0.8");
     }

@@ -69,6 +69,7 @@ const TIME_OF_FLIGHT: &str = "
 [sensor]
 pixel_pitch_um = [10.0, 10.0]
 exposure_time_s = 1.0e-3
+duty_cycle = 1.0
 wavelength_nm = 850.0
 quantum_efficiency = 0.5
 
