@@ -293,10 +293,10 @@
 /** Half the length of the paths as the phase images tell it, from 0 to c/(2f), m; NaN without modulated light. */
 #define CAMLUX_LAYER_TOF_RANGE 67
 
-/** Half of what the taps differ by at most, over the phase images: K|Q_Z|, electrons or DN. */
+/** What the taps differ by at most, over all phases: K|Q_Z|, electrons or DN. */
 #define CAMLUX_LAYER_TOF_AMPLITUDE 68
 
-/** The sum of both taps over all phase images, electrons or DN. */
+/** The sum of both taps over all phase images, electrons or DN above the black level. */
 #define CAMLUX_LAYER_TOF_INTENSITY 69
 
 /** How much farther the pixel seems to be than by its direct light alone, m; NaN where that is 0; with camlux_scene_set_indirect. */

@@ -120,7 +120,16 @@ impl<'t> Keys<'t> {
     /// The table that is written `[key]`, where it is there.
     pub fn table(&mut self, key: &str) -> Result<Option<Keys<'t>>> {
         let value = self.take(key);
-        value.map(|v| v.table(format!("[{key}]"))).transpose()
+        // A table in a table is written with the name of both.
+        let outer = self
+            .name
+            .strip_prefix('[')
+            .and_then(|n| n.strip_suffix(']'));
+        let name = match outer {
+            Some(outer) if !outer.starts_with('[') => format!("[{outer}.{key}]"),
+            _ => format!("[{key}]"),
+        };
+        value.map(|v| v.table(name)).transpose()
     }
 
     /// The tables that are written `[[key]]`.

@@ -68,10 +68,14 @@ enum class layer : std::int32_t {
     tof_taps = CAMLUX_LAYER_TOF_TAPS,
 };
 
-/** A layer of time of flight, of the frequency of that index. \param phase of tof_taps: which phase image. */
+/** A layer of time of flight, of the frequency of that index; no layer, -1, where there is none. \param phase of tof_taps: which phase image. */
 constexpr layer of_frequency(std::int32_t frequency, layer of_first, std::int32_t phase = 0) noexcept
 {
-    return static_cast<layer>(static_cast<std::int32_t>(of_first) + frequency * CAMLUX_TOF_NEXT_FREQUENCY + phase);
+    const std::int32_t most_phases = of_first == layer::tof_taps ? 8 : 1;
+    const bool is_there = frequency >= 0 && frequency < 4 && of_first >= layer::tof_phasor && of_first <= layer::tof_taps &&
+                          phase >= 0 && phase < most_phases;
+    const std::int32_t number = static_cast<std::int32_t>(of_first) + frequency * CAMLUX_TOF_NEXT_FREQUENCY + phase;
+    return static_cast<layer>(is_there ? number : -1);
 }
 
 enum class log_level : std::int32_t {

@@ -160,7 +160,7 @@ impl FrameObject {
         let (_, data) = found.ok_or_else(|| {
             let name = kind.name();
             Failure::argument(format!(
-                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr its stderr_layer, those of time of flight camlux_scene_set_tof"
+                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr its stderr_layer, those of time of flight camlux_scene_set_tof, with as many frequencies and phase images"
             ))
         })?;
         Ok((kind, data))

@@ -18,9 +18,9 @@ pub const CAMLUX_LAYER_TOF_PHASOR_DIRECT: i32 = 65;
 pub const CAMLUX_LAYER_TOF_PHASOR_INDIRECT: i32 = 66;
 /// Half the length of the paths as the phase images tell it, from 0 to c/(2f), m; NaN without modulated light.
 pub const CAMLUX_LAYER_TOF_RANGE: i32 = 67;
-/// Half of what the taps differ by at most, over the phase images: K|Q_Z|, electrons or DN.
+/// What the taps differ by at most, over all phases: K|Q_Z|, electrons or DN.
 pub const CAMLUX_LAYER_TOF_AMPLITUDE: i32 = 68;
-/// The sum of both taps over all phase images, electrons or DN.
+/// The sum of both taps over all phase images, electrons or DN above the black level.
 pub const CAMLUX_LAYER_TOF_INTENSITY: i32 = 69;
 /// How much farther the pixel seems to be than by its direct light alone, m; NaN where that is 0; with camlux_scene_set_indirect.
 pub const CAMLUX_LAYER_TOF_MPI: i32 = 70;

@@ -8,6 +8,8 @@ use crate::scene::TimeOfFlight;
 
 /// c, m/s.
 pub const SPEED_OF_LIGHT_M_S: f64 = 299_792_458.0;
+/// Of differences that cancel, at most so much is left by rounding.
+const CANCELLED: f64 = 1e-12;
 /// h, J·s.
 pub const PLANCK_CONSTANT_J_S: f64 = 6.626_070_15e-34;
 
@@ -166,9 +168,16 @@ impl PhaseSampling {
     /// amplitude, its argument the phase; of four images φ = atan2(D_3 − D_1, D_0 − D_2).
     pub fn demodulate(&self, differences: impl IntoIterator<Item = f64>) -> Phasor {
         let scale = 2.0 / self.delays.len() as f64;
-        let terms = differences.into_iter().zip(&self.delays);
-        terms
-            .map(|(difference, delay)| delay.conjugate() * (scale * difference))
-            .sum()
+        let mut sum = Phasor::default();
+        let mut largest = 0.0;
+        for (difference, delay) in differences.into_iter().zip(&self.delays) {
+            sum = sum + delay.conjugate() * (scale * difference);
+            largest = f64::max(largest, difference.abs());
+        }
+        // What is left where they cancel is the rounding of the delays, and has a phase like any other.
+        match sum.magnitude() > CANCELLED * largest {
+            true => sum,
+            false => Phasor::default(),
+        }
     }
 }

@@ -241,7 +241,31 @@ impl Frame {
     pub fn warnings(&self) -> Vec<String> {
         let black = self.black_layer();
         let missed = self.stats.missed_target(&self.description);
-        black.into_iter().chain(missed).collect()
+        let full = self.full_taps();
+        black.into_iter().chain(missed).chain(full).collect()
+    }
+
+    /// How many pixels have a tap that holds no more, of the modulation frequency that has most of them.
+    fn full_taps(&self) -> Option<String> {
+        let tof = self.description.tof.as_ref()?;
+        let full = tof.noise?.full_tap(tof.output);
+        let count = |frequency: u8| {
+            let taps = (0..tof.phase_count as u8)
+                .filter_map(|phase| self.values(Layer::Tof(frequency, TofQuantity::Taps(phase))))
+                .map(|taps| taps.as_chunks::<2>().0);
+            let taps: Vec<&[[f32; 2]]> = taps.collect();
+            let is_full = |pixel: &usize| {
+                let of_pixel = taps.iter().filter_map(|taps| taps.get(*pixel));
+                of_pixel.flatten().any(|&tap| f64::from(tap) >= full)
+            };
+            let pixels = taps.first().map_or(0, |taps| taps.len());
+            (0..pixels).filter(is_full).count()
+        };
+        let counts = (0..tof.frequencies_hz.len() as u8).map(count);
+        let most = counts.max().filter(|&count| count > 0)?;
+        Some(format!(
+            "{most} pixels have a tap that is full, or nearly, and so a range that is wrong; lower the power of the lights or the exposure time, or raise full_well_e or bits"
+        ))
     }
 
     /// What has no light, and why.

@@ -269,7 +269,7 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
             Attribute::Int(is_modulated),
         );
     }
-    let convention = "Z = sum over paths of L*exp(+i*2*pi*f*d/c); A, B = (Q +- K*Re(Q_Z*exp(+i*delay)))/2; range = c*arg(Z)/(4*pi*f), arg from 0 to 2*pi";
+    let convention = "Z = sum over paths of L*exp(+i*2*pi*f*d/c); A, B = (Q +- K*Re(Q_Z*exp(+i*(offset + delay))))/2 electrons; K*Q_Z*exp(+i*offset) = 2/N*sum of (A - B)*exp(-i*delay); range = c*arg(Z*exp(+i*offset))/(4*pi*f), arg from 0 to 2*pi; in DN, A and B are gain*electrons + black level";
     add("tof.convention", convention.into());
 }
 

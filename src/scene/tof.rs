@@ -108,7 +108,7 @@ impl TimeOfFlight {
         part.require(
             (1..=MAX_FREQUENCIES).contains(&count),
             format_args!("there are {count} frequencies"),
-            format!("give 1 to {MAX_FREQUENCIES}; render again for more"),
+            format!("give 1 to {MAX_FREQUENCIES}; for more, render twice"),
         )?;
         part.require_each(
             &self.frequencies_hz,
@@ -182,6 +182,19 @@ impl TimeOfFlight {
 }
 
 impl SensorNoise {
+    /// From what reading on a tap holds no more, or nearly so: read noise may have taken some of it off.
+    pub(crate) fn full_tap(&self, output: ChargeUnit) -> f64 {
+        let full_e = self.full_well_e - f64::min(3.0 * self.read_noise_e, 0.5 * self.full_well_e);
+        match output {
+            ChargeUnit::Electrons => full_e,
+            ChargeUnit::DigitalNumbers => {
+                let most = f64::from((1_u32 << self.bits) - 1);
+                // A number stands for what is up to half of one less.
+                (self.black_level_dn + self.gain_dn_per_e * full_e - 0.5).min(most)
+            }
+        }
+    }
+
     fn validate(&self) -> Result<()> {
         let part = Part("tof noise".into());
         for (name, value, most) in [
@@ -197,10 +210,29 @@ impl SensorNoise {
                 format!("give a value from 0 to {most:e}"),
             )?;
         }
+        for (name, value) in [
+            ("full_well_e", self.full_well_e),
+            ("gain_dn_per_e", self.gain_dn_per_e),
+        ] {
+            part.require(
+                value > 0.0,
+                format_args!("{name} is {value}"),
+                "give a value above 0",
+            )?;
+        }
         part.require(
             (1..=24).contains(&self.bits),
             format_args!("bits is {}", self.bits),
             "give 1 to 24",
+        )?;
+        let most = f64::from((1_u32 << self.bits) - 1);
+        part.require(
+            self.black_level_dn <= most,
+            format_args!(
+                "black_level_dn is {}, and {} bits hold {most}",
+                self.black_level_dn, self.bits
+            ),
+            "give more bits, or a lower black level",
         )
     }
 
@@ -235,9 +267,9 @@ impl Photodetector {
             "give nanometres from 1 to 1e6",
         )?;
         part.require(
-            (0.0..=1.0).contains(&self.quantum_efficiency),
+            self.quantum_efficiency > 0.0 && self.quantum_efficiency <= 1.0,
             format_args!("quantum_efficiency is {}", self.quantum_efficiency),
-            "give electrons per photon, 0 to 1",
+            "give electrons per photon, above 0 up to 1",
         )
     }
 }

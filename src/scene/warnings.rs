@@ -23,6 +23,12 @@ impl Scene {
                 ));
             }
         }
+        if let Some(tof) = &self.tof
+            && !self.lights.is_empty()
+            && (0..self.lights.len()).all(|light| !tof.is_modulated(light))
+        {
+            warnings.push("no light is modulated, so time of flight has no range".into());
+        }
         if self.meshes.is_empty() {
             warnings.push("there is no mesh, so every frame is black".into());
         }

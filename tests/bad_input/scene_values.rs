@@ -282,6 +282,22 @@ fn scenes_from_slices_are_validated() {
         ),
         (Box::new(|s| noise(s).bits = 25), "tof noise: bits is 25"),
         (
+            Box::new(|s| noise(s).full_well_e = 0.0),
+            "tof noise: full_well_e is 0; give a value above 0",
+        ),
+        (
+            Box::new(|s| noise(s).gain_dn_per_e = 0.0),
+            "tof noise: gain_dn_per_e is 0; give a value above 0",
+        ),
+        (
+            Box::new(|s| noise(s).black_level_dn = 5000.0),
+            "tof noise: black_level_dn is 5000, and 12 bits hold 4095",
+        ),
+        (
+            Box::new(|s| photodetector(s).quantum_efficiency = 0.0),
+            "sensor: quantum_efficiency is 0; give electrons per photon",
+        ),
+        (
             Box::new(|s| photodetector(s).wavelength_nm = 0.0),
             "sensor: wavelength_nm is 0",
         ),

@@ -52,11 +52,11 @@ fn what_cannot_be_run_is_said() {
     for (arguments, says) in [
         (
             &["no_such_case"][..],
-            "no case has a name with no_such_case",
+            "no case and no group of cases has a name with no_such_case",
         ),
         (
             &["--torture", "truths", "no_triangle_in_view"],
-            "no case has a name with no_triangle_in_view",
+            "no case and no group of cases has a name with no_triangle_in_view",
         ),
         (&["--device", "99"], "99"),
     ] {

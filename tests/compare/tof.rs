@@ -173,6 +173,37 @@ fn a_background_has_no_range() {
 }
 
 #[test]
+fn full_taps_are_said() {
+    let mut gpu = Gpu::open();
+    let mut scene = modulated(corner(1.0, DVec3::ZERO), &[20e6]);
+    let noise = |full_well_e| SensorNoise {
+        seed: 1,
+        dark_e_per_s: 0.0,
+        read_noise_e: 1.0,
+        full_well_e,
+        gain_dn_per_e: 0.5,
+        black_level_dn: 3.0,
+        bits: 24,
+    };
+    for output in ChargeUnit::ALL {
+        for (full_well_e, is_full) in [(1e15, false), (10.0, true)] {
+            let tof = scene.tof.as_mut().expect("it was given");
+            (tof.output, tof.noise) = (output, Some(noise(full_well_e)));
+            let mut scene = scene.clone();
+            if output == ChargeUnit::DigitalNumbers && !is_full {
+                // So that 24 bits hold all.
+                scene.lights = vec![scene.lights[0].with_emission([1e-3; 3])];
+            }
+            let warnings = gpu.render(&scene).warnings();
+            let has = warnings
+                .iter()
+                .any(|w| w.contains("have a tap that is full"));
+            assert_eq!(has, is_full, "{output:?} {full_well_e}: {warnings:?}");
+        }
+    }
+}
+
+#[test]
 fn noise_is_the_same_for_the_same_frame_and_other_for_another() {
     let mut gpu = Gpu::open();
     let mut scene = modulated(corner(1.0, DVec3::ZERO), &[20e6, 100e6]);

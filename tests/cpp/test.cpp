@@ -260,6 +260,10 @@ void time_of_flight_has_its_layers(camlux::renderer &renderer)
     CHECK(std::strcmp(taps.name(), "tof1.phase2") == 0 && std::strcmp(taps.unit(), "e-") == 0);
     CHECK(taps.channels() == 2 && taps(16, 16, 0) > 0);
 
+    for (const camlux::layer none : {camlux::of_frequency(0, camlux::layer::tof_taps, 8), camlux::of_frequency(4, far_range),
+                                     camlux::of_frequency(1, camlux::layer::radiance)})
+        CHECK(frame.try_view<float>(none).status() == CAMLUX_ERROR_INVALID_ARGUMENT && static_cast<std::int32_t>(none) == -1);
+
     camlux::exr_options options;
     options.layers = {camlux::layer::half_path, far_range};
     const camlux_exr_options picked = camlux::detail::raw_of(options);

@@ -69,6 +69,9 @@ fn phase_images_give_the_phasor_back() {
             close(found.im, 0.6 * phasor.im, 1e-15),
             "{phase_count}: {found:?}"
         );
+        // Noise that is alike in all of them has no phase.
+        let alike = sampling.demodulate((0..phase_count).map(|_| 1.0));
+        assert_eq!(alike, Phasor::default(), "{phase_count}");
         if let [d0, d1, d2, d3] = differences[..] {
             let phase = (d3 - d1).atan2(d0 - d2);
             assert!(close(phase, phasor.im.atan2(phasor.re), 1e-15));

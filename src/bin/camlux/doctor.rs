@@ -39,8 +39,14 @@ impl Args {
     }
 
     fn has_word_of(&self, case: &Case) -> bool {
-        let mut words = self.words.iter();
-        self.words.is_empty() || words.any(|word| case.name.contains(word.as_str()))
+        let groups = GROUPS.iter();
+        let mut groups = groups.filter(|(_, cases)| cases.iter().any(|c| c.name == case.name));
+        let group = groups.next().map_or("", |(group, _)| group);
+        // As the pages write them, too.
+        let plain = |name: &str| name.to_lowercase().replace([' ', '_'], "");
+        let names = [plain(case.name), plain(group)];
+        let has = |word: &String| names.iter().any(|name| name.contains(&plain(word)));
+        self.words.is_empty() || self.words.iter().any(has)
     }
 }
 
@@ -54,7 +60,7 @@ pub fn run(args: &Args) -> Result<ExitCode, Failure> {
     };
     if !is_any {
         let words = args.words.join(" or ");
-        return Err(format!("no case has a name with {words}; leave it out for all").into());
+        return Err(format!("no case and no group of cases has a name with {words}; docs/hard-cases.md lists them, leave it out for all").into());
     }
     let device = Device::open(&args.device.options())?;
     let info = device.info();

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use camlux::output::Layer;
+use camlux::output::{Layer, TofQuantity};
 use camlux::scene::{Camera, Intrinsics, Lens};
 use camlux::{DeviceChoice, DeviceOptions, Scene};
 
@@ -80,10 +80,26 @@ pub fn check_layers(scene: &Scene, layers: &[Layer]) -> Result<(), Failure> {
     let Some(missing) = layers.iter().find(|layer| !layer.is_made_for(scene)) else {
         return Ok(());
     };
-    let hint = match missing {
-        Layer::Energy => "add [sensor] to the scene",
-        Layer::StandardError => "add stderr_layer = true to [indirect], or --stderr-layer",
-        _ => "add [indirect] to the scene, or --estimator",
+    let hint = match (missing, &scene.tof) {
+        (Layer::Energy, _) => "add [sensor] to the scene".into(),
+        (Layer::StandardError, _) => {
+            "add stderr_layer = true to [indirect], or --stderr-layer".into()
+        }
+        (Layer::HalfPath | Layer::Tof(..), None) => "add [tof] to the scene".into(),
+        (Layer::Tof(frequency, quantity), Some(tof)) => {
+            let (frequencies, phases) = (tof.frequencies_hz.len(), tof.phase_count);
+            let is_of_bounce = !matches!(quantity, TofQuantity::Taps(_));
+            if usize::from(*frequency) < frequencies && is_of_bounce {
+                "add [indirect] to the scene, or --estimator".into()
+            } else {
+                format!(
+                    "[tof] has {frequencies} frequencies, tof0 to tof{}, and phase0 to phase{} of each",
+                    frequencies - 1,
+                    phases - 1
+                )
+            }
+        }
+        _ => "add [indirect] to the scene, or --estimator".into(),
     };
     let name = missing.name();
     Err(
