@@ -572,7 +572,7 @@ typedef struct camlux_sensor {
    * photodetector.
    */
   double wavelength_nm;
-  /** Electrons per photon, 0 to 1. */
+  /** Electrons per photon, above 0 up to 1. */
   double quantum_efficiency;
 } camlux_sensor;
 

@@ -52,7 +52,7 @@ def compare(tracer: Tracer, size_px: tuple[int, int], path: Path):
 
     count = BATCHES * SAMPLES_A_BATCH
     ours, ours_error = estimate(
-        lambda seed: tracer.indirect(Pattern(SAMPLES_A_BATCH, tracer.pixel_count, seed), SAMPLES_A_BATCH)
+        lambda seed: tracer.indirect(Pattern(SAMPLES_A_BATCH, tracer.pixel_count, seed), SAMPLES_A_BATCH)[0]
     )
     plugin, plugin_error = estimate(lambda seed: tracer.by_path_plugin(SAMPLES_A_BATCH, seed))
     say(

@@ -30,7 +30,7 @@ class Clock:
 
 
 class PathTraced:
-    """Direct light and `samples` samples of the single bounce a pixel."""
+    """Direct light and `samples` samples of the single bounce a pixel, with Z of each modulation frequency."""
 
     def __init__(self, tracer: Tracer, size_px: tuple[int, int], samples: int):
         self.tracer, self.size_px, self.samples = tracer, size_px, samples
@@ -39,24 +39,9 @@ class PathTraced:
         """Writes a frame; `iterations` below the number of samples runs the same kernels in less time."""
         clock = Clock()
         pattern = Pattern(self.samples, self.tracer.pixel_count, SEED)
-        images = [self.tracer.direct(), self.tracer.indirect(pattern, iterations or self.samples)]
-        direct, indirect = to_host(images, self.size_px)
-        clock.lap("render")
-        write(path, direct, indirect)
-        clock.lap("write")
-        return clock.seconds_of
-
-
-class PathTracedPhasors(PathTraced):
-    """The same with Z of each modulation frequency."""
-
-    def render(self, path: Path, iterations: int | None = None) -> dict[str, float]:
-        clock = Clock()
-        pattern = Pattern(self.samples, self.tracer.pixel_count, SEED)
-        direct_phasors = self.tracer.direct_phasors()
-        indirect, indirect_phasors = self.tracer.indirect_with_phasors(pattern, iterations or self.samples)
-        images = [self.tracer.direct(), indirect, *direct_phasors, *indirect_phasors]
-        direct, indirect, *phasors = to_host(images, self.size_px)
+        direct, direct_phasors = self.tracer.direct()
+        indirect, phasors = self.tracer.indirect(pattern, iterations or self.samples)
+        direct, indirect, *phasors = to_host([direct, indirect, *direct_phasors, *phasors], self.size_px)
         clock.lap("render")
         count = len(direct_phasors)
         totals = [of_direct + bounced for of_direct, bounced in zip(phasors[:count], phasors[count:])]
@@ -71,9 +56,8 @@ class TransientPath(PathTraced):
     def render(self, path: Path, iterations: int | None = None) -> dict[str, float]:
         clock = Clock()
         radiance, phasors = self.tracer.by_transient_path(iterations or self.samples, SEED)
-        direct_phasors = self.tracer.direct_phasors()
-        images = [self.tracer.direct(), radiance, *direct_phasors, *phasors]
-        direct, radiance, *phasors = to_host(images, self.size_px)
+        direct, direct_phasors = self.tracer.direct()
+        direct, radiance, *phasors = to_host([direct, radiance, *direct_phasors, *phasors], self.size_px)
         clock.lap("render")
         count = len(direct_phasors)
         bounced = [total - of_direct for of_direct, total in zip(phasors[:count], phasors[count:])]
@@ -91,7 +75,7 @@ class PathPlugin:
 
     def render(self, path: Path, iterations: int | None = None) -> dict[str, float]:
         clock = Clock()
-        images = [self.tracer.direct(), self.tracer.by_path_plugin(iterations or self.samples, SEED)]
+        images = [self.tracer.direct()[0], self.tracer.by_path_plugin(iterations or self.samples, SEED)]
         direct, radiance = to_host(images, self.size_px)
         clock.lap("render")
         write(path, direct, radiance - direct)
@@ -109,7 +93,7 @@ class Denoised:
     def render(self, path: Path, iterations: int | None = None) -> dict[str, float]:
         clock = Clock()
         pattern = Pattern(self.samples, self.tracer.pixel_count, SEED)
-        images = [*self.tracer.direct_and_features(), self.tracer.indirect(pattern, iterations or self.samples)]
+        images = [*self.tracer.direct_and_features(), self.tracer.indirect(pattern, iterations or self.samples)[0]]
         direct, albedo, normal, indirect = to_host(images, self.size_px)
         clock.lap("render")
         denoised = self.denoiser.denoise(indirect, albedo, normal)
@@ -183,8 +167,8 @@ def phasor_layers(totals: list[np.ndarray], indirect: list[np.ndarray]) -> dict[
     return layers
 
 
-def write(path: Path, direct: np.ndarray, indirect: np.ndarray, more: dict[str, np.ndarray] | None = None):
+def write(path: Path, direct: np.ndarray, indirect: np.ndarray, more: dict[str, np.ndarray] = {}):
     # As camlux writes: uncompressed is fastest.
     header = {"compression": OpenEXR.NO_COMPRESSION, "type": OpenEXR.scanlineimage}
-    with OpenEXR.File(header, {"direct": direct, "indirect": indirect, **(more or {})}) as file:
+    with OpenEXR.File(header, {"direct": direct, "indirect": indirect, **more}) as file:
         file.write(str(path))

@@ -140,7 +140,7 @@ def run(options: argparse.Namespace, threads: int, results):
         truth.render(tracer, loaded.size_px, options.spp[-1] if options.spp else TRUTH_SAMPLES, options.truth)
         return
 
-    from frames import Denoised, Denoiser, PathPlugin, PathTraced, PathTracedPhasors, TransientPath
+    from frames import Denoised, Denoiser, PathPlugin, PathTraced, TransientPath
 
     try:
         options.output.mkdir(parents=True, exist_ok=True)
@@ -167,8 +167,7 @@ def run(options: argparse.Namespace, threads: int, results):
                     **timed,
                 )
 
-    traced = PathTracedPhasors if loaded.tof else PathTraced
-    put_frames("mitsuba", mitsuba, f"Mitsuba {mitsuba}", max(samples), lambda spp: traced(tracer, size_px, spp))
+    put_frames("mitsuba", mitsuba, f"Mitsuba {mitsuba}", max(samples), lambda spp: PathTraced(tracer, size_px, spp))
     if loaded.tof:
         mitransient = importlib.metadata.version("mitransient")
         put_frames(

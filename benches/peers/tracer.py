@@ -34,7 +34,7 @@ class Tracer:
         return self.scene.ray_intersect(self.primary_rays(), mi.RayFlags.All, coherent=True)
 
     def direct(self):
-        """Direct light. Every light is a point or a direction, so this is no estimate."""
+        """Direct light, and Z of each modulation frequency. Every light is a point or a direction, so this is no estimate."""
         return self._direct_at(self.primary_hits())
 
     def direct_and_features(self):
@@ -42,67 +42,33 @@ class Tracer:
         si = self.primary_hits()
         albedo = si.bsdf().eval_diffuse_reflectance(si, si.is_valid())
         normal = dr.select(si.is_valid(), si.sh_frame.n * dr.sign(si.wi.z), 0)
-        return self._direct_at(si), albedo & si.is_valid(), normal
+        return self._direct_at(si)[0], albedo & si.is_valid(), normal
 
     def _direct_at(self, si):
         context = mi.BSDFContext()
         radiance = mi.Color3f(0)
-        for light in self.scene.emitters():
-            ds, irradiance = light.sample_direction(si, mi.Point2f(0), si.is_valid())
-            active = si.is_valid() & (ds.pdf > 0)
-            active &= ~self.scene.ray_test(si.spawn_ray_to(ds.p), active)
-            radiance += si.bsdf().eval(context, si, si.to_local(ds.d), active) * irradiance & active
-        return radiance
-
-    def direct_phasors(self):
-        """Z of the direct light at each modulation frequency, as direct light is: no estimate."""
-        context = mi.BSDFContext()
-        si = self.primary_hits()
-        phasors = [mi.Complex2f(0) for _ in self.tof.turns_per_unit]
+        phasors = self.no_phasors()
         for light in self.scene.emitters():
             ds, irradiance = light.sample_direction(si, mi.Point2f(0), si.is_valid())
             active = si.is_valid() & (ds.pdf > 0)
             active &= ~self.scene.ray_test(si.spawn_ray_to(ds.p), active)
             value = si.bsdf().eval(context, si, si.to_local(ds.d), active) * irradiance & active
+            radiance += value
             phasors = self.added(phasors, value, dr.select(active, si.t + ds.dist, 0))
-        return phasors
+        return radiance, phasors
+
+    def no_phasors(self) -> list:
+        """One for each modulation frequency: none without time of flight."""
+        return [mi.Complex2f(0) for _ in self.tof.turns_per_unit] if self.tof else []
 
     def added(self, phasors: list, radiance, length) -> list:
         """With the radiance of a path of this length."""
-        turns = self.tof.turns_per_unit
+        turns = self.tof.turns_per_unit if self.tof else []
         return [z + self.seen(radiance) * unit_phasor(turns[index], length) for index, z in enumerate(phasors)]
 
     def seen(self, radiance):
         """What the pixels see of the bands."""
         return dr.dot(radiance, mi.Color3f(self.tof.band_weights))
-
-    @dr.syntax
-    def indirect_with_phasors(self, pattern: "Pattern", iterations: int):
-        """The same as `indirect`, and Z of each modulation frequency: each sample with the length of its path."""
-        context = mi.BSDFContext()
-        si = self.primary_hits()
-        bsdf_at_pixel = si.bsdf()
-        jitter = pattern.jitter
-        radiance = mi.Color3f(0)
-        phasors = [mi.Complex2f(0) for _ in self.tof.turns_per_unit]
-        index = mi.UInt32(0)
-        count = dr.opaque(mi.UInt32, iterations)
-        while index < count:
-            bs, weight = bsdf_at_pixel.sample(
-                context, si, pattern.point_1d(index, 0, jitter), pattern.point_2d(index, 1, jitter), si.is_valid()
-            )
-            active = si.is_valid() & (dr.max(weight) > 0)
-            lit = self.scene.ray_intersect(si.spawn_ray(si.to_world(bs.wo)), active)
-            ds, irradiance = self.scene.sample_emitter_direction(
-                lit, pattern.point_2d(index, 2, jitter), True, lit.is_valid()
-            )
-            value = lit.bsdf().eval(context, lit, lit.to_local(ds.d), lit.is_valid() & (ds.pdf > 0))
-            sample = weight * value * irradiance
-            radiance += sample
-            length = dr.select(lit.is_valid(), si.t + lit.t + ds.dist, 0)
-            phasors = self.added(phasors, sample, length)
-            index += 1
-        return radiance / mi.Float(count), [z / mi.Float(count) for z in phasors]
 
     def by_transient_path(self, samples: int, seed: int):
         """Direct and indirect light, and Z of each modulation frequency, by mitransient's plugin `transient_path`, all samples
@@ -134,13 +100,15 @@ class Tracer:
     @dr.syntax
     def indirect(self, pattern: "Pattern", iterations: int):
         """The single bounce, as the mean of the first `iterations` samples of the pattern: what `path` estimates with
-        max_depth 3, less the direct light. `iterations` is not compiled in."""
+        max_depth 3, less the direct light. And Z of each modulation frequency: each sample with the length of its path.
+        `iterations` is not compiled in."""
         context = mi.BSDFContext()
         si = self.primary_hits()
         bsdf_at_pixel = si.bsdf()
         # Named inside the loop, so that Dr.Jit carries its state from one sample to the next.
         jitter = pattern.jitter
         radiance = mi.Color3f(0)
+        phasors = self.no_phasors()
         index = mi.UInt32(0)
         count = dr.opaque(mi.UInt32, iterations)
         while index < count:
@@ -153,9 +121,11 @@ class Tracer:
                 lit, pattern.point_2d(index, 2, jitter), True, lit.is_valid()
             )
             value = lit.bsdf().eval(context, lit, lit.to_local(ds.d), lit.is_valid() & (ds.pdf > 0))
-            radiance += weight * value * irradiance
+            sample = weight * value * irradiance
+            radiance += sample
+            phasors = self.added(phasors, sample, dr.select(lit.is_valid(), si.t + lit.t + ds.dist, 0))
             index += 1
-        return radiance / mi.Float(count)
+        return radiance / mi.Float(count), [z / mi.Float(count) for z in phasors]
 
     @dr.syntax
     def by_path_plugin(self, samples: int, seed: int):

@@ -16,7 +16,7 @@ BATCHES = 64
 
 def render(tracer: Tracer, size_px: tuple[int, int], samples: int, path: Path):
     """Writes the layers `direct`, `indirect` and `stderr` (of `indirect`) as 16-bit floats; `samples` in all."""
-    [direct] = to_host([tracer.direct()], size_px)
+    [direct] = to_host([tracer.direct()[0]], size_px)
     samples_a_batch = max(1, samples // BATCHES)
     mean = np.zeros(direct.shape)
     scatter = np.zeros(direct.shape)

@@ -67,7 +67,7 @@ pub struct camlux_sensor {
     /// What time of flight counts photons by (camlux_scene_set_tof), nanometres. 0, like quantum_efficiency: the sensor has no such
     /// photodetector.
     pub wavelength_nm: f64,
-    /// Electrons per photon, 0 to 1.
+    /// Electrons per photon, above 0 up to 1.
     pub quantum_efficiency: f64,
 }
 

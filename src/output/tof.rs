@@ -248,7 +248,7 @@ impl Frame {
         let camera = self.description.time_of_flight();
         let camera = camera.filter(|camera| frequency < camera.tof.frequencies_hz.len());
         let camera = camera.ok_or_else(|| Error::internal("a frame has no phase images"))?;
-        let count = (self.resolution_px[0] * self.resolution_px[1]) as usize;
+        let count: usize = self.resolution_px.iter().map(|&px| px as usize).product();
         let is_whole = |exposure: &Exposure| exposure.pixels.len() == count;
         if exposures.len() != camera.tof.phase_count as usize || !exposures.iter().all(is_whole) {
             return Err(Error::internal("phase images and exposures differ"));

@@ -152,7 +152,7 @@ fn an_even_texture_is_a_factor() {
         let radiances = values(&textured, Layer::Radiance).iter();
         for (textured, plain) in radiances.zip(values(&plain, Layer::Radiance)) {
             assert!(
-                (textured - plain).abs() <= 2e-6 * plain,
+                (textured - plain).abs() <= 1e-6 * plain,
                 "{texels:?}: {textured} {plain}"
             );
         }

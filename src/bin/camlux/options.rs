@@ -86,18 +86,13 @@ pub fn check_layers(scene: &Scene, layers: &[Layer]) -> Result<(), Failure> {
             "add stderr_layer = true to [indirect], or --stderr-layer".into()
         }
         (Layer::HalfPath | Layer::Tof(..), None) => "add [tof] to the scene".into(),
-        (Layer::Tof(frequency, quantity), Some(tof)) => {
-            let (frequencies, phases) = (tof.frequencies_hz.len(), tof.phase_count);
-            let is_of_bounce = !matches!(quantity, TofQuantity::Taps(_));
-            if usize::from(*frequency) < frequencies && is_of_bounce {
-                "add [indirect] to the scene, or --estimator".into()
-            } else {
-                format!(
-                    "[tof] has {frequencies} frequencies, tof0 to tof{}, and phase0 to phase{} of each",
-                    frequencies - 1,
-                    phases - 1
-                )
-            }
+        (Layer::Tof(frequency, quantity), Some(tof))
+            if usize::from(*frequency) >= tof.frequencies_hz.len()
+                || matches!(quantity, TofQuantity::Taps(_)) =>
+        {
+            let last = tof.frequencies_hz.len() - 1;
+            let last_phase = tof.phase_count - 1;
+            format!("[tof] has tof0 to tof{last}, and phase0 to phase{last_phase} of each")
         }
         _ => "add [indirect] to the scene, or --estimator".into(),
     };

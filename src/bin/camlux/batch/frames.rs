@@ -61,7 +61,7 @@ pub struct Planned {
 pub struct Moment {
     scene_index: usize,
     /// With the meshes where the scene has them.
-    pub scene: Scene,
+    scene: Scene,
     mesh_poses: Vec<(usize, DVec3, DQuat)>,
     camera_pose: Option<Pose>,
 }
