@@ -236,6 +236,11 @@ impl FrameObject {
 }
 
 pub(super) fn layer_of(number: i32) -> Outcome<Layer> {
+    // What of_frequency of camlux.hpp gives.
+    if number == CAMLUX_NONE as i32 {
+        let problem = "layer is -1: of time of flight, a frequency or a phase image is asked for that no frame has";
+        return Err(Failure::argument(problem));
+    }
     let of_tof = Layer::all().find(|&layer| tof_number(layer) == Some(number));
     of_tof.map_or_else(|| args::one_of("layer", number, &LAYERS), Ok)
 }

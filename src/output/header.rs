@@ -269,9 +269,11 @@ fn time_of_flight(tof: &TimeOfFlight, light_count: usize, add: &mut dyn FnMut(&s
             Attribute::Int(is_modulated),
         );
     }
-    let convention = "Z = sum over paths of L*exp(+i*2*pi*f*d/c); A, B = (Q +- K*Re(Q_Z*exp(+i*(offset + delay))))/2 electrons; K*Q_Z*exp(+i*offset) = 2/N*sum of (A - B)*exp(-i*delay); range = c*arg(Z*exp(+i*offset))/(4*pi*f), arg from 0 to 2*pi; in DN, A and B are gain*electrons + black level";
-    add("tof.convention", convention.into());
+    add("tof.convention", TOF_CONVENTION.into());
 }
+
+/// What phasors, phase images and the range of time of flight mean, for a reader of files.
+pub const TOF_CONVENTION: &str = "Z = sum over paths of L*exp(+i*2*pi*f*d/c); A, B = (Q +- K*Re(Q_Z*exp(+i*(offset + delay))))/2 electrons; K*Q_Z*exp(+i*offset) = 2/N*sum of (A - B)*exp(-i*delay); range = c*arg(Z*exp(+i*offset))/(4*pi*f), arg from 0 to 2*pi; in DN, A and B are gain*electrons + black level";
 
 /// From camera axes (x right, y down, z forward: those of the intrinsics) to the world. Column vectors.
 fn camera_to_world(camera: &Camera) -> DMat4 {

@@ -19,7 +19,7 @@ pub(crate) use frame::FrameParts;
 pub use frame::{
     Frame, FrameDescription, FrameStats, Layer, LayerData, PassTime, ReferenceSamples, StopReason,
 };
-pub use header::Attribute;
+pub use header::{Attribute, TOF_CONVENTION};
 pub(crate) use per_pixel::{for_each_at_once, per_pixel, pixels_of_a_thread};
 pub use png::{PngPreview, PngView, srgb_byte, white_radiance, write_png};
 pub use tof::Exposure;

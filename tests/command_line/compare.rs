@@ -504,3 +504,50 @@ fn phasors_are_compared_with_the_range_that_they_tell() {
     );
     assert!(layers[0]["range_error"].is_null());
 }
+
+/// 0.01 rad of noise at every pixel: of a normal distribution half is within 0.674 deviations, 99 % within 2.576.
+#[test]
+fn the_noise_of_a_reference_is_told_as_range() {
+    let folder = tempfile::tempdir().unwrap();
+    let pixels = 20_000;
+    let path = folder.path().join("z.exr");
+    let layers: &[(&str, &[f32])] = &[
+        ("tof0.phasor.re", &vec![0.6; pixels]),
+        ("tof0.phasor.im", &vec![-0.8; pixels]),
+        ("tof0.phasor_stderr.re", &vec![0.01; pixels]),
+        ("tof0.phasor_stderr.im", &vec![0.01; pixels]),
+    ];
+    let frequency = [("camlux.tof0.frequency_hz", "100000000")];
+    write(&path, (pixels, 1), layers, &frequency);
+    let found = json(folder.path(), &["z.exr", "z.exr"]);
+    let layer = &found["layers"][0];
+    assert_eq!(layer["range_error"]["percentile_99_m"], 0.0);
+    for (key, due) in [("median_m", 0.674_49), ("percentile_99_m", 2.575_83)] {
+        let deviations = layer["range_error_of_noise"][key].as_f64().unwrap() / 0.002_385_672_5;
+        assert!(
+            (deviations / due - 1.0).abs() < 0.01,
+            "{key}: {deviations} of {due}"
+        );
+    }
+}
+
+#[test]
+fn layers_of_different_units_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let layers: &[(&str, &[f32])] = &[("tof0.amplitude.Y", &[1.0; 2])];
+    for (name, unit) in [("e.exr", "e-"), ("dn.exr", "DN")] {
+        let path = folder.path().join(name);
+        write(
+            &path,
+            (2, 1),
+            layers,
+            &[("camlux.unit.tof0.amplitude", unit)],
+        );
+    }
+    let pick = ["--layer", "tof0.amplitude"];
+    let found = json(folder.path(), &[&["dn.exr", "dn.exr"][..], &pick].concat());
+    assert_eq!(found["layers"][0]["unit"], "DN");
+    let output = compare(folder.path(), &[&["dn.exr", "e.exr"][..], &pick].concat());
+    let due = "layer tof0.amplitude is in DN in dn.exr and in e- in e.exr; compare layers of the same unit";
+    assert_fails(&output, &[due]);
+}

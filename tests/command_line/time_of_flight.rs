@@ -220,6 +220,28 @@ fn each_phase_image_of_a_batch_has_its_own_time() {
 }
 
 #[test]
+fn a_data_set_says_how_its_phase_images_were_taken() {
+    let jobs = moving_wall(str::to_owned);
+    jobs.succeed("set", &[]);
+    let set: serde_json::Value = serde_json::from_slice(&jobs.read("set/dataset.json")).unwrap();
+    let tof = &set["scenes"][0]["time_of_flight"];
+    assert_eq!(tof["frequencies_hz"][0], 20e6);
+    assert_eq!(tof["exposure_time_s"], 0.01);
+    let numbers = |key: &str| -> Vec<f64> { serde_json::from_value(tof[key].clone()).unwrap() };
+    let (starts_s, delays_rad) = (numbers("phase_image_starts_s"), numbers("delays_rad"));
+    assert_eq!((starts_s.len(), delays_rad.len()), (4, 4));
+    assert!((starts_s[3] - 0.045).abs() < 1e-12, "{starts_s:?}");
+    assert!(
+        (delays_rad[3] - 1.5 * std::f64::consts::PI).abs() < 1e-12,
+        "{delays_rad:?}"
+    );
+    assert!(tof["convention"].as_str().unwrap().starts_with("Z = sum"));
+    let manifest = String::from_utf8(jobs.read("set/manifest.jsonl")).unwrap();
+    let line: serde_json::Value = serde_json::from_str(manifest.lines().next().unwrap()).unwrap();
+    assert_eq!(line["lights"][0]["modulated"], true);
+}
+
+#[test]
 fn a_batch_spends_nothing_on_phase_images_where_nothing_moves() {
     let timed = moving_wall(|job| job.into());
     let plain = moving_wall(|job| {
@@ -246,7 +268,7 @@ fn times_that_cannot_be_are_refused() {
         (
             "interval_s = 0.1",
             "interval_s = 0.05",
-            "4 phase images of scene.toml take 0.06 s",
+            "4 phase images of scene.toml take 60.0 ms",
         ),
         (
             "interval_s = 0.1",

@@ -27,7 +27,7 @@ pub struct Args {
     pub indirect: IndirectArgs,
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Also write a preview: direct | indirect | total where there is indirect light, in one exposure; with time of flight range | amplitude | multipath error
+    /// Also write a preview: direct | indirect | total where there is indirect light, in one exposure; with time of flight range | amplitude | multipath error of the bounce, a row a frequency
     #[arg(long, value_name = "FILE.png", requires = "output")]
     pub png: Option<PathBuf>,
     /// Also write times, counts and warnings as JSON; - is stdout

@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
-use camlux::output::{ExrOptions, Layer};
+use camlux::model::PhaseSampling;
+use camlux::output::{ExrOptions, Layer, TOF_CONVENTION};
+use camlux::scene::TimeOfFlight;
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
 use super::frames::Frames;
 use super::manifest::replace_text;
+use super::timing::{self, Timing};
 use crate::Failure;
 
 pub fn write(frames: &Frames, folder: &Path) -> Result<(), Failure> {
@@ -28,6 +31,7 @@ fn object(frames: &Frames) -> Value {
             "meshes": scene.meshes.iter().map(|m| &m.name).collect::<Vec<_>>(),
             "materials": scene.materials.iter().map(|m| &m.name).collect::<Vec<_>>(),
             "layers": layers(scene, &job.exr),
+            "time_of_flight": scene.tof.as_ref().map(|tof| time_of_flight(scene, tof, job.timing.as_ref())),
         })
     });
     let scenes: Vec<Value> = scenes.collect();
@@ -57,6 +61,26 @@ fn object(frames: &Frames) -> Value {
             "mesh": "position_m and rotation_xyzw take points from where the scene file has the mesh to the world",
             "pixels": "x right, y down; the centre of the first is at (0.5, 0.5)",
         },
+    })
+}
+
+/// How phase images are taken and what they mean, as the header of each file has it.
+fn time_of_flight(scene: &Scene, tof: &TimeOfFlight, timing: Option<&Timing>) -> Value {
+    let exposure_s = scene.sensor.map(|sensor| sensor.exposure_time_s);
+    let starts_s = timing.zip(exposure_s).map(|(timing, exposure_s)| {
+        let images = timing::images(tof).map(|image| timing.start_s(tof, exposure_s, image));
+        images.collect::<Vec<f64>>()
+    });
+    let delays_rad = (0..tof.phase_count).map(|i| PhaseSampling::delay_rad(i, tof.phase_count));
+    json!({
+        "frequencies_hz": tof.frequencies_hz,
+        "contrasts": tof.contrasts,
+        "delays_rad": delays_rad.collect::<Vec<f64>>(),
+        "phase_offset_deg": tof.phase_offset_deg,
+        "band_weights": tof.band_weights,
+        "exposure_time_s": exposure_s,
+        "phase_image_starts_s": starts_s,
+        "convention": TOF_CONVENTION,
     })
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat4, DQuat, DVec3};
 use camlux::output::Attribute;
-use camlux::scene::{Intrinsics, Light, Mesh, Shared};
+use camlux::scene::{Intrinsics, Mesh, Shared};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
@@ -206,7 +206,7 @@ impl Frames {
                 "resolution_px": scene.camera.resolution_px,
                 "intrinsics_px": { "fx": fx, "fy": fy, "cx": cx, "cy": cy },
             },
-            "lights": scene.lights.iter().map(describe_light).collect::<Vec<_>>(),
+            "lights": (0..scene.lights.len()).map(|i| describe_light(scene, i)).collect::<Vec<_>>(),
             "meshes": mesh_poses.iter().map(describe_mesh).collect::<Vec<_>>(),
             "materials_kd": Map::from_iter(materials_kd),
             "seed": self.job.seed,
@@ -284,8 +284,12 @@ fn describe_mesh((mesh, position_m, rotation): &(usize, DVec3, DQuat)) -> Value 
     })
 }
 
-fn describe_light(light: &Light) -> Value {
+fn describe_light(scene: &Scene, index: usize) -> Value {
+    let light = &scene.lights[index];
     let mut object = json!({ "kind": light.kind() });
+    if let Some(tof) = &scene.tof {
+        object["modulated"] = json!(tof.is_modulated(index));
+    }
     for (name, numbers) in light.parameters() {
         object[name] = match numbers[..] {
             [number] => json!(number),

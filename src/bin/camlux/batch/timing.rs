@@ -5,6 +5,7 @@ use camlux::scene::TimeOfFlight;
 use camlux::{Result, Scene};
 
 use crate::Failure;
+use crate::numbers::duration;
 
 /// Within one exposure, more change nothing that can be seen.
 const MOST_SAMPLES: u32 = 1024;
@@ -64,8 +65,9 @@ impl Timing {
         // Seconds that are written in decimals add up with a rounding error.
         if taken_s > self.frame_interval_s * (1.0 + 1e-9) {
             return Err(format!(
-                "[time]: the {count} phase images of {name} take {taken_s} s, longer than frame_interval_s = {}; \
+                "[time]: the {count} phase images of {name} take {}, longer than frame_interval_s = {}; \
                  give more, or expose for a shorter time",
+                duration(taken_s),
                 self.frame_interval_s
             )
             .into());

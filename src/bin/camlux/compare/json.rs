@@ -4,6 +4,7 @@ use camlux::metrics::{Comparison, CorrectedRmse, NoiseCorrection};
 use serde_json::{Value, json};
 
 use super::Report;
+use crate::range_error::RangeErrors;
 
 /// One JSON object. What is undefined is null.
 pub fn text(report: &Report) -> String {
@@ -19,11 +20,8 @@ pub fn text(report: &Report) -> String {
                 "mean": scores.mean,
                 "deviation": scores.deviation(),
             })));
-            object["range_error"] =
-                json!(layer.range_errors_m.map(|[median, percentile_99]| json!({
-                    "median_m": median,
-                    "percentile_99_m": percentile_99,
-                })));
+            object["range_error"] = json!(layer.range_errors_m.map(range));
+            object["range_error_of_noise"] = json!(layer.range_noise_m.map(range));
             object["with_edges"] = json!(layer.with_edges.as_ref().map(comparison));
             object
         })
@@ -39,6 +37,10 @@ pub fn text(report: &Report) -> String {
         "layers": layers,
     });
     format!("{object:#}\n")
+}
+
+fn range([median_m, percentile_99_m]: RangeErrors) -> Value {
+    json!({ "median_m": median_m, "percentile_99_m": percentile_99_m })
 }
 
 fn comparison(comparison: &Comparison) -> Value {

@@ -10,7 +10,7 @@ use camlux::scene::{IndirectLight, MAX_FREQUENCIES};
 
 use super::Args;
 use crate::Failure;
-use crate::range_error::range_errors_m;
+use crate::range_error::{RangeErrors, range_errors_m, range_noise_m};
 
 /// What is compared where nothing is asked for, and of time of flight Z of each frequency.
 const USUAL: [Layer; 3] = [Layer::Indirect, Layer::Direct, Layer::Radiance];
@@ -25,8 +25,8 @@ fn usual() -> impl Iterator<Item = Layer> {
 
 /// One layer of both images, with the same channels.
 pub struct LayerPair<'images> {
-    /// `""` where camlux does not know the layer.
-    pub unit: &'static str,
+    /// As the headers of the images have it, else what camlux writes; `""` where neither knows.
+    pub unit: &'images str,
     image: Cow<'images, ImageLayer>,
     reference: Cow<'images, ImageLayer>,
     image_standard_error: Option<&'images [f32]>,
@@ -56,13 +56,22 @@ impl LayerPair<'_> {
 
     /// How far the range is off that the phasors tell, without unwrapping, metres: the median and what 99 % are within, of pixels that have one
     /// in both. `None` of other layers.
-    pub fn range_errors_m(&self, valid: &[bool], edges: Option<&[bool]>) -> Option<[f64; 2]> {
-        let counts = |pixel: usize| valid[pixel] && edges.is_none_or(|edges| !edges[pixel]);
+    pub fn range_errors_m(&self, valid: &[bool], edges: Option<&[bool]>) -> Option<RangeErrors> {
         range_errors_m(
             &self.image.values,
             &self.reference.values,
             self.frequency_hz?,
-            counts,
+            counts(valid, edges),
+        )
+    }
+
+    /// What [`Self::range_errors_m`] would be of an image without error, by the noise of the reference.
+    pub fn range_noise_m(&self, valid: &[bool], edges: Option<&[bool]>) -> Option<RangeErrors> {
+        range_noise_m(
+            &self.reference.values,
+            self.reference_standard_error?,
+            self.frequency_hz?,
+            counts(valid, edges),
         )
     }
 
@@ -81,6 +90,10 @@ impl LayerPair<'_> {
         })?;
         Ok(comparison.z_scores)
     }
+}
+
+fn counts<'a>(valid: &'a [bool], edges: Option<&'a [bool]>) -> impl Fn(usize) -> bool + 'a {
+    move |pixel| valid[pixel] && edges.is_none_or(|edges| !edges[pixel])
 }
 
 /// Finds the layers in both images.
@@ -139,6 +152,19 @@ fn pair<'images>(
         .into());
     }
     let layer = Layer::from_name(name);
+    let written_unit =
+        |image: &'images LayeredImage| image.attribute(&format!("camlux.unit.{name}"));
+    let [unit, due_unit] = [image, reference].map(written_unit);
+    if let (Some(unit), Some(due_unit)) = (unit, due_unit)
+        && unit != due_unit
+    {
+        return Err(format!(
+            "layer {name} is in {unit} in {} and in {due_unit} in {}; compare layers of the same unit",
+            args.image.display(),
+            args.reference.display()
+        )
+        .into());
+    }
     let standard_error = |image: &'images LayeredImage| match layer? {
         Layer::Indirect | Layer::Radiance => image.values(Layer::StandardError),
         Layer::Tof(frequency, TofQuantity::Phasor | TofQuantity::PhasorIndirect) => {
@@ -156,7 +182,10 @@ fn pair<'images>(
         _ => None,
     };
     Ok(LayerPair {
-        unit: layer.map_or("", Layer::unit),
+        unit: unit
+            .or(due_unit)
+            .or(layer.map(Layer::unit))
+            .unwrap_or_default(),
         image: of_image,
         reference: of_reference,
         image_standard_error: standard_error(image),

@@ -11,6 +11,7 @@ use camlux::output::{LayeredImage, OutputFile};
 
 use crate::error_map::{self, ErrorMap};
 use crate::output::{file_behind, require_extension};
+use crate::range_error::RangeErrors;
 use crate::{Failure, print, warn};
 use layers::LayerPair;
 
@@ -52,8 +53,10 @@ struct LayerReport<'run> {
     with_edges: Option<Comparison>,
     /// Of a render's errors over what it says of them in its layer stderr.
     stated: Option<ZScores>,
-    /// Median and 99 %, m: of time of flight.
-    range_errors_m: Option<[f64; 2]>,
+    /// Of time of flight.
+    range_errors_m: Option<RangeErrors>,
+    /// What the reference's noise alone would make of them.
+    range_noise_m: Option<RangeErrors>,
 }
 
 impl Report<'_> {
@@ -99,6 +102,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         layers.push(LayerReport {
             stated: pair.judge(&valid, edges.as_deref())?,
             range_errors_m: pair.range_errors_m(&valid, edges.as_deref()),
+            range_noise_m: pair.range_noise_m(&valid, edges.as_deref()),
             pair,
             comparison,
             with_edges,

@@ -4,11 +4,12 @@ use camlux::metrics::{CorrectedRmse, ZScores};
 
 use super::{LayerReport, Report};
 use crate::numbers::{length, number, percent, with_uncertainty};
+use crate::range_error::RangeErrors;
 
 /// What a row says of a layer; `None` where it has nothing to say.
 type Cell = fn(&LayerReport) -> Option<String>;
 
-const ROWS: [(&str, Cell); 14] = [
+const ROWS: [(&str, Cell); 15] = [
     ("mean of the image", |l| {
         Some(number(l.comparison.image_mean))
     }),
@@ -42,8 +43,10 @@ const ROWS: [(&str, Cell); 14] = [
         Some(percent(l.comparison.errors?.percentile_99))
     }),
     ("error of the range: median, 99 %", |l| {
-        let [median, percentile_99] = l.range_errors_m?;
-        Some(format!("{}, {}", length(median), length(percentile_99)))
+        Some(median_and_99(l.range_errors_m?))
+    }),
+    ("  of the reference's noise alone", |l| {
+        Some(median_and_99(l.range_noise_m?))
     }),
     ("z-scores: mean, variance (noise: 0, 1)", |l| {
         let scores = l.comparison.z_scores?;
@@ -155,6 +158,10 @@ fn note_of_stated(layer: &LayerReport) -> Option<String> {
         "{}: the image's layer stderr is {verdict}: the true errors have a standard deviation of {deviation} of it",
         layer.pair.name()
     ))
+}
+
+fn median_and_99([median, percentile_99]: RangeErrors) -> String {
+    format!("{}, {}", length(median), length(percentile_99))
 }
 
 fn corrected(rmse: CorrectedRmse) -> String {
