@@ -29,11 +29,10 @@ var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
 #endif
 var<immediate> parameters: DirectParameters;
 
-// Pixels that a workgroup takes.
 #if PACKET SINGLE QUERY
-const TILE_COLUMNS: u32 = 32u;
-const TILE_ROWS: u32 = 16u;
+#import ray_tile
 #else
+// Pixels that a workgroup takes.
 const TILE_COLUMNS: u32 = 8u;
 const TILE_ROWS: u32 = 8u;
 #endif
@@ -86,13 +85,6 @@ fn add_light(place: vec2<u32>, pixel: Pixel) {
 }
 
 #if PACKET SINGLE QUERY
-// A packet of eight lanes takes 8 x 8 pixels, of which each ray of its lanes takes 4 x 2: neighbours part late.
-fn place_of(group: vec2<u32>, local: u32, ray: u32) -> vec2<u32> {
-    let packet = vec2<u32>(local >> 3u & 3u, local >> 5u);
-    let in_packet = vec2<u32>(4u * (ray & 1u) + (local & 3u), 2u * (ray >> 1u) + (local >> 2u & 1u));
-    return vec2<u32>(TILE_COLUMNS, TILE_ROWS) * group + 8u * packet + in_packet;
-}
-
 @compute @workgroup_size(64)
 fn compute_main(
     @builtin(workgroup_id) group: vec3<u32>,

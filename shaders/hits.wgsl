@@ -25,6 +25,14 @@ fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hi
     let shares = weight / select(total, 1.0, total == 0.0);
     let b1 = clamp(shares.y, 0.0, 1.0);
     let b2 = clamp(shares.z, 0.0, 1.0 - b1);
+    return hit_at(triangle_at(hit_triangle), vec3<f32>(1.0 - b1 - b2, b1, b2), direction);
+}
+
+// The triangle with its shading.
+fn triangle_at(hit_triangle: u32) -> Triangle {
+    let corner0 = triangle_texel(4u * hit_triangle);
+    let corner1 = triangle_texel(4u * hit_triangle + 1u);
+    let corner2 = triangle_texel(4u * hit_triangle + 2u);
     let index = 4u * scene_triangle(hit_triangle);
     let shading0 = textureLoad(triangle_shading, list_place(index));
     let shading1 = textureLoad(triangle_shading, list_place(index + 1u));
@@ -44,5 +52,10 @@ fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hi
     let first = vec2<u32>(textureLoad(materials, list_place(material + 3u)).xy);
     triangle.texture = Texture(texture.xy, first.x << 16u | first.y, texture.z, texture.w);
 #endif
-    return hit_at(triangle, vec3<f32>(1.0 - b1 - b2, b1, b2), direction);
+    return triangle;
+}
+
+// The index among `materials`.
+fn material_at(hit_triangle: u32) -> u32 {
+    return u32(textureLoad(triangle_shading, list_place(4u * scene_triangle(hit_triangle) + 3u)).w);
 }

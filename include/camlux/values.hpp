@@ -3,10 +3,12 @@
 #ifndef CAMLUX_VALUES_HPP
 #define CAMLUX_VALUES_HPP
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -102,9 +104,17 @@ enum class encoding : std::int32_t {
     srgb = CAMLUX_ENCODING_SRGB,
 };
 
-/** The lens of a camera by its focal lengths and principal point, pixels. */
+enum class lens_model : std::int32_t {
+    pinhole = CAMLUX_LENS_INTRINSICS,
+    rational = CAMLUX_LENS_RATIONAL,
+    fisheye = CAMLUX_LENS_FISHEYE,
+};
+
+/** The lens of a camera by its focal lengths and principal point, pixels, and by OpenCV's coefficients. */
 struct intrinsics {
     double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
+    lens_model model = lens_model::pinhole;
+    std::array<double, 8> distortion = {};
 };
 
 /** camlux_camera. With `lens`, fov_y_deg is not looked at. */
@@ -395,11 +405,12 @@ inline camlux_camera raw_of(const camera &from) noexcept
     set(to.up, from.up);
     to.fov_y_deg = from.fov_y_deg;
     if (from.lens) {
-        to.lens = CAMLUX_LENS_INTRINSICS;
+        to.lens = static_cast<std::int32_t>(from.lens->model);
         to.fx_px = from.lens->fx_px;
         to.fy_px = from.lens->fy_px;
         to.cx_px = from.lens->cx_px;
         to.cy_px = from.lens->cy_px;
+        std::copy(from.lens->distortion.begin(), from.lens->distortion.end(), to.distortion);
     }
     return to;
 }
@@ -413,8 +424,10 @@ inline camera camera_of(const camlux_camera &from)
     to.look_at_m = vec3_of(from.look_at_m);
     to.up = vec3_of(from.up);
     to.fov_y_deg = from.fov_y_deg;
-    if (from.lens == CAMLUX_LENS_INTRINSICS)
-        to.lens = intrinsics{from.fx_px, from.fy_px, from.cx_px, from.cy_px};
+    if (from.lens != CAMLUX_LENS_FOV_Y) {
+        to.lens = intrinsics{from.fx_px, from.fy_px, from.cx_px, from.cy_px, static_cast<lens_model>(from.lens)};
+        std::copy(std::begin(from.distortion), std::end(from.distortion), to.lens->distortion.begin());
+    }
     return to;
 }
 

@@ -6,8 +6,8 @@ use super::*;
 use crate::{
     Error,
     scene::{
-        Camera, DEFAULT_TARGET_ERROR, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens,
-        Photodetector, Sensor, Shadow,
+        Camera, DEFAULT_TARGET_ERROR, Direct, Distortion, ErrorNorm, IndirectLight, Intrinsics,
+        Lens, Photodetector, Sensor, Shadow,
     },
 };
 
@@ -15,8 +15,12 @@ use crate::{
 pub const CAMLUX_LENS_FOV_Y: i32 = 0;
 /// The lens is given by `fx_px`, `fy_px`, `cx_px`, `cy_px`.
 pub const CAMLUX_LENS_INTRINSICS: i32 = 1;
+/// The same, with the distortion of OpenCV's calibrateCamera: k1, k2, p1, p2, k3, k4, k5, k6.
+pub const CAMLUX_LENS_RATIONAL: i32 = 2;
+/// The same, with the distortion of OpenCV's fisheye: k1, k2, k3, k4.
+pub const CAMLUX_LENS_FISHEYE: i32 = 3;
 
-/// A pinhole camera. Begin with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
+/// A camera. Begin with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
 ///
 /// Pixel (0, 0) is the upper left one, and its centre lies at (0.5, 0.5): add 0.5 to a cx, cy of OpenCV.
 #[repr(C)]
@@ -28,7 +32,7 @@ pub struct camlux_camera {
     pub width_px: u32,
     /// Rows.
     pub height_px: u32,
-    /// CAMLUX_LENS_FOV_Y or CAMLUX_LENS_INTRINSICS; the members of the other are not looked at.
+    /// CAMLUX_LENS_FOV_Y or one of CAMLUX_LENS_INTRINSICS, _RATIONAL, _FISHEYE; the members of others are not looked at.
     pub lens: i32,
     /// The camera's centre in world space, m.
     pub position_m: [f64; 3],
@@ -47,6 +51,8 @@ pub struct camlux_camera {
     pub cx_px: f64,
     /// See cx_px.
     pub cy_px: f64,
+    /// Coefficients of CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE, which has four. An image that they fold over is refused.
+    pub distortion: [f64; 8],
 }
 
 /// What turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Begin with
@@ -247,16 +253,25 @@ pub unsafe extern "C" fn camlux_scene_set_direct(
 }
 
 pub(super) fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
+    let intrinsics = Intrinsics {
+        fx: camera.fx_px,
+        fy: camera.fy_px,
+        cx: camera.cx_px,
+        cy: camera.cy_px,
+    };
+    let distorted = |distortion| Lens::Distorted {
+        intrinsics,
+        distortion,
+    };
+    let coefficients = camera.distortion;
+    let [k1, k2, k3, k4, ..] = coefficients;
     let lenses = args::choices![
         CAMLUX_LENS_FOV_Y => Lens::FovY {
             fov_y_deg: camera.fov_y_deg,
         },
-        CAMLUX_LENS_INTRINSICS => Lens::Intrinsics(Intrinsics {
-            fx: camera.fx_px,
-            fy: camera.fy_px,
-            cx: camera.cx_px,
-            cy: camera.cy_px,
-        }),
+        CAMLUX_LENS_INTRINSICS => Lens::Intrinsics(intrinsics),
+        CAMLUX_LENS_RATIONAL => distorted(Distortion::Rational(coefficients)),
+        CAMLUX_LENS_FISHEYE => distorted(Distortion::Fisheye([k1, k2, k3, k4])),
     ];
     Ok(Camera {
         resolution_px: [camera.width_px, camera.height_px],
@@ -276,14 +291,24 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
         up: camera.up.to_array(),
         ..Default::default()
     };
-    match camera.lens {
-        Lens::FovY { fov_y_deg } => found.fov_y_deg = fov_y_deg,
-        Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => {
-            found.lens = CAMLUX_LENS_INTRINSICS;
-            (found.fx_px, found.fy_px) = (fx, fy);
-            (found.cx_px, found.cy_px) = (cx, cy);
-        }
+    if let Lens::FovY { fov_y_deg } = camera.lens {
+        found.fov_y_deg = fov_y_deg;
+        return found;
     }
+    let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
+    (found.fx_px, found.fy_px) = (fx, fy);
+    (found.cx_px, found.cy_px) = (cx, cy);
+    found.lens = match camera.distortion() {
+        None => CAMLUX_LENS_INTRINSICS,
+        Some(Distortion::Rational(coefficients)) => {
+            found.distortion = coefficients;
+            CAMLUX_LENS_RATIONAL
+        }
+        Some(Distortion::Fisheye(coefficients)) => {
+            found.distortion[..4].copy_from_slice(&coefficients);
+            CAMLUX_LENS_FISHEYE
+        }
+    };
     found
 }
 

@@ -31,6 +31,7 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
 pub(crate) struct FrameImagesKey {
     resolution_px: [u32; 2],
     is_specular: bool,
+    is_seen_by_rays: bool,
     direct_phasor_layers: Option<u32>,
     indirect_phasor_layers: Option<u32>,
     has_indirect: bool,
@@ -44,6 +45,7 @@ impl FrameImagesKey {
         FrameImagesKey {
             resolution_px: plan.resolution_px,
             is_specular: plan.is_specular,
+            is_seen_by_rays: plan.primary_rays.is_some(),
             direct_phasor_layers: plan.tof.map(TofPlan::pair_count),
             indirect_phasor_layers: plan.bounced_tof().map(TofPlan::pair_count),
             has_indirect: plan.indirect.is_some(),

@@ -17,7 +17,7 @@ use crate::{
     passes::{
         Context,
         direct::{self, DirectImages},
-        gbuffer, rsm, sensor, shadow,
+        gbuffer, primary_rays, rsm, sensor, shadow,
         surface::upload_view,
         view, vpl,
     },
@@ -73,7 +73,14 @@ pub(crate) fn draw(
             lights.record_clears(r);
         }
         images.record_clears(r);
-        gbuffer::draw(r, context, surfaces, &camera, gbuffer)
+        match context.plan.primary_rays {
+            None => gbuffer::draw(r, context, surfaces, &camera, gbuffer),
+            Some(kernel) => {
+                let hit = (scene.ray_tree()?, scene.hit_surfaces()?);
+                let rays = (&camera, scene.lens_rays());
+                primary_rays::draw(r, context, kernel, hit, rays, gbuffer)
+            }
+        }
     })?;
 
     let direct_images = DirectImages {

@@ -8,14 +8,14 @@ use crate::{
     Result,
     output::{FrameParts, Layer},
     passes::{
-        final_gather, hits, light, rays, rsm::Rsm, shadow::ShadowMap, surface, textures,
-        vpl::VplLists,
+        final_gather, hits, light, primary_rays, rays, rsm::Rsm, shadow::ShadowMap, surface,
+        textures, vpl::VplLists,
     },
     plan::{Plan, TofPlan},
     scene::{Scene, Shadow},
     vulkan::{
         Allocate, BufferUse, DeviceInfo, DeviceKind, GrowsWith, Requirements,
-        shaders::{MODULES, Module},
+        shaders::most_storage_images,
     },
 };
 
@@ -146,6 +146,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
     of_scene().check("the number of triangles", triangles, |_| MAX_TRIANGLES)?;
     if let Some(kernel) = plan.ray_kernel() {
         let without_rays = [
+            (plan.has_distortion, "a lens without distortion"),
             (scene.direct.shadow == Some(Shadow::Rays), "shadow maps"),
             (plan.has_final_gather(), "the instant-radiosity estimator"),
         ];
@@ -155,30 +156,29 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         let hint = format!("use {without_rays}, simplify the meshes, or choose another device");
         rays::declare(&of_scene().with_hint(hint), scene, kernel)?;
     }
-    if plan.has_final_gather() {
-        let hint =
-            |other| format!("use the instant-radiosity estimator, {other}or choose another device");
-        of_scene().with_hint(hint("")).check(
-            "lists that a kernel of final gathering reads (storage images)",
-            storage_images_of_final_gather(),
-            |limits| limits.max_storage_images.into(),
-        )?;
-        let fewer = hint("simplify the meshes, use fewer materials, ");
+    for (is_there, passes, without) in [
+        (
+            plan.has_final_gather(),
+            &["final_gather", "light_rays"][..],
+            "the instant-radiosity estimator",
+        ),
+        (
+            plan.has_distortion,
+            &["primary_rays"],
+            "a lens without distortion",
+        ),
+    ] {
+        let hint = format!("use {without}, or choose another device");
+        let of_scene = of_scene().with_hint(hint);
+        let count = most_storage_images(passes);
+        let what = format!("images that a kernel of {} has", passes[0]);
+        if is_there {
+            of_scene.check(&what, count, |limits| limits.max_storage_images.into())?;
+        }
+    }
+    if plan.shades_hits() {
+        let fewer = "simplify the meshes, use fewer materials, or choose another device";
         hits::declare(&of_scene().with_hint(fewer), scene)?;
     }
-    Ok(())
-}
-
-/// The most that any of its kernels has, or of those that draw its VPLs.
-fn storage_images_of_final_gather() -> u64 {
-    let kernels = MODULES
-        .iter()
-        .filter(|m| m.name.starts_with("final_gather_") || m.name.starts_with("light_rays_"));
-    let images = |module: &Module| {
-        let kinds = module.bindings.iter().map(|binding| binding.kind);
-        kinds
-            .filter(|kind| *kind == ash::vk::DescriptorType::STORAGE_IMAGE)
-            .count()
-    };
-    kernels.map(images).max().unwrap_or_default() as u64
+    primary_rays::declare(&requirements.of(GrowsWith::Resolution), plan)
 }

@@ -6,9 +6,11 @@ use super::cache::Cached;
 use crate::{
     Error, LocalSpace, RayKernel, Result,
     passes::{
-        Context, hits::HitSurfaces, rays::RayTriangles, surface::Surfaces, textures::Textures,
+        Context, hits::HitSurfaces, primary_rays, rays::RayTriangles, surface::Surfaces,
+        textures::Textures,
     },
-    scene::{Material, Mesh, Shared, Texture},
+    scene::{Lens, Material, Mesh, Shared, Texture},
+    vulkan::Buffer,
 };
 
 /// Surfaces as the passes see them, in parts that change apart.
@@ -18,8 +20,10 @@ pub(crate) struct SceneResources {
     surfaces: Cached<SurfacesKey, Surfaces>,
     /// Only where something casts rays.
     ray_tree: Cached<RayTreeKey, RayTriangles>,
-    /// Only where final gathering does.
+    /// Only where what they hit is shaded.
     hit_surfaces: Cached<SurfacesKey, HitSurfaces>,
+    /// Only where the camera's lens distorts the image.
+    lens_rays: Cached<(Lens, [u32; 2]), Arc<Buffer>>,
     /// Of the surfaces: another number, other surfaces.
     pub generation: u64,
 }
@@ -93,9 +97,11 @@ impl SceneResources {
         if kernel.is_none() {
             self.ray_tree.take();
         }
-        if !plan.has_final_gather() {
+        if !plan.shades_hits() {
             self.hit_surfaces.take();
         }
+        let lens_key = (scene.camera.lens, plan.resolution_px);
+        self.lens_rays.drop_unless(&lens_key);
 
         let (textures, _) = self.textures.get_or_make(textures_key, || {
             Ok(Arc::new(Textures::upload(commands, scene, plan)?))
@@ -108,7 +114,11 @@ impl SceneResources {
             let tree = || RayTriangles::of(commands, scene, space, kernel);
             self.ray_tree.get_or_make(ray_tree_key, tree)?;
         }
-        if plan.has_final_gather() {
+        if plan.has_distortion {
+            let lens = || primary_rays::upload_lens(commands, &scene.camera);
+            self.lens_rays.get_or_make(lens_key, lens)?;
+        }
+        if plan.shades_hits() {
             let hits = || HitSurfaces::upload(commands, scene, textures);
             self.hit_surfaces.get_or_make(surfaces_key, hits)?;
         }
@@ -123,6 +133,11 @@ impl SceneResources {
     pub fn ray_tree(&self) -> Result<&RayTriangles> {
         let tree = self.ray_tree.get();
         tree.ok_or_else(|| Error::internal("there are no triangles for rays"))
+    }
+
+    /// The rays of the camera's lens, where it distorts the image.
+    pub fn lens_rays(&self) -> Option<&Buffer> {
+        self.lens_rays.get().map(Arc::as_ref)
     }
 
     pub fn hit_surfaces(&self) -> Result<&HitSurfaces> {

@@ -101,7 +101,11 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
         software_name: Some(text(concat!("camlux ", env!("CARGO_PKG_VERSION")))),
         exposure: sensor.map(|sensor| sensor.exposure_time_s as f32),
         world_to_camera: Some(matrix(world_to_camera(camera))),
-        world_to_normalized_device: Some(matrix(world_to_ndc(camera))),
+        // There is no matrix for a lens that bends lines.
+        world_to_normalized_device: camera
+            .distortion()
+            .is_none()
+            .then(|| matrix(world_to_ndc(camera))),
         ..LayerAttributes::default()
     };
     let mut add = |name: &str, value: Attribute| {
@@ -199,6 +203,11 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
     let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
     add("camera.focal_px", Attribute::Vector2([fx, fy]));
     add("camera.principal_point_px", Attribute::Vector2([cx, cy]));
+    if let Some(distortion) = camera.distortion() {
+        add("camera.distortion_model", distortion.model().into());
+        let coefficients = format!("{:?}", distortion.coefficients());
+        add("camera.distortion", Attribute::Text(coefficients));
+    }
     add("camera.position_m", camera.position_m.into());
     add("camera.look_at_m", camera.look_at_m.into());
     add("camera.up", camera.up.into());

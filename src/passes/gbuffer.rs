@@ -2,9 +2,9 @@
 
 use super::{Context, surface::Surfaces};
 use crate::{
-    Result,
+    Error, Result,
     plan::Plan,
-    vulkan::{Allocate, Buffer, Device, Image, ImageShape, Recorder, Resource, Target},
+    vulkan::{Allocate, Buffer, BufferUse, Device, Image, ImageShape, Recorder, Resource, Target},
 };
 
 /// Images of the camera's size.
@@ -17,13 +17,18 @@ pub(crate) struct GBuffer<A: Allocate = Device> {
     pub kd_material: A::Image,
     /// k_s; s. Only where some material is specular.
     pub ks_shininess: Option<A::Image>,
-    depth: A::Image,
+    /// Where it is rasterised.
+    depth: Option<A::Image>,
+    /// Where it is filled by rays: the triangle that each pixel shows.
+    pub seen_triangles: Option<A::Buffer>,
 }
 
 impl<A: Allocate> GBuffer<A> {
     pub fn new(allocate: &A, plan: &Plan) -> Result<GBuffer<A>> {
         let shape = ImageShape::plain(plan.resolution_px);
         let image = |name| allocate.image(name, shape);
+        let is_by_rays = plan.primary_rays.is_some();
+        let pixels: u64 = plan.resolution_px.map(u64::from).iter().product();
         Ok(GBuffer {
             position_mesh: image("G-buffer positions")?,
             normal_geometric: image("G-buffer normals")?,
@@ -32,7 +37,12 @@ impl<A: Allocate> GBuffer<A> {
                 .is_specular
                 .then(|| image("G-buffer k_s"))
                 .transpose()?,
-            depth: allocate.image("G-buffer depth", shape.depth())?,
+            depth: (!is_by_rays)
+                .then(|| allocate.image("G-buffer depth", shape.depth()))
+                .transpose()?,
+            seen_triangles: is_by_rays
+                .then(|| allocate.buffer("triangles that are seen", 4 * pixels, BufferUse::Device))
+                .transpose()?,
         })
     }
 }
@@ -70,11 +80,13 @@ pub(crate) fn draw(
     gbuffer: &GBuffer,
 ) -> Result<()> {
     let colors = gbuffer.colors();
+    let depth = gbuffer.depth.as_ref();
+    let depth = depth.ok_or_else(|| Error::internal("the G-buffer is for rays"))?;
     recorder.prepare_images(&colors);
-    recorder.prepare_images(&[&gbuffer.depth]);
+    recorder.prepare_images(&[depth]);
     let target = Target {
         colors: &colors,
-        depth: &gbuffer.depth,
+        depth,
         layer: 0,
         clear: &[[0.0; 4]; 4],
     };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::{surface::brdf_texels, textures::Textures};
 use crate::{
     Result, Scene,
-    vulkan::{Allocate, CommandPool, Resource, TexelList},
+    vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList},
 };
 
 /// The lists of `shaders/hits.wgsl`.
@@ -14,10 +14,15 @@ pub(crate) struct HitSurfaces {
     triangles: TexelList,
     materials: TexelList,
     textures: Arc<Textures>,
+    /// Triangles up to the end of each mesh.
+    mesh_ends: Arc<Buffer>,
 }
 
 /// What a scene's triangles and materials take.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
+    let mesh_bytes = 4 * scene.meshes.len() as u64;
+    allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Device)?;
+    allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Staging)?;
     TexelList::declare(allocate, "shading of triangles", 4 * scene.triangle_count())?;
     // Each material with and without its texture, in four texels.
     TexelList::declare(allocate, "materials", 8 * scene.materials.len() as u64)
@@ -54,6 +59,7 @@ impl HitSurfaces {
                 .map(|&[kd, ks, ..]| [kd, ks, [0.0; 4], [0.0; 4]]),
         );
         let mut triangles: Vec<[f32; 16]> = Vec::new();
+        let mut mesh_ends: Vec<u32> = Vec::new();
         for mesh in &scene.meshes {
             let plain = if mesh.texcoords.is_empty() {
                 scene.materials.len() as u32
@@ -74,14 +80,21 @@ impl HitSurfaces {
                 words[15] = (material + plain) as f32;
                 triangles.push(words);
             }
+            mesh_ends.push(triangles.len() as u32);
         }
         let words = triangles.as_flattened();
         let triangles = words.as_chunks().0.to_vec();
         Ok(HitSurfaces {
             textures: textures.clone(),
+            mesh_ends: commands.upload("ends of meshes", &mesh_ends)?,
             triangles: TexelList::new(commands, "shading of triangles", triangles)?,
             materials: TexelList::new(commands, "materials", materials.into_flattened())?,
         })
+    }
+
+    /// For the mesh that a triangle is of.
+    pub fn mesh_ends(&self) -> Resource<'_> {
+        Resource::Buffer(&self.mesh_ends)
     }
 
     /// The images under the names that the shaders give them.

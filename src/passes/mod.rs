@@ -24,6 +24,7 @@ pub(crate) mod light;
 pub(crate) mod light_rays;
 pub(crate) mod modulation;
 pub(crate) mod predict;
+pub(crate) mod primary_rays;
 pub(crate) mod random;
 pub(crate) mod rays;
 pub(crate) mod receivers;
@@ -172,6 +173,8 @@ mod tests {
                 }
             }
             requested.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel, tree])));
+            let words = |lens| ("primary_rays", vec!["trace", lens, kernel, tree]);
+            requested.extend(["", "lens"].map(words));
             let words = |light| ("light_rays", vec!["trace", light, kernel, tree]);
             requested.extend(["central", "parallel"].map(words));
         }
@@ -180,6 +183,13 @@ mod tests {
                 for shading in ["flat", "smooth"] {
                     let words = |texture| (pass, vec![brdf, shading, texture]);
                     requested.extend(["", "textured"].map(words));
+                }
+            }
+            for shading in ["flat", "smooth"] {
+                for texture in ["", "textured"] {
+                    let words =
+                        |lens| ("primary_rays", vec!["shade", lens, brdf, shading, texture]);
+                    requested.extend(["", "lens"].map(words));
                 }
             }
             for kind in ["point", "spot", "directional"] {

@@ -20,15 +20,20 @@ pub(crate) fn of_camera(camera: &Camera, space: &LocalSpace) -> View {
     let (fx, fy, cx, cy) = (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy);
     let row_x = basis.right * (2.0 * fx / width) + basis.forward * (2.0 * cx / width - 1.0);
     let row_y = basis.down * (2.0 * fy / height) + basis.forward * (2.0 * cy / height - 1.0);
+    // Of a lens with distortion the rays are listed, in these axes.
+    let ray_direction = match camera.distortion() {
+        Some(_) => [basis.forward, basis.right, basis.down],
+        None => [
+            basis.forward - basis.right * (cx / fx) - basis.down * (cy / fy),
+            basis.right / fx,
+            basis.down / fy,
+        ],
+    };
     View {
         clip_from_offset: perspective(row_x, row_y, basis.forward),
         origin: space.to_local(camera.position_m),
         forward: basis.forward.as_vec3().to_array(),
-        ray_direction: columns([
-            basis.forward - basis.right * (cx / fx) - basis.down * (cy / fy),
-            basis.right / fx,
-            basis.down / fy,
-        ]),
+        ray_direction: columns(ray_direction),
         ..View::default()
     }
 }

@@ -10,7 +10,20 @@ impl fmt::Display for Plan {
         let [width, height] = self.resolution_px;
         let brdf = self.brdf_name();
         writeln!(f, "passes")?;
-        writeln!(f, "  gbuffer    {width} x {height} px, {brdf}")?;
+        match self.primary_rays {
+            None => writeln!(f, "  gbuffer    {width} x {height} px, {brdf}")?,
+            Some(kernel) => {
+                let why = match self.has_distortion {
+                    true => "the lens distorts the image",
+                    false => "the device's rasteriser is coarse",
+                };
+                let kernel = kernel.name();
+                writeln!(
+                    f,
+                    "  primary_rays  {width} x {height} px, {brdf}, kernel {kernel}: {why}"
+                )?;
+            }
+        }
         for (index, light) in self.lights.iter().enumerate() {
             let LightPlan { kind, faces, .. } = light;
             let map = |size| format!("light {index} ({kind}): {faces} x {size}² texels");

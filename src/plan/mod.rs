@@ -12,13 +12,15 @@ use crate::{
     Result,
     emission::EmissionDomain,
     scene::{ErrorNorm, IndirectLight, Light, Material, Mesh, Scene, Shadow, VplSum},
-    vulkan::DeviceInfo,
+    vulkan::{DeviceInfo, shaders::most_storage_images},
 };
 
 /// Bounds of the edge of the shadow map that lights share whose RSM is too coarse, texels.
 const SHADOW_SIZE: std::ops::RangeInclusive<u32> = 256..=2048;
 /// Texels of such a map per triangle of the scene: fewer, and many triangles are not in the map.
 const SHADOW_TEXELS_PER_TRIANGLE: f64 = 8.0;
+/// What rasterisers of GPUs have, at least.
+const FINE_SUB_PIXEL_BITS: u32 = 8;
 /// Points of the coarsest grid along the shorter edge. By rays these are also to average their noise.
 const RAY_GRID_POINTS: u32 = 50;
 const SUM_GRID_POINTS: u32 = 25;
@@ -37,6 +39,10 @@ pub struct Plan {
     pub is_smooth: bool,
     /// Some visible material has a texture.
     pub is_textured: bool,
+    /// The camera's lens distorts the image.
+    pub has_distortion: bool,
+    /// How rays find what the camera sees; `None`: the rasteriser does.
+    pub primary_rays: Option<RayKernel>,
     pub lights: Vec<LightPlan>,
     /// Sets of images for what lights see: one a light where they fit, else one that the lights use in turn.
     pub map_sets: u32,
@@ -211,6 +217,8 @@ impl Plan {
             is_specular: meshes().any(|mesh| is_specular(mesh)),
             is_smooth: meshes().any(|mesh| !mesh.normals.is_empty()),
             is_textured: meshes().any(|mesh| is_textured(mesh)),
+            has_distortion: scene.camera.distortion().is_some(),
+            primary_rays: planned_primary_rays(scene, device),
             lights: lights.collect(),
             map_sets: 1,
             indirect,
@@ -228,6 +236,9 @@ impl Plan {
         if let Some(GatherPlan::FinalGather { kernel }) =
             self.indirect.as_mut().map(|indirect| &mut indirect.gather)
         {
+            *kernel = chosen;
+        }
+        if let Some(kernel) = &mut self.primary_rays {
             *kernel = chosen;
         }
         for light in &mut self.lights {
@@ -277,10 +288,12 @@ impl Plan {
             ShadowPlan::Rays(kernel) => Some(kernel),
             _ => None,
         };
-        match self.indirect.map(|indirect| indirect.gather) {
+        let of_gather = match self.indirect.map(|indirect| indirect.gather) {
             Some(GatherPlan::FinalGather { kernel }) => Some(kernel),
-            _ => self.lights.iter().find_map(of_light),
-        }
+            _ => None,
+        };
+        let of_lights = || self.lights.iter().find_map(of_light);
+        self.primary_rays.or(of_gather).or_else(of_lights)
     }
 
     /// Whether the standard error of each pixel's indirect light is wanted.
@@ -302,10 +315,24 @@ impl Plan {
         }
     }
 
+    /// Whether surfaces are shaded where rays hit them.
+    pub(crate) fn shades_hits(&self) -> bool {
+        self.has_final_gather() || self.primary_rays.is_some()
+    }
+
     /// Whether indirect light is gathered by rays.
     pub(crate) fn has_final_gather(&self) -> bool {
         self.indirect.is_some_and(|plan| plan.is_final_gather())
     }
+}
+
+/// Rays where the lens bends them, and where the rasteriser snaps corners to so coarse a grid that it shows other triangles beside edges.
+fn planned_primary_rays(scene: &Scene, device: &DeviceInfo) -> Option<RayKernel> {
+    let limits = device.limits;
+    let is_coarse = limits.sub_pixel_bits < FINE_SUB_PIXEL_BITS
+        && u64::from(limits.max_storage_images) >= most_storage_images(&["primary_rays"]);
+    let is_by_rays = scene.camera.distortion().is_some() || is_coarse;
+    is_by_rays.then(|| RayKernel::best_for(device))
 }
 
 fn planned_gather(indirect: IndirectLight, device: &DeviceInfo) -> GatherPlan {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{path::Transport, pixel::view_ray, rays::Hit, surface::Surface};
+use super::{path::Transport, rays::Hit, surface::Surface, view_ray::view_ray};
 
 /// To how many bits of a pixel rasterisers round corners.
 pub const SUB_PIXEL_BITS: u32 = 8;

@@ -13,6 +13,7 @@ mod pixel;
 mod pooling;
 mod rays;
 mod surface;
+mod view_ray;
 
 use std::{ops::ControlFlow, path::Path, time::Instant};
 

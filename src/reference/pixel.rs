@@ -1,14 +1,11 @@
 //! A pixel: what it sees, and the statistics of its samples.
 
-use glam::DVec3;
 use sobol_burley::sample_4d;
 
 use super::edge::{SUB_PIXEL_BITS, is_edge};
 use super::path::{Arrived, Draws, Receiver, Transport};
-use crate::{
-    model::Phasor,
-    scene::{Camera, Lens},
-};
+use super::view_ray::view_ray;
+use crate::model::Phasor;
 
 /// One pixel of a reference.
 #[derive(Debug, Clone)]
@@ -170,29 +167,6 @@ impl Pixel {
             im.add(mean.im, count);
         }
     }
-}
-
-/// Unit direction through a point of the image plane, and its length per unit of depth.
-pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
-    let forward = (camera.look_at_m - camera.position_m).normalize();
-    let right = forward.cross(camera.up).normalize();
-    let down = forward.cross(right);
-    let [width, height] = camera.resolution_px.map(f64::from);
-    let [x, y] = match camera.lens {
-        Lens::FovY { fov_y_deg } => {
-            let half_height = (0.5 * fov_y_deg.to_radians()).tan();
-            [
-                (2.0 * x_px - width) / height * half_height,
-                (2.0 * y_px - height) / height * half_height,
-            ]
-        }
-        Lens::Intrinsics(pinhole) => [
-            (x_px - pinhole.cx) / pinhole.fx,
-            (y_px - pinhole.cy) / pinhole.fy,
-        ],
-    };
-    let direction = forward + x * right + y * down;
-    (direction.normalize(), direction.length())
 }
 
 /// A well mixed number from two: multiplications and shifts with constants of SplitMix64 and MurmurHash3.

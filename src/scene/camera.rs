@@ -1,8 +1,10 @@
-//! The pinhole camera.
+//! The camera and its lens.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
-/// A pinhole camera. Pixel (0, 0) is the upper left one and its centre lies at (0.5, 0.5).
+use super::Distortion;
+
+/// A camera. Pixel (0, 0) is the upper left one and its centre lies at (0.5, 0.5).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
     /// Width, height.
@@ -21,6 +23,11 @@ pub enum Lens {
     FovY { fov_y_deg: f64 },
     /// Measured intrinsics.
     Intrinsics(Intrinsics),
+    /// Measured intrinsics of a lens with distortion.
+    Distorted {
+        intrinsics: Intrinsics,
+        distortion: Distortion,
+    },
 }
 
 /// Pinhole intrinsics in pixels: x_px = fx·X/Z + cx, y_px = fy·Y/Z + cy with X right, Y down, Z forward.
@@ -44,7 +51,7 @@ impl Camera {
     /// The intrinsics that the lens amounts to at this resolution.
     pub fn intrinsics_px(&self) -> Intrinsics {
         match self.lens {
-            Lens::Intrinsics(intrinsics) => intrinsics,
+            Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => intrinsics,
             Lens::FovY { fov_y_deg } => {
                 let [width, height] = self.resolution_px.map(f64::from);
                 let f = 0.5 * height / (0.5 * fov_y_deg.to_radians()).tan();
@@ -69,10 +76,29 @@ impl Camera {
         }
     }
 
-    /// Direction through a point of the image plane, scaled so that its component along the view axis is 1.
+    /// How the lens distorts the image.
+    pub fn distortion(&self) -> Option<Distortion> {
+        match self.lens {
+            Lens::Distorted { distortion, .. } => Some(distortion),
+            Lens::FovY { .. } | Lens::Intrinsics(_) => None,
+        }
+    }
+
+    /// Direction through a point of the image plane, scaled so that its component along the view axis is 1; through a fisheye lens of length 1.
     pub fn ray_direction(&self, x_px: f64, y_px: f64) -> DVec3 {
-        let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
         let basis = self.basis();
-        basis.forward + basis.right * ((x_px - cx) / fx) + basis.down * ((y_px - cy) / fy)
+        // No point of a valid camera's image has none.
+        let DVec3 { x, y, z } = self.unproject(x_px, y_px).unwrap_or(DVec3::Z);
+        basis.forward * z + basis.right * x + basis.down * y
+    }
+
+    /// The same in the camera's axes; `None` where the distorted image [folds over](Distortion::unproject).
+    pub(crate) fn unproject(&self, x_px: f64, y_px: f64) -> Option<DVec3> {
+        let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
+        let point = DVec2::new((x_px - cx) / fx, (y_px - cy) / fy);
+        match self.distortion() {
+            None => Some(point.extend(1.0)),
+            Some(distortion) => distortion.unproject(point),
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! Reads the parts of a scene file that name no other file.
 
 use super::{
-    Camera, Direct, Intrinsics, Lens, Light, Material, Photodetector, Sensor, Shadow, SpotCone,
+    Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Photodetector, Sensor, Shadow,
+    SpotCone,
 };
 use crate::Result;
 use crate::keys::{Keys, Value};
@@ -14,6 +15,8 @@ pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
         "up",
         "fov_y_deg",
         "intrinsics_px",
+        "distortion",
+        "fisheye",
     ])?;
     let resolution = keys.need("resolution", "resolution = [800, 800]")?;
     Ok(Camera {
@@ -26,7 +29,12 @@ pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
 }
 
 fn lens(keys: &mut Keys) -> Result<Lens> {
+    let distortion = distortion(keys)?;
     match keys.take_one(&["fov_y_deg", "intrinsics_px"])? {
+        Some(("fov_y_deg", fov)) if distortion.is_some() => Err(fov.error(
+            "is given with a distortion, whose calibration tells the focal lengths",
+            "give intrinsics_px = { fx = .., fy = .., cx = .., cy = .. } instead",
+        )),
         Some(("fov_y_deg", fov)) => Ok(Lens::FovY {
             fov_y_deg: fov.number()?,
         }),
@@ -34,17 +42,48 @@ fn lens(keys: &mut Keys) -> Result<Lens> {
             let mut keys = intrinsics.table("intrinsics_px")?;
             keys.only(&["fx", "fy", "cx", "cy"])?;
             let mut pixels = |key| keys.need(key, "all four of fx, fy, cx, cy")?.number();
-            Ok(Lens::Intrinsics(Intrinsics {
+            let intrinsics = Intrinsics {
                 fx: pixels("fx")?,
                 fy: pixels("fy")?,
                 cx: pixels("cx")?,
                 cy: pixels("cy")?,
-            }))
+            };
+            Ok(match distortion {
+                None => Lens::Intrinsics(intrinsics),
+                Some(distortion) => Lens::Distorted {
+                    intrinsics,
+                    distortion,
+                },
+            })
         }
         None => Err(keys.error(
             "[camera] has neither \"fov_y_deg\" nor \"intrinsics_px\"",
             "add fov_y_deg = 50.0 or intrinsics_px = { fx = .., fy = .., cx = .., cy = .. }",
         )),
+    }
+}
+
+/// Coefficients that are not given are 0.
+fn distortion(keys: &mut Keys) -> Result<Option<Distortion>> {
+    fn coefficients<const N: usize>(value: Value, names: [&str; N]) -> Result<[f64; N]> {
+        let mut keys = value.table("coefficients")?;
+        keys.only(&names)?;
+        let mut values = [0.0; N];
+        for (value, name) in values.iter_mut().zip(names) {
+            *value = keys.optional(name, Value::number)?.unwrap_or_default();
+        }
+        Ok(values)
+    }
+    match keys.take_one(&["distortion", "fisheye"])? {
+        None => Ok(None),
+        Some(("fisheye", value)) => {
+            let names = ["k1", "k2", "k3", "k4"];
+            Ok(Some(Distortion::Fisheye(coefficients(value, names)?)))
+        }
+        Some((_, value)) => {
+            let names = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
+            Ok(Some(Distortion::Rational(coefficients(value, names)?)))
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, Intrinsics, Lens, Light, Material, Mesh, Parameter, Photodetector, Scene,
-    Sensor, SensorNoise, Shadow, Texture, TimeOfFlight,
+    Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Mesh, Parameter, Photodetector,
+    Scene, Sensor, SensorNoise, Shadow, Texture, TimeOfFlight,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -123,6 +123,16 @@ impl Bytes {
         match lens {
             Lens::FovY { fov_y_deg } => self.numbers([0.0, fov_y_deg]),
             Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => self.numbers([1.0, fx, fy, cx, cy]),
+            Lens::Distorted {
+                intrinsics: Intrinsics { fx, fy, cx, cy },
+                distortion,
+            } => {
+                self.numbers([2.0, fx, fy, cx, cy]);
+                match distortion {
+                    Distortion::Rational(coefficients) => self.numbers(coefficients),
+                    Distortion::Fisheye(coefficients) => self.numbers(coefficients),
+                }
+            }
         }
     }
 

@@ -6,6 +6,7 @@
 mod assets;
 mod bounds;
 mod camera;
+mod distortion;
 mod file;
 mod file_parts;
 mod hash;
@@ -27,6 +28,7 @@ mod warnings;
 
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
+pub use distortion::Distortion;
 pub use indirect::{
     DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS, VplSum,
 };

@@ -175,16 +175,45 @@ impl Camera {
                 format_args!("fov_y_deg is {fov_y_deg}"),
                 "give degrees between 0 and 180, both excluded",
             ),
-            Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => {
-                part.require_above_zero("fx", fx)?;
-                part.require_above_zero("fy", fy)?;
-                part.require(
-                    cx.is_finite() && cy.is_finite(),
-                    format_args!("cx, cy are {cx}, {cy}"),
-                    "give the finite pixel coordinates of the principal point",
-                )
+            Lens::Intrinsics(intrinsics) => intrinsics.validate(&part),
+            Lens::Distorted { intrinsics, .. } => {
+                intrinsics.validate(&part)?;
+                self.validate_distortion(&part)
             }
         }
+    }
+
+    /// The lens has to see one direction at each point of the image. All lie between the principal point and one on the image's border.
+    fn validate_distortion(&self, part: &Part) -> Result<()> {
+        let [width, height] = self.resolution_px;
+        let along = |length: u32| (0..=length).map(f64::from);
+        let (right, bottom) = (f64::from(width), f64::from(height));
+        let rows = along(width).flat_map(|x| [[x, 0.0], [x, bottom]]);
+        let columns = along(height).flat_map(|y| [[0.0, y], [right, y]]);
+        let folded = rows
+            .chain(columns)
+            .find(|&[x_px, y_px]| self.unproject(x_px, y_px).is_none());
+        let [x_px, y_px] = folded.unwrap_or_default();
+        part.require(
+            folded.is_none(),
+            format_args!(
+                "the distorted image folds over, or ends, between the principal point and pixel ({x_px}, {y_px})"
+            ),
+            "check the coefficients and fx, fy; where the calibration does not hold as far out as the image's corners, crop the resolution",
+        )
+    }
+}
+
+impl Intrinsics {
+    fn validate(&self, part: &Part) -> Result<()> {
+        let Intrinsics { fx, fy, cx, cy } = *self;
+        part.require_above_zero("fx", fx)?;
+        part.require_above_zero("fy", fy)?;
+        part.require(
+            cx.is_finite() && cy.is_finite(),
+            format_args!("cx, cy are {cx}, {cy}"),
+            "give the finite pixel coordinates of the principal point",
+        )
     }
 }
 

@@ -58,6 +58,22 @@ impl Module {
     }
 }
 
+/// Storage images of the kernel that has the most, among those of some passes.
+pub fn most_storage_images(passes: &[&str]) -> u64 {
+    let is_among = |module: &&Module| {
+        let mut passes = passes.iter();
+        passes.any(|pass| module.name.starts_with(&format!("{pass}_")))
+    };
+    let images = |module: &Module| {
+        let kinds = module.bindings.iter().map(|binding| binding.kind);
+        kinds
+            .filter(|kind| *kind == DescriptorType::STORAGE_IMAGE)
+            .count() as u64
+    };
+    let kernels = MODULES.iter().filter(is_among);
+    kernels.map(images).max().unwrap_or_default()
+}
+
 include!(concat!(env!("CAMLUX_SPIRV"), "/shaders.rs"));
 
 /// BLAKE3 in hexadecimal (64 digits) over the version and the compiled shaders: engines of the same hash compute the same.
@@ -87,14 +103,15 @@ mod tests {
         }
     }
 
-    /// Vulkan guarantees four storage images and four storage buffers. The kernels of final gathering read more lists, which the plan
+    /// Vulkan guarantees four storage images and four storage buffers. The kernels that shade what rays hit have more, which the plan
     /// checks: MoltenVK has eight images on some devices.
     #[test]
     fn a_kernel_takes_few_resources() {
         for module in MODULES {
             let count = |kind| module.bindings.iter().filter(|b| b.kind == kind).count();
             let starts_with = |pass| module.name.starts_with(pass);
-            let has_many = starts_with("final_gather_") || starts_with("light_rays_");
+            let passes = ["final_gather_", "light_rays_", "primary_rays_"];
+            let has_many = passes.into_iter().any(starts_with);
             let most_images = if has_many { 8 } else { 4 };
             assert!(
                 count(DescriptorType::STORAGE_IMAGE) <= most_images,

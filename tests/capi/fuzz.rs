@@ -248,6 +248,7 @@ impl Sequence {
                         position_m: r.reals(),
                         look_at_m: r.reals(),
                         up: r.reals(),
+                        distortion: r.reals(),
                     });
                     camlux_scene_set_camera(scene, r.pointer(&mut camera))
                 }

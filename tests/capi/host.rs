@@ -9,7 +9,7 @@ use std::{
 use camlux::{
     capi::*,
     output::{Layer, LayerData, TofQuantity},
-    scene::{ChargeUnit, ErrorNorm, IndirectLight, Lens, Light, TimeOfFlight},
+    scene::{ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light, TimeOfFlight},
 };
 
 pub fn last_error() -> String {
@@ -269,10 +269,24 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
     });
     match camera.lens {
         Lens::FovY { fov_y_deg } => c_camera.fov_y_deg = fov_y_deg,
-        Lens::Intrinsics(lens) => {
+        Lens::Intrinsics(lens)
+        | Lens::Distorted {
+            intrinsics: lens, ..
+        } => {
             c_camera.lens = CAMLUX_LENS_INTRINSICS;
             (c_camera.fx_px, c_camera.fy_px) = (lens.fx, lens.fy);
             (c_camera.cx_px, c_camera.cy_px) = (lens.cx, lens.cy);
+        }
+    }
+    match camera.distortion() {
+        None => {}
+        Some(Distortion::Rational(coefficients)) => {
+            c_camera.lens = CAMLUX_LENS_RATIONAL;
+            c_camera.distortion = coefficients;
+        }
+        Some(Distortion::Fisheye(coefficients)) => {
+            c_camera.lens = CAMLUX_LENS_FISHEYE;
+            c_camera.distortion[..4].copy_from_slice(&coefficients);
         }
     }
     // SAFETY: here and below, structs of their size, arrays of their length, and no index wanted.

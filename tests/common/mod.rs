@@ -2,6 +2,7 @@
 
 #![allow(dead_code, unused_imports, reason = "each program uses its own part")]
 
+pub mod calibrations;
 pub mod direct;
 pub mod gpu;
 pub mod quadrature;

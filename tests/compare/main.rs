@@ -11,6 +11,7 @@ mod final_gather;
 mod geometry;
 mod instant_radiosity;
 mod kernels;
+mod lens;
 mod rays;
 mod reference;
 mod reference_mesh;

@@ -7,6 +7,7 @@ mod accumulation;
 mod bounds;
 mod brdf;
 #[cfg(feature = "reference")]
+mod distortion;
 mod edge;
 mod emission;
 mod frame;

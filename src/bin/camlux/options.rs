@@ -59,20 +59,23 @@ pub fn warn_of(scene: &Scene, name: &dyn std::fmt::Display) {
 pub fn resize(camera: Camera, resolution_px: [u32; 2]) -> Camera {
     let scale =
         |axis: usize| f64::from(resolution_px[axis]) / f64::from(camera.resolution_px[axis]);
-    let lens = match camera.lens {
-        Lens::FovY { fov_y_deg } => Lens::FovY { fov_y_deg },
-        Lens::Intrinsics(Intrinsics { fx, fy, cx, cy }) => Lens::Intrinsics(Intrinsics {
-            fx: fx * scale(0),
-            fy: fy * scale(1),
-            cx: cx * scale(0),
-            cy: cy * scale(1),
-        }),
-    };
-    Camera {
+    let mut resized = Camera {
         resolution_px,
-        lens,
         ..camera
+    };
+    match &mut resized.lens {
+        Lens::FovY { .. } => {}
+        Lens::Intrinsics(intrinsics) | Lens::Distorted { intrinsics, .. } => {
+            let Intrinsics { fx, fy, cx, cy } = *intrinsics;
+            *intrinsics = Intrinsics {
+                fx: fx * scale(0),
+                fy: fy * scale(1),
+                cx: cx * scale(0),
+                cy: cy * scale(1),
+            };
+        }
     }
+    resized
 }
 
 /// Refuses layers that a frame of this scene will not have, before the time for it is spent.

@@ -205,6 +205,10 @@ impl Frames {
                 "up": scene.camera.up.to_array(),
                 "resolution_px": scene.camera.resolution_px,
                 "intrinsics_px": { "fx": fx, "fy": fy, "cx": cx, "cy": cy },
+                "distortion": scene.camera.distortion().map(|distortion| json!({
+                    "model": distortion.model(),
+                    "coefficients": distortion.coefficients(),
+                })),
             },
             "lights": (0..scene.lights.len()).map(|i| describe_light(scene, i)).collect::<Vec<_>>(),
             "meshes": mesh_poses.iter().map(describe_mesh).collect::<Vec<_>>(),

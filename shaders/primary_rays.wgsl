@@ -1,0 +1,124 @@
+// What the camera sees at each pixel's centre, by rays: through a lens with distortion, and where the device's rasteriser is too coarse.
+// One kernel finds the triangles, the other fills the G-buffer with their surfaces.
+
+#import view
+#if TRACE
+#import trace
+#import ray_tile
+#else
+#import plane_hit
+#import hits
+#endif
+
+struct PrimaryRayParameters {
+    resolution_px: vec2<u32>,
+    // Those of the list stand twice, with and without texture.
+    material_count: u32,
+    mesh_count: u32,
+}
+
+#if LENS
+// The direction of each pixel's ray in the camera's axes: Z, X, Y. The columns of view.ray_direction are these axes.
+var<storage, read> lens_rays: array<vec4<f32>>;
+#endif
+// For each pixel what trace calls a hit, row by row.
+var<storage, read_write> seen_triangles: array<u32>;
+#if SHADE
+// Triangles of the scene up to the end of each mesh.
+var<storage, read> mesh_ends: array<u32>;
+var position_mesh: texture_storage_2d<rgba32float, write>;
+var normal_geometric: texture_storage_2d<rgba32float, write>;
+var kd_material: texture_storage_2d<rgba32float, write>;
+#if PHONG
+var ks_shininess: texture_storage_2d<rgba32float, write>;
+#endif
+#endif
+var<immediate> parameters: PrimaryRayParameters;
+
+fn pixel_index(place: vec2<u32>) -> u32 {
+    return place.y * parameters.resolution_px.x + place.x;
+}
+
+fn ray_direction(place: vec2<u32>) -> vec3<f32> {
+#if LENS
+    return view.ray_direction * lens_rays[pixel_index(place)].xyz;
+#else
+    return view.ray_direction * vec3<f32>(1.0, vec2<f32>(place) + 0.5);
+#endif
+}
+
+#if TRACE
+@compute @workgroup_size(64)
+fn compute_main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+#if PACKET
+    @builtin(subgroup_invocation_id) subgroup_lane: u32,
+#endif
+) {
+#if PACKET
+    lane = subgroup_lane;
+#endif
+    for (var i = 0u; i < RAYS; i++) {
+        let place = place_of(group.xy, local, i);
+        let is_in_image = all(place < parameters.resolution_px);
+        set_ray(i, ray_direction(min(place, parameters.resolution_px - 1u)), select(NOT_WANTED, 0.0, is_in_image));
+    }
+    // No lane has left: they meet the triangles together.
+    trace(view.origin, false);
+    for (var i = 0u; i < RAYS; i++) {
+        let place = place_of(group.xy, local, i);
+        if (all(place < parameters.resolution_px)) {
+            var hit = ray_hit[0];
+#repeat SLOT 8
+            hit = select(hit, ray_hit[SLOT], i == SLOTu);
+#endrepeat
+            seen_triangles[pixel_index(place)] = hit;
+        }
+    }
+}
+#else
+@compute @workgroup_size(8, 8)
+fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
+    let place = global.xy;
+    if (any(place >= parameters.resolution_px)) {
+        return;
+    }
+    let seen = seen_triangles[pixel_index(place)];
+    if (seen == NOTHING_HIT) {
+        textureStore(position_mesh, place, vec4<f32>(0.0));
+        textureStore(normal_geometric, place, vec4<f32>(0.0));
+        textureStore(kd_material, place, vec4<f32>(0.0));
+#if PHONG
+        textureStore(ks_shininess, place, vec4<f32>(0.0));
+#endif
+        return;
+    }
+    let direction = ray_direction(place);
+    let axis = direction / dot(direction, direction);
+    let hit = hit_on_plane(triangle_at(seen), view.origin, vec3<f32>(0.0), direction, axis);
+    let material = material_at(seen) % parameters.material_count;
+    textureStore(position_mesh, place, vec4<f32>(hit.position, f32(1u + mesh_of(scene_triangle(seen)))));
+    textureStore(normal_geometric, place, vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal)));
+    textureStore(kd_material, place, vec4<f32>(hit.brdf.kd, f32(1u + material)));
+#if PHONG
+    textureStore(ks_shininess, place, vec4<f32>(hit.brdf.ks, hit.brdf.shininess));
+#endif
+}
+
+// The first mesh that ends behind the triangle.
+fn mesh_of(triangle: u32) -> u32 {
+    var low = 0u;
+    var high = parameters.mesh_count - 1u;
+    loop {
+        if (low >= high) {
+            break;
+        }
+        let middle = (low + high) / 2u;
+        let is_behind = mesh_ends[middle] <= triangle;
+        low = select(low, middle + 1u, is_behind);
+        high = select(middle, high, is_behind);
+    }
+    return low;
+}
+#endif

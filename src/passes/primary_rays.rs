@@ -1,0 +1,89 @@
+//! Primary rays pass: fills the G-buffer as the gbuffer pass does, by rays through the pixels' centres.
+
+use std::sync::Arc;
+
+use super::{Context, gbuffer::GBuffer, hits::HitSurfaces, rays::RayTriangles};
+use crate::{
+    Error, RayKernel, Result,
+    output::per_pixel,
+    plan::Plan,
+    scene::Camera,
+    vulkan::{
+        Allocate, Buffer, BufferUse, CommandPool, Recorder, Resource, shaders::PrimaryRayParameters,
+    },
+};
+
+/// What the lens of a plan takes.
+pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
+    if plan.has_distortion {
+        let pixels: u64 = plan.resolution_px.map(u64::from).iter().product();
+        let bytes = pixels * size_of::<[f32; 4]>() as u64;
+        allocate.buffer("rays of the lens", bytes, BufferUse::Device)?;
+        allocate.buffer("rays of the lens", bytes, BufferUse::Staging)?;
+    }
+    Ok(())
+}
+
+/// The direction of the ray through each pixel's centre in the camera's axes, as the shader wants it: Z, X, Y.
+pub(crate) fn upload_lens(commands: &CommandPool, camera: &Camera) -> Result<Arc<Buffer>> {
+    let [width, height] = camera.resolution_px.map(|size| size as usize);
+    let mut rays = vec![0.0; 4 * width * height];
+    per_pixel(&mut rays, |i| {
+        let [x_px, y_px] = [i % width, i / width].map(|place| place as f64 + 0.5);
+        let direction = camera.unproject(x_px, y_px).unwrap_or_default();
+        [direction.z, direction.x, direction.y, 0.0].map(|value| value as f32)
+    });
+    commands.upload("rays of the lens", &rays)
+}
+
+/// Fills the G-buffer with the surfaces as seen from `view`.
+pub(crate) fn draw(
+    recorder: &mut Recorder,
+    context: &Context,
+    kernel: RayKernel,
+    (tree, surfaces): (&RayTriangles, &HitSurfaces),
+    (view, lens): (&Buffer, Option<&Buffer>),
+    gbuffer: &GBuffer,
+) -> Result<()> {
+    let (plan, pipelines) = (context.plan, context.pipelines);
+    let seen = gbuffer.seen_triangles.as_ref();
+    let seen = seen.ok_or_else(|| Error::internal("the G-buffer is not for rays"))?;
+    let lens_word = if plan.has_distortion { "lens" } else { "" };
+    let trace_words = ["trace", lens_word, kernel.name(), tree.kernel_word()];
+    let trace = pipelines.compute("primary_rays", &trace_words)?;
+    let shade = pipelines.compute(
+        "primary_rays",
+        &[
+            "shade",
+            lens_word,
+            plan.brdf_word(),
+            if plan.is_smooth { "smooth" } else { "flat" },
+            if plan.is_textured { "textured" } else { "" },
+        ],
+    )?;
+    let mut resources = vec![
+        ("view", Resource::Buffer(view)),
+        ("seen_triangles", Resource::Buffer(seen)),
+    ];
+    resources.extend(lens.map(|lens| ("lens_rays", Resource::Buffer(lens))));
+    resources.extend(tree.resources());
+    resources.extend(surfaces.resources());
+    resources.push(("mesh_ends", surfaces.mesh_ends()));
+    resources.extend(gbuffer.resources());
+    let [width, height] = plan.resolution_px;
+    let parameters = PrimaryRayParameters {
+        resolution_px: [width, height],
+        material_count: context.scene.materials.len() as u32,
+        mesh_count: context.scene.meshes.len() as u32,
+    };
+    recorder.prepare_images(&gbuffer.colors());
+    recorder.pass("primary_rays", |recorder| {
+        let columns = width.div_ceil(trace.module.constant("TILE_COLUMNS")?);
+        let rows = height.div_ceil(trace.module.constant("TILE_ROWS")?);
+        recorder.dispatch(&trace, &resources, &parameters, [columns, rows, 1])?;
+        recorder.barrier();
+        let [x, y, _] = shade.module.workgroup_size;
+        let groups = [width.div_ceil(x), height.div_ceil(y), 1];
+        recorder.dispatch(&shade, &resources, &parameters, groups)
+    })
+}

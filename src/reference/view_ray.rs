@@ -1,0 +1,105 @@
+//! The ray through a point of the image.
+
+use glam::DVec3;
+
+use crate::scene::{Camera, Distortion, Intrinsics, Lens};
+
+/// Unit direction through a point of the image plane, and its length per unit of depth.
+pub fn view_ray(camera: &Camera, x_px: f64, y_px: f64) -> (DVec3, f64) {
+    let forward = (camera.look_at_m - camera.position_m).normalize();
+    let right = forward.cross(camera.up).normalize();
+    let down = forward.cross(right);
+    let [width, height] = camera.resolution_px.map(f64::from);
+    let in_focal_lengths =
+        |lens: Intrinsics| [(x_px - lens.cx) / lens.fx, (y_px - lens.cy) / lens.fy];
+    let [x, y, z] = match camera.lens {
+        Lens::FovY { fov_y_deg } => {
+            let half_height = (0.5 * fov_y_deg.to_radians()).tan();
+            [
+                (2.0 * x_px - width) / height * half_height,
+                (2.0 * y_px - height) / height * half_height,
+                1.0,
+            ]
+        }
+        Lens::Intrinsics(pinhole) => {
+            let [x, y] = in_focal_lengths(pinhole);
+            [x, y, 1.0]
+        }
+        Lens::Distorted {
+            intrinsics,
+            distortion,
+        } => undistorted(distortion, in_focal_lengths(intrinsics)),
+    };
+    let direction = x * right + y * down + z * forward;
+    let unit = direction.normalize();
+    (unit, unit.dot(forward).recip())
+}
+
+/// Halvings of the interval in which a radius lies: to the last bit.
+const HALVINGS: u32 = 60;
+/// Rounds in which the tangential part is taken off.
+const ROUNDS: u32 = 50;
+
+/// The direction that a lens shows at an image point. The radial part is inverted by halving intervals, which needs no derivatives; the tangential
+/// part, which is small, is taken off in rounds.
+fn undistorted(distortion: Distortion, [x, y]: [f64; 2]) -> [f64; 3] {
+    match distortion {
+        Distortion::Fisheye([k1, k2, k3, k4]) => {
+            let shown_at = |angle: f64| {
+                let powers = [angle.powi(3), angle.powi(5), angle.powi(7), angle.powi(9)];
+                angle + k1 * powers[0] + k2 * powers[1] + k3 * powers[2] + k4 * powers[3]
+            };
+            let radius = x.hypot(y);
+            let angle = first_reaching(radius, std::f64::consts::PI, shown_at);
+            let (sin, cos) = angle.sin_cos();
+            let per_radius = if radius > 0.0 { sin / radius } else { 0.0 };
+            [x * per_radius, y * per_radius, cos]
+        }
+        Distortion::Rational([k1, k2, p1, p2, k3, k4, k5, k6]) => {
+            let shown_at = |r: f64| {
+                let above = 1.0 + k1 * r.powi(2) + k2 * r.powi(4) + k3 * r.powi(6);
+                r * above / (1.0 + k4 * r.powi(2) + k5 * r.powi(4) + k6 * r.powi(6))
+            };
+            let mut found = [0.0; 2];
+            for _ in 0..ROUNDS {
+                let [u, v] = found;
+                let r2 = u * u + v * v;
+                let radially = [
+                    x - 2.0 * p1 * u * v - p2 * (r2 + 2.0 * u * u),
+                    y - 2.0 * p2 * u * v - p1 * (r2 + 2.0 * v * v),
+                ];
+                let radius = radially[0].hypot(radially[1]);
+                let share = match radius {
+                    0.0 => 1.0,
+                    _ => first_reaching(radius, 1e3, shown_at) / radius,
+                };
+                let next = radially.map(|coordinate| coordinate * share);
+                let has_settled = (next[0] - u).hypot(next[1] - v) <= 1e-15 * (1.0 + radius);
+                found = next;
+                if has_settled {
+                    break;
+                }
+            }
+            [found[0], found[1], 1.0]
+        }
+    }
+}
+
+/// Where an increasing function that begins at 0 first reaches a value: it is looked for in steps that begin small, and then between two of them.
+fn first_reaching(value: f64, end: f64, function: impl Fn(f64) -> f64) -> f64 {
+    let mut low = 0.0;
+    let mut high = (value / 64.0).min(end);
+    while function(high) < value && high < end {
+        low = high;
+        high = (high + value / 64.0).min(end);
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if function(middle) < value {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    0.5 * (low + high)
+}

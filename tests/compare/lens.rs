@@ -1,0 +1,114 @@
+//! What a camera with a lens sees, by rays, against rays in f64; and that it lands on its pixel by the lens's own formulas.
+
+use crate::common::calibrations;
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::rooms;
+use crate::geometry::{camera_errors, render};
+use camlux::{
+    Scene,
+    output::{Frame, Layer},
+    scene::{Camera, Distortion, Intrinsics, Lens},
+};
+use glam::{DVec2, DVec3};
+
+/// A scene of the repository through a lens.
+fn through(name: &str, resolution_px: [u32; 2], distortion: Distortion) -> Scene {
+    let mut scene = demo_scene(name, resolution_px);
+    scene.camera.lens = Lens::Distorted {
+        intrinsics: scene.camera.intrinsics_px(),
+        distortion,
+    };
+    scene
+}
+
+/// Where the camera sees a point of the world.
+fn pixel_of(camera: &Camera, point_m: DVec3) -> DVec2 {
+    let basis = camera.basis();
+    let offset = point_m - camera.position_m;
+    let direction = [basis.right, basis.down, basis.forward].map(|axis| offset.dot(axis));
+    let distortion = camera.distortion().expect("it is distorted");
+    let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
+    distortion.project(direction.into()) * DVec2::new(fx, fy) + DVec2::new(cx, cy)
+}
+
+#[test]
+fn lenses_show_what_rays_hit() {
+    let mut gpu = Gpu::open();
+    let barrel = Distortion::Rational([-0.3, 0.1, 0.002, -0.001, 0.0, 0.0, 0.0, 0.0]);
+    let fisheye = Distortion::Fisheye([0.05, -0.01, 0.0, 0.0]);
+    for name in DEMO_SCENES {
+        let skipped = if name == "knot" { 0.3 } else { 0.05 };
+        for distortion in [Distortion::Rational([0.0; 8]), barrel, fisheye] {
+            let scene = through(name, [64, 64], distortion);
+            let (frame, kept) = render(&mut gpu, &scene);
+            let what = format!("{name}, {distortion:?}");
+            camera_errors(&scene, &frame, &kept).check(&what, skipped);
+        }
+    }
+}
+
+/// Around it, and behind it, too.
+#[test]
+fn a_fisheye_sees_more_than_half_of_all_directions() {
+    let mut scene = rooms::marked_room();
+    scene.camera.resolution_px = [128, 128];
+    // 40 pixels a radian: the middles of the edges are 92 degrees off the axis, the corners 130.
+    scene.camera.lens = Lens::Distorted {
+        intrinsics: Intrinsics {
+            fx: 40.0,
+            fy: 40.0,
+            cx: 64.0,
+            cy: 64.0,
+        },
+        distortion: Distortion::Fisheye([0.0; 4]),
+    };
+    let (frame, kept) = render(&mut Gpu::open(), &scene);
+    camera_errors(&scene, &frame, &kept).check("marked room", 0.06);
+    let depth = frame.values(Layer::Depth).expect("every frame has it");
+    assert!(depth[0] < 0.0, "the corner shows what is behind the camera");
+}
+
+#[test]
+fn every_ray_kernel_sees_the_same() {
+    let scene = through("knot", [64, 48], Distortion::Fisheye([0.05, 0.0, 0.0, 0.0]));
+    let frames = Gpu::open().render_by_each_ray_kernel(&scene);
+    let [first, others @ ..] = &frames[..] else {
+        panic!("no kernel runs");
+    };
+    assert!(!others.is_empty(), "one kernel alone agrees with itself");
+    let seen = |frame: &Frame| {
+        let ids = frame.ids(Layer::MaterialId).expect("every frame has it");
+        let positions = frame.values(Layer::Position).expect("every frame has it");
+        let at = |i: usize| DVec3::from_slice(&[0, 1, 2].map(|c| positions[3 * i + c].into()));
+        let pixels = (0..ids.len()).map(|i| (ids[i], at(i)));
+        pixels.collect::<Vec<(u32, DVec3)>>()
+    };
+    for other in others {
+        let pixels = seen(first).into_iter().zip(seen(other));
+        let differing = pixels.filter(|(a, b)| a.0 != b.0 || a.1.distance(b.1) > 1e-4);
+        // At edges rounding decides.
+        let count = differing.count();
+        assert!(count <= 3, "{count} pixels differ");
+    }
+}
+
+#[test]
+fn points_land_on_their_pixels() {
+    let mut gpu = Gpu::open();
+    for calibration in calibrations::published() {
+        let mut scene = rooms::marked_room();
+        scene.camera.resolution_px = calibration.resolution_px;
+        scene.camera.lens = calibration.lens;
+        let frame = gpu.render(&scene);
+        let positions = frame.values(Layer::Position).expect("every frame has it");
+        let mut largest_px: f64 = 0.0;
+        let [width, _] = frame.resolution_px;
+        for (i, point) in positions.chunks_exact(3).enumerate() {
+            let centre = DVec2::new(f64::from(i as u32 % width), f64::from(i as u32 / width)) + 0.5;
+            let point_m = DVec3::from_slice(&[0, 1, 2].map(|c| point[c].into()));
+            largest_px = largest_px.max(pixel_of(&scene.camera, point_m).distance(centre));
+        }
+        println!("{}: {largest_px:.1e} px", calibration.name);
+        assert!(largest_px < 1e-3, "{}: {largest_px} px", calibration.name);
+    }
+}

@@ -1,0 +1,126 @@
+//! Lens distortion: the inverse is one, and an image that folds over is refused.
+
+use crate::common::calibrations;
+use crate::common::rooms;
+use camlux::scene::{Camera, Distortion, Intrinsics, Lens};
+use glam::{DVec2, DVec3};
+
+fn camera(resolution_px: [u32; 2], lens: Lens) -> Camera {
+    Camera {
+        resolution_px,
+        position_m: DVec3::ZERO,
+        look_at_m: DVec3::Z,
+        up: -DVec3::Y,
+        lens,
+    }
+}
+
+/// Where a camera that looks along z, with y down, sees a direction, by the formulas as OpenCV's manual has them.
+fn pixel_by_the_manual(camera: &Camera, direction: DVec3) -> DVec2 {
+    let DVec3 { x, y, z } = direction;
+    let distorted = match camera.distortion().expect("it is distorted") {
+        Distortion::Rational([k1, k2, p1, p2, k3, k4, k5, k6]) => {
+            let (x, y) = (x / z, y / z);
+            let r2 = x * x + y * y;
+            let radial = (1.0 + k1 * r2 + k2 * r2.powi(2) + k3 * r2.powi(3))
+                / (1.0 + k4 * r2 + k5 * r2.powi(2) + k6 * r2.powi(3));
+            DVec2::new(
+                x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x),
+                y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y,
+            )
+        }
+        Distortion::Fisheye([k1, k2, k3, k4]) => {
+            let r = x.hypot(y);
+            let angle = r.atan2(z);
+            let shown = angle
+                * (1.0
+                    + k1 * angle.powi(2)
+                    + k2 * angle.powi(4)
+                    + k3 * angle.powi(6)
+                    + k4 * angle.powi(8));
+            DVec2::new(x, y) * if r > 0.0 { shown / r } else { 1.0 }
+        }
+    };
+    let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
+    DVec2::new(fx * distorted.x + cx, fy * distorted.y + cy)
+}
+
+#[test]
+fn rays_are_seen_at_their_pixels() {
+    for calibration in calibrations::published() {
+        let camera = camera(calibration.resolution_px, calibration.lens);
+        let distortion = camera.distortion().expect("it is distorted");
+        let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
+        let [width, height] = camera.resolution_px;
+        let mut largest_px: f64 = 0.0;
+        let (rows, columns) = ((0..=height).step_by(4), (0..=width).step_by(4));
+        for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
+            let pixel = DVec2::new(x.into(), y.into());
+            let direction = camera.ray_direction(pixel.x, pixel.y);
+            let seen = pixel_by_the_manual(&camera, direction);
+            largest_px = largest_px.max(seen.distance(pixel));
+            let projected = distortion.project(direction);
+            let projected = DVec2::new(fx * projected.x + cx, fy * projected.y + cy);
+            largest_px = largest_px.max(projected.distance(pixel));
+        }
+        println!("{}: {largest_px:e} px", calibration.name);
+        assert!(largest_px < 1e-9, "{}: {largest_px}", calibration.name);
+    }
+}
+
+#[test]
+fn without_coefficients_nothing_is_distorted() {
+    let intrinsics = Intrinsics {
+        fx: 100.0,
+        fy: 90.0,
+        cx: 31.0,
+        cy: 25.0,
+    };
+    let plain = camera([64, 48], Lens::Intrinsics(intrinsics));
+    let distorted = camera(
+        [64, 48],
+        Lens::Distorted {
+            intrinsics,
+            distortion: Distortion::Rational([0.0; 8]),
+        },
+    );
+    for (x, y) in [(0.5, 0.5), (31.0, 25.0), (63.5, 47.5)] {
+        let [a, b] = [&plain, &distorted].map(|camera| camera.ray_direction(x, y));
+        assert!((a - b).length() < 1e-15, "{a} {b}");
+    }
+}
+
+#[test]
+fn an_image_that_folds_over_is_refused() {
+    let refused = |size_px: u32, distortion| {
+        let intrinsics = Intrinsics {
+            fx: 100.0,
+            fy: 100.0,
+            cx: 0.5 * f64::from(size_px),
+            cy: 0.5 * f64::from(size_px),
+        };
+        let mut scene = rooms::marked_room();
+        scene.camera.resolution_px = [size_px; 2];
+        scene.camera.lens = Lens::Distorted {
+            intrinsics,
+            distortion,
+        };
+        scene.validate().err().map(|error| error.to_string())
+    };
+    // r·(1 - r²/3) turns back at r = 1, where it is 2/3: the corners of 94 x 94 pixels are 66.5 from the middle.
+    let folding = Distortion::Rational([-1.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(refused(94, folding), None);
+    let error = refused(95, folding).expect("the corners are 67.2 pixels off");
+    assert!(error.contains("the distorted image folds over"), "{error}");
+    // 180 degrees from the axis are 314 pixels from the middle; nothing is farther.
+    assert_eq!(refused(440, Distortion::Fisheye([0.0; 4])), None);
+    assert!(refused(450, Distortion::Fisheye([0.0; 4])).is_some());
+    // θ·(1 - θ²/12) turns back at θ = 2, where it is 4/3.
+    let folding = Distortion::Fisheye([-1.0 / 12.0, 0.0, 0.0, 0.0]);
+    assert_eq!(refused(188, folding), None);
+    assert!(refused(190, folding).is_some());
+    // r / (1 - r²) grows without end, and begins anew from below past r = 1, which no pixel shows.
+    let pole = Distortion::Rational([0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
+    assert_eq!(refused(1000, pole), None);
+    assert!(refused(100, Distortion::Rational([f64::NAN; 8])).is_some());
+}
