@@ -251,6 +251,12 @@
 /** The lens is given by `fx_px`, `fy_px`, `cx_px`, `cy_px`. */
 #define CAMLUX_LENS_INTRINSICS 1
 
+/** The same, with the distortion of OpenCV's calibrateCamera: k1, k2, p1, p2, k3, k4, k5, k6. */
+#define CAMLUX_LENS_RATIONAL 2
+
+/** The same, with the distortion of OpenCV's fisheye: k1, k2, k3, k4. */
+#define CAMLUX_LENS_FISHEYE 3
+
 /** Final gathering by rays from both ends: converges to the true single bounce, and meets a target error. */
 #define CAMLUX_ESTIMATOR_FINAL_GATHER 0
 
@@ -518,7 +524,7 @@ typedef struct camlux_bounds {
 } camlux_bounds;
 
 /**
- * A pinhole camera. Begin with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
+ * A camera. Begin with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
  *
  * Pixel (0, 0) is the upper left one, and its centre lies at (0.5, 0.5): add 0.5 to a cx, cy of OpenCV.
  */
@@ -529,7 +535,7 @@ typedef struct camlux_camera {
   uint32_t width_px;
   /** Rows. */
   uint32_t height_px;
-  /** CAMLUX_LENS_FOV_Y or CAMLUX_LENS_INTRINSICS; the members of the other are not looked at. */
+  /** CAMLUX_LENS_FOV_Y or one of CAMLUX_LENS_INTRINSICS, _RATIONAL, _FISHEYE; the members of others are not looked at. */
   int32_t lens;
   /** The camera's centre in world space, m. */
   double position_m[3];
@@ -550,6 +556,8 @@ typedef struct camlux_camera {
   double cx_px;
   /** See cx_px. */
   double cy_px;
+  /** Coefficients of CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE, which has four. An image that they fold over is refused. */
+  double distortion[8];
 } camlux_camera;
 
 /**
@@ -1598,7 +1606,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_DEVICE_INFO_INIT { (uint32_t)sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
 
-#define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0 }
+#define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0} }
 
 #define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0 }
 

@@ -112,7 +112,9 @@ def main():
     for frame in dataset:
         values = {name: frame.layer(name) for name in frame.layers}
         shapes = ", ".join(f"{name} {list(pixels.shape)}" for name, pixels in values.items())
-        if "P" in values and "depth" in values:
+        # A lens with distortion has no matrix.
+        is_pinhole = frame.line["camera"]["distortion"] is None
+        if is_pinhole and "P" in values and "depth" in values:
             shapes += f", pose fits to {reprojection_error_px(frame):.1e} px"
             apart = abs(frame.header()["camlux.cameraToWorld"].T - frame.camera_to_world()).max()
             shapes += f", header's pose within {apart:.0e}"

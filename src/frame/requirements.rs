@@ -156,14 +156,16 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         let hint = format!("use {without_rays}, simplify the meshes, or choose another device");
         rays::declare(&of_scene().with_hint(hint), scene, kernel)?;
     }
-    for (is_there, passes, without) in [
+    for (is_there, name, passes, without) in [
         (
             plan.has_final_gather(),
+            "final gathering",
             &["final_gather", "light_rays"][..],
             "the instant-radiosity estimator",
         ),
         (
             plan.has_distortion,
+            "primary rays",
             &["primary_rays"],
             "a lens without distortion",
         ),
@@ -171,7 +173,7 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         let hint = format!("use {without}, or choose another device");
         let of_scene = of_scene().with_hint(hint);
         let count = most_storage_images(passes);
-        let what = format!("images that a kernel of {} has", passes[0]);
+        let what = format!("lists that a kernel of {name} reads (storage images)");
         if is_there {
             of_scene.check(&what, count, |limits| limits.max_storage_images.into())?;
         }

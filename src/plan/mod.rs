@@ -193,10 +193,12 @@ impl Plan {
             refinement: planned_refinement(indirect, scene.camera.resolution_px),
             has_stderr_layer: indirect.stderr_layer().unwrap_or(false),
         });
+        let primary_rays = planned_primary_rays(scene, device);
         // Where there are rays, they cost less than a map, and their shadows are exact.
-        let shadow = scene.direct.shadow.unwrap_or(match indirect {
-            Some(indirect) if indirect.is_final_gather() => Shadow::Rays,
-            _ => Shadow::Map,
+        let has_rays = primary_rays.is_some() || indirect.is_some_and(|i| i.is_final_gather());
+        let shadow = scene.direct.shadow.unwrap_or(match has_rays {
+            true => Shadow::Rays,
+            false => Shadow::Map,
         });
         // The RSM's positions serve the shadow test where they lie as dense as a plain map's would: 64² texels would
         // miss what is smaller than twenty pixels.
@@ -218,7 +220,7 @@ impl Plan {
             is_smooth: meshes().any(|mesh| !mesh.normals.is_empty()),
             is_textured: meshes().any(|mesh| is_textured(mesh)),
             has_distortion: scene.camera.distortion().is_some(),
-            primary_rays: planned_primary_rays(scene, device),
+            primary_rays,
             lights: lights.collect(),
             map_sets: 1,
             indirect,

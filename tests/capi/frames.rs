@@ -11,7 +11,7 @@ use camlux::{
     RenderOptions, Renderer, Scene,
     capi::*,
     glam::{DQuat, DVec3},
-    scene::{IndirectLight, Light, Mesh, VplSum},
+    scene::{Distortion, IndirectLight, Lens, Light, Mesh, VplSum},
 };
 
 const SIZE_PX: [u32; 2] = [24, 20];
@@ -52,6 +52,37 @@ fn a_scene_from_arrays_is_that_of_the_file() {
             ok(camlux_scene_release(scene));
         }
     }
+}
+
+#[test]
+fn a_lens_from_c_is_that_of_the_engine() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let rational = [-0.2, 0.05, 0.002, -0.001, 0.01, 0.02, 0.003, 0.004];
+    let mut images = Vec::new();
+    for distortion in [
+        Distortion::Rational(rational),
+        Distortion::Fisheye([0.05, -0.01, 0.002, 0.001]),
+    ] {
+        let mut expected = engine_scene("cornell");
+        expected.camera.lens = Lens::Distorted {
+            intrinsics: expected.camera.intrinsics_px(),
+            distortion,
+        };
+        let built = from_arrays(&expected);
+        let frame = render(renderer, built);
+        assert!(layers(frame) == engine_frame(&expected), "{distortion:?}");
+        images.push(layers(frame));
+        let mut camera = init!(camlux_camera {});
+        // SAFETY: it points to a struct of that size.
+        ok(unsafe { camlux_scene_get_camera(built, &mut camera) });
+        let coefficients = distortion.coefficients();
+        assert_eq!(camera.distortion[..coefficients.len()], *coefficients);
+        ok(camlux_frame_release(frame));
+        ok(camlux_scene_release(built));
+    }
+    assert!(images[0] != images[1]);
+    ok(camlux_renderer_release(renderer));
 }
 
 #[test]

@@ -23,9 +23,9 @@ fn values_are_checked() {
             "0 x 480",
         );
         fails(
-            camera(init!(camlux_camera { lens: 2 })),
+            camera(init!(camlux_camera { lens: 9 })),
             ARGUMENT,
-            "lens is 2",
+            "lens is 9",
         );
         fails(
             camera(init!(camlux_camera {

@@ -2,12 +2,16 @@
 
 #![cfg(feature = "cli")]
 
+#[path = "../common/calibrations.rs"]
+mod calibrations;
+
 mod batch;
 mod batch_resume;
 mod compare;
 mod doctor;
 mod exr_attributes;
 mod jobs;
+mod lens;
 mod reference;
 mod render;
 mod report;

@@ -7,7 +7,8 @@ use crate::geometry::{camera_errors, render};
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{Camera, Distortion, Intrinsics, Lens},
+    reference::Reference,
+    scene::{Camera, Distortion, Intrinsics, Lens, Shadow},
 };
 use glam::{DVec2, DVec3};
 
@@ -110,5 +111,36 @@ fn points_land_on_their_pixels() {
         }
         println!("{}: {largest_px:.1e} px", calibration.name);
         assert!(largest_px < 1e-3, "{}: {largest_px} px", calibration.name);
+    }
+}
+
+/// Whose inverse of the lens is another one.
+#[test]
+fn the_reference_sees_the_same() {
+    let mut gpu = Gpu::open();
+    let rational = Distortion::Rational([-0.3, 0.1, 0.002, -0.001, 0.01, 0.02, 0.0, 0.0]);
+    for distortion in [rational, Distortion::Fisheye([0.05, -0.01, 0.0, 0.0])] {
+        let mut scene = through("cornell", [96, 96], distortion);
+        scene.indirect = None;
+        scene.direct.shadow = Some(Shadow::Rays);
+        let frame = gpu.render(&scene);
+        let truth = Reference::new(&scene, 1).expect("a valid scene").frame();
+        let values = |frame: &Frame, layer| -> Vec<f32> {
+            frame.values(layer).expect("both have it").to_vec()
+        };
+        let ids = |frame: &Frame| frame.ids(Layer::InstanceId).expect("both have it").to_vec();
+        assert_eq!(ids(&frame), ids(&truth));
+        let edges = truth.ids(Layer::Edge).expect("a reference has it");
+        let [found, due] = [&frame, &truth].map(|frame| values(frame, Layer::Direct));
+        let bands = found.iter().zip(&due).enumerate();
+        let inside = bands.filter(|(i, _)| edges[i / 3] == 0);
+        let [mut squares, mut total] = [0.0; 2];
+        for (_, (found, due)) in inside {
+            squares += f64::from(found - due).powi(2);
+            total += f64::from(*due).powi(2);
+        }
+        let error = (squares / total).sqrt();
+        println!("{distortion:?}: {error:.1e}");
+        assert!(error < 2e-6, "{distortion:?}: {error:e}");
     }
 }

@@ -103,6 +103,10 @@ void values_come_back()
     const camlux::camera back = scene.camera();
     CHECK(back.width_px == 7 && back.position_m.y == 2 && back.look_at_m.z == 5);
     CHECK(back.lens && back.lens->fy_px == 11 && back.lens->cy_px == 4.5);
+    camera.lens = camlux::intrinsics{10, 11, 3.5, 4.5, camlux::lens_model::fisheye, {0.01, 0.002}};
+    scene.set_camera(camera);
+    const camlux::camera distorted = scene.camera();
+    CHECK(distorted.lens->model == camlux::lens_model::fisheye && distorted.lens->distortion[1] == 0.002);
 
     const std::uint32_t light = scene.add_light(camlux::light::spot({0, 1, 0}, {0, -1, 0}, {1, 2, 3}, 10, 20));
     CHECK(scene.light(light).kind == CAMLUX_LIGHT_SPOT && scene.light(light).power_w.b == 3);

@@ -496,3 +496,20 @@ fn a_cancelled_renderer_can_be_used_again() {
         assert!(frame.layers == fresh.layers, "after {last} reports");
     }
 }
+
+/// A rasteriser that snaps corners to 1/16 pixel shows other triangles beside edges.
+#[test]
+fn where_the_rasteriser_is_coarse_rays_find_what_the_camera_sees() {
+    let mut info = small_device(&Gpu::open());
+    let scene = demo_scene("cornell", [64, 48]);
+    let plan = |info: &DeviceInfo| Plan::new(&scene, info).expect("the scene is valid");
+    info.limits.sub_pixel_bits = 8;
+    assert_eq!(plan(&info).primary_rays, None);
+    info.limits.sub_pixel_bits = 4;
+    let by_rays = plan(&info);
+    assert_eq!(by_rays.primary_rays, Some(RayKernel::best_for(&info)));
+    assert!(by_rays.to_string().contains("primary_rays  64 x 48 px"));
+    // Its kernels take more images than Vulkan guarantees.
+    info.limits.max_storage_images = 4;
+    assert_eq!(plan(&info).primary_rays, None);
+}
