@@ -151,9 +151,9 @@ fn an_even_texture_is_a_factor() {
         assert_is_lit(&plain, Layer::Radiance);
         let radiances = values(&textured, Layer::Radiance).iter();
         for (textured, plain) in radiances.zip(values(&plain, Layer::Radiance)) {
-            // Decoding, and the rounding of two products: measured up to 1.07e-6.
+            // Decoding, and the rounding of two products: measured up to 1.25e-6, on SwiftShader.
             assert!(
-                (textured - plain).abs() <= 1.2e-6 * plain,
+                (textured - plain).abs() <= 1.5e-6 * plain,
                 "{texels:?}: {textured} {plain}"
             );
         }
