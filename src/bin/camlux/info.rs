@@ -88,7 +88,7 @@ fn subgroup(limits: &DeviceLimits) -> String {
 fn rasteriser(limits: &DeviceLimits) -> String {
     let steps = 1 << limits.sub_pixel_bits.min(30);
     let coarse = match limits.sub_pixel_bits {
-        ..8 => ": coarse, so that a pixel beside a silhouette may show what is behind it",
+        ..8 => ": coarse, so that rays find what the camera sees",
         _ => "",
     };
     format!("corners to 1/{steps} px{coarse}")
