@@ -32,6 +32,7 @@ fn main() -> Result<(), camlux::Error> {
         },
         sensor: None,
         tof: None,
+        carried_lights: Vec::new(),
         lights: vec![Light::Point {
             position_m: [0.0, 1.5, 0.0].into(),
             power_w: [10.0; 3],

@@ -213,7 +213,7 @@ fn move_camera(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
     camera.look_at_m = pose.position_m + pose.orientation * DVec3::Z;
     camera.up = pose.orientation * DVec3::NEG_Y;
     camera.validate()?;
-    state.scene.camera = camera;
+    state.scene.set_camera(camera);
     Ok(())
 }
 

@@ -172,6 +172,7 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
                 camera: camera_from_c(Default::default())?,
                 sensor: None,
                 tof: None,
+                carried_lights: Vec::new(),
                 lights: Vec::new(),
                 meshes: Vec::new(),
                 materials: Vec::new(),

@@ -164,7 +164,7 @@ pub unsafe extern "C" fn camlux_scene_set_camera(
         // SAFETY: the caller's word.
         let camera = camera_from_c(unsafe { args::read(camera) }?)?;
         camera.validate()?;
-        object.lock_to_change().scene.camera = camera;
+        object.lock_to_change().scene.set_camera(camera);
         Ok(())
     })
 }

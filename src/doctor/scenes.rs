@@ -39,6 +39,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         },
         sensor: None,
         tof: None,
+        carried_lights: Vec::new(),
         lights: vec![light],
         meshes: meshes.into_iter().map(Shared::from).collect(),
         materials: vec![

@@ -6,7 +6,7 @@ use glam::DMat3;
 
 use super::assets::{Assets, MeshRequest, Transform};
 use super::validate::Places;
-use super::{Scene, Shared, file_parts, indirect, tof};
+use super::{Carrier, Scene, Shared, file_parts, indirect, tof};
 use crate::keys::{Keys, Value, did_you_mean, read_text};
 use crate::{Error, Result};
 
@@ -47,12 +47,13 @@ impl Scene {
         let direct = optional("direct")?.map(file_parts::direct).transpose()?;
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
-        let (mut lights, mut modulated) = (Vec::new(), Vec::new());
+        let (mut lights, mut modulated, mut carriers) = (Vec::new(), Vec::new(), Vec::new());
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert(("light", i), light.at.clone());
-            let (light, is_modulated) = file_parts::light(light)?;
-            lights.push(light);
-            modulated.push(is_modulated);
+            let read = file_parts::light(light)?;
+            lights.push(read.light);
+            modulated.push(read.modulated);
+            carriers.extend(read.carrier.map(|carrier| (i, carrier)));
         }
         if let (None, Some(Some(modulated))) = (&tof, modulated.iter().find(|m| m.is_some())) {
             let hint = "remove it, or add a [tof] table";
@@ -72,9 +73,31 @@ impl Scene {
         }
         let own: Vec<String> = assets.materials.iter().map(|m| m.name.clone()).collect();
         let folder = file.parent().unwrap_or(Path::new(""));
+        let mut transforms = Vec::new();
         for (i, mesh) in keys.tables("mesh")?.into_iter().enumerate() {
             places.insert(("mesh", i), mesh.at.clone());
-            assets.load_mesh(mesh_request(mesh, folder, &own)?)?;
+            let request = mesh_request(mesh, folder, &own)?;
+            transforms.push(request.transform);
+            assets.load_mesh(request)?;
+        }
+        for (light, (carrier, named)) in &carriers {
+            let light = &mut lights[*light];
+            match *carrier {
+                Carrier::Camera => light.place_by_camera(&camera),
+                Carrier::Mesh(mesh) => {
+                    let count = transforms.len();
+                    let transform = transforms.get(mesh).ok_or_else(|| {
+                        let problem = format!("is {mesh}, and there are {count} meshes");
+                        named.error(problem, "count from 0 in the order of this file")
+                    })?;
+                    let Transform {
+                        scale,
+                        rotation,
+                        translation_m,
+                    } = *transform;
+                    light.place_by_mesh(scale, rotation, translation_m);
+                }
+            }
         }
 
         let scene = Scene {
@@ -82,6 +105,10 @@ impl Scene {
             sensor,
             tof,
             lights,
+            carried_lights: carriers
+                .iter()
+                .map(|(i, (carrier, _))| (*i, *carrier))
+                .collect(),
             meshes: assets.meshes.into_iter().map(Shared::from).collect(),
             materials: assets.materials,
             textures: assets.textures.into_iter().map(Shared::from).collect(),

@@ -1,8 +1,8 @@
 //! Reads the parts of a scene file that name no other file.
 
 use super::{
-    Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Photodetector, Sensor, Shadow,
-    SpotCone,
+    Camera, Carrier, Direct, Distortion, Intrinsics, Lens, Light, Material, Photodetector, Sensor,
+    Shadow, SpotCone,
 };
 use crate::Result;
 use crate::keys::{Keys, Value};
@@ -121,8 +121,31 @@ fn photodetector(keys: &mut Keys) -> Result<Option<Photodetector>> {
     }
 }
 
-/// And what it says of its modulation.
-pub(super) fn light<'t>(mut keys: Keys<'t>) -> Result<(Light, Option<Value<'t>>)> {
+/// A light, its coordinates relative to what carries it.
+pub(super) struct ReadLight<'t> {
+    pub light: Light,
+    /// What is said of its modulation.
+    pub modulated: Option<Value<'t>>,
+    /// And the line that names it.
+    pub carrier: Option<(Carrier, Value<'t>)>,
+}
+
+fn carrier<'t>(keys: &mut Keys<'t>) -> Result<Option<(Carrier, Value<'t>)>> {
+    let Some(named) = keys.take("relative_to") else {
+        return Ok(None);
+    };
+    Ok(Some(
+        match named.choice(&["camera", "mesh"], |name| name)? {
+            "camera" => (Carrier::Camera, named),
+            _ => {
+                let mesh = keys.need("mesh", "mesh = 0, its place in this file")?;
+                (Carrier::Mesh(mesh.count()? as usize), mesh)
+            }
+        },
+    ))
+}
+
+pub(super) fn light(mut keys: Keys<'_>) -> Result<ReadLight<'_>> {
     const POSITION: &str = "position = [x, y, z]";
     const DIRECTION: &str = "direction = [x, y, z], the way the light travels";
     const POWER: &str = "power_w = 50.0 or power_w = [r, g, b]";
@@ -133,6 +156,7 @@ pub(super) fn light<'t>(mut keys: Keys<'t>) -> Result<(Light, Option<Value<'t>>)
     let kinds = format!("kind = \"{}\"", Light::KINDS.join("\" or \""));
     let kind = keys.need("kind", &kinds)?;
     let modulated = keys.take("modulated");
+    let carrier = carrier(&mut keys)?;
     let light = match kind.choice(&Light::KINDS, |kind| kind)? {
         "point" => {
             keys.only(&["position", "power_w"])?;
@@ -161,7 +185,11 @@ pub(super) fn light<'t>(mut keys: Keys<'t>) -> Result<(Light, Option<Value<'t>>)
             }
         }
     };
-    Ok((light, modulated))
+    Ok(ReadLight {
+        light,
+        modulated,
+        carrier,
+    })
 }
 
 pub(super) fn direct(mut keys: Keys) -> Result<Direct> {

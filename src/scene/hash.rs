@@ -18,6 +18,7 @@ impl Scene {
             sensor,
             tof,
             lights,
+            carried_lights: _,
             meshes,
             materials,
             textures,

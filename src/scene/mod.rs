@@ -6,6 +6,7 @@
 mod assets;
 mod bounds;
 mod camera;
+mod carrier;
 mod distortion;
 mod file;
 mod file_parts;
@@ -28,6 +29,7 @@ mod warnings;
 
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
+pub use carrier::Carrier;
 pub use distortion::Distortion;
 pub use indirect::{
     DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS, VplSum,
@@ -57,6 +59,8 @@ pub struct Scene {
     /// What the camera makes of path lengths; needs a sensor with a [`Photodetector`].
     pub tof: Option<TimeOfFlight>,
     pub lights: Vec<Light>,
+    /// Indices of lights that move with something, and with what.
+    pub carried_lights: Vec<(usize, Carrier)>,
     pub meshes: Vec<Shared<Mesh>>,
     /// Indexed by [`Mesh::triangle_materials`].
     pub materials: Vec<Material>,

@@ -90,7 +90,7 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
             camera_with("look_at", "positions"),
             [
                 "scene.toml:4: unknown key \"positions\" in [camera]",
-                "; possible are: look_at, intrinsics_px",
+                "possible are: look_at, intrinsics_px, distortion, fisheye",
             ],
         ),
         (
@@ -122,6 +122,27 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
             [
                 "scene.toml:10: unknown key \"power\" in [[light]]",
                 "did you mean \"power_w\"?",
+            ],
+        ),
+        (
+            format!("{CAMERA}{LIGHT}relative_to = \"robot\"\n"),
+            [
+                "scene.toml:11: unknown relative_to \"robot\" in [[light]]",
+                "possible are: camera, mesh",
+            ],
+        ),
+        (
+            format!("{CAMERA}{LIGHT}relative_to = \"mesh\"\n{MESH}"),
+            [
+                "scene.toml:7: [[light]] lacks \"mesh\"",
+                "add mesh = 0, its place in this file",
+            ],
+        ),
+        (
+            format!("{CAMERA}{LIGHT}relative_to = \"mesh\"\nmesh = 1\n{MESH}"),
+            [
+                "scene.toml:12: \"mesh\" in [[light]] is 1, and there are 1 meshes",
+                "count from 0",
             ],
         ),
         (

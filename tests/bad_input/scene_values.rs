@@ -23,6 +23,7 @@ fn scene() -> Scene {
             photodetector: None,
         }),
         tof: None,
+        carried_lights: Vec::new(),
         lights: vec![Light::Point {
             position_m: DVec3::Y,
             power_w: [1.0; 3],

@@ -81,6 +81,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         },
         sensor: None,
         tof: None,
+        carried_lights: Vec::new(),
         lights: vec![light],
         materials: (0..count)
             .map(|i| {

@@ -35,6 +35,7 @@ fn closed_room(estimator: VplSum, rsm_size: u32) -> Scene {
         },
         sensor: None,
         tof: None,
+        carried_lights: Vec::new(),
         lights: vec![Light::Point {
             position_m: DVec3::new(0.1, 0.4, -0.2),
             power_w: [50.0, 40.0, 30.0],

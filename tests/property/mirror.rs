@@ -38,6 +38,7 @@ fn room(light_m: DVec3) -> Scene {
         },
         sensor: None,
         tof: None,
+        carried_lights: Vec::new(),
         lights: vec![point_light(light_m)],
         materials: vec![Material::lambert("grey", [0.7; 3])],
         meshes: walls.map(Shared::from).to_vec(),

@@ -2,8 +2,8 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Scene, Shadow,
-    SpotCone, VplSum,
+    Carrier, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Scene,
+    Shadow, SpotCone, VplSum,
 };
 use glam::DVec3;
 
@@ -259,4 +259,48 @@ quantum_efficiency = 0.8
     assert_eq!(tof.weighted([2.0, 4.0, 8.0]), 2.0);
     assert_eq!((tof.phase_count, tof.phase_offset_deg), (3, -4.0));
     assert_ne!(all.hash(), scene.hash());
+}
+
+/// A camera that looks along +x, with y up: its right is z, its down -y.
+#[test]
+fn lights_are_placed_relative_to_what_carries_them() {
+    let camera = "[camera]\nresolution = [8, 8]\nposition = [1, 2, 3]\nlook_at = [5, 2, 3]\nup = [0, 1, 0]\nfov_y_deg = 50\n";
+    let spot = |carrier: &str| {
+        format!(
+            "[[light]]\nkind = \"spot\"\n{carrier}\nposition = [0.5, 0.25, 0.125]\ndirection = [0, 0, 1]\n\
+             inner_half_angle_deg = 20\nouter_half_angle_deg = 30\npower_w = 1\n"
+        )
+    };
+    let mesh = "[material.clay]\nkd = 0.5\n[[mesh]]\npath = \"mesh.obj\"\nmaterial = \"clay\"\nscale = 2\nrotate_deg = [0, 90, 0]\ntranslate = [10, 0, 0]\n";
+    let (by_camera, by_mesh) = (
+        spot("relative_to = \"camera\""),
+        spot("relative_to = \"mesh\"\nmesh = 0"),
+    );
+    let mut scene = load(&format!("{camera}{by_camera}{by_mesh}{mesh}"));
+    assert_eq!(
+        scene.carried_lights,
+        [(0, Carrier::Camera), (1, Carrier::Mesh(0))]
+    );
+    let assert_at = |light: &Light, position_m: [f64; 3], direction: [f64; 3]| {
+        let off_m = light.position_m().unwrap() - DVec3::from(position_m);
+        let turned = light.direction().unwrap() - DVec3::from(direction);
+        assert!(
+            off_m.length() < 1e-12 && turned.length() < 1e-12,
+            "{light:?}"
+        );
+    };
+    assert_at(&scene.lights[0], [1.125, 1.75, 3.5], [1.0, 0.0, 0.0]);
+    // Twice as far, z turned to x and x to -z, and then 10 m on.
+    assert_at(&scene.lights[1], [10.25, 0.5, -1.0], [1.0, 0.0, 0.0]);
+
+    // The camera steps back and looks along -x: its right is -z.
+    let mut camera = scene.camera;
+    camera.position_m = DVec3::new(-1.0, 2.0, 3.0);
+    camera.look_at_m = DVec3::new(-2.0, 2.0, 3.0);
+    scene.set_camera(camera);
+    assert_at(&scene.lights[0], [-1.125, 1.75, 2.5], [-1.0, 0.0, 0.0]);
+    assert_at(&scene.lights[1], [10.25, 0.5, -1.0], [1.0, 0.0, 0.0]);
+    let quarter = glam::DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2);
+    scene.carry_lights(Carrier::Mesh(0), quarter, DVec3::Z);
+    assert_at(&scene.lights[1], [-0.5, 10.25, 0.0], [0.0, 1.0, 0.0]);
 }

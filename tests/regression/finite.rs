@@ -26,6 +26,7 @@ fn square(light_position_m: DVec3) -> Scene {
         },
         sensor: None,
         tof: None,
+        carried_lights: Vec::new(),
         lights: vec![Light::Point {
             position_m: light_position_m,
             power_w: [1e10; 3],

@@ -139,8 +139,14 @@ impl Changes {
         Ok(name)
     }
 
-    /// Refuses a scene that lacks what is to change.
+    /// Refuses a scene that lacks what is to change, or where something else moves it.
     pub fn check(&self, scene: &Scene) -> Result<(), Failure> {
+        let carried = |light: &usize| scene.carried_lights.iter().any(|(i, _)| i == light);
+        if let Some((light, _)) = self.lights.iter().find(|(light, _)| carried(light)) {
+            Err(format!(
+                "[[light]] {light} of this job has a motion, but its scene has it relative_to what carries it; remove one of them"
+            ))?;
+        }
         for (at, named) in &self.named {
             let (what, index, count) = match named {
                 Named::Light(index) => ("light", index, scene.lights.len()),

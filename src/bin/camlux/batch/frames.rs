@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-use camlux::glam::{DMat4, DQuat, DVec3};
+use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
 use camlux::output::Attribute;
-use camlux::scene::{Intrinsics, Mesh, Shared};
+use camlux::scene::{Carrier, Intrinsics, Mesh, Shared};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
@@ -141,15 +141,20 @@ impl Frames {
         let camera = changes.camera.as_ref();
         let camera_pose = camera.map(|motion| motion.pose(frame, later, draws("camera")));
         if let Some(pose) = &camera_pose {
-            scene.camera = pose.camera(&scene.camera);
+            scene.set_camera(pose.camera(&scene.camera));
         }
         let meshes = changes.meshes.iter().map(|(mesh, motion)| {
             let pose = motion.pose(frame, later, draws(&format!("mesh {mesh}")));
             (*mesh, pose.position_m, pose.rotation())
         });
+        let mesh_poses: Vec<_> = meshes.collect();
+        for &(mesh, position_m, rotation) in &mesh_poses {
+            let rotation = DMat3::from_quat(rotation);
+            scene.carry_lights(Carrier::Mesh(mesh), rotation, position_m);
+        }
         Moment {
             scene_index,
-            mesh_poses: meshes.collect(),
+            mesh_poses,
             camera_pose,
             scene,
         }
