@@ -134,7 +134,7 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
         (
             format!("{CAMERA}{LIGHT}relative_to = \"mesh\"\n{MESH}"),
             [
-                "scene.toml:7: [[light]] lacks \"mesh\"",
+                "scene.toml:7: [[light]] has no \"mesh\"",
                 "add mesh = 0, its place in this file",
             ],
         ),
