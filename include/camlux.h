@@ -582,6 +582,11 @@ typedef struct camlux_sensor {
   double wavelength_nm;
   /** Electrons per photon, above 0 up to 1. */
   double quantum_efficiency;
+  /**
+   * Focal length over the diameter of the aperture: the irradiance on a pixel is then its radiance times (pi/4) / f_number^2 * cos^4 of the
+   * angle to the axis. 0: it is the radiance by number. Not with CAMLUX_LENS_FISHEYE.
+   */
+  double f_number;
 } camlux_sensor;
 
 /** How the single bounce is computed. Begin with CAMLUX_INDIRECT_INIT: final gathering to 0.02 of relative error. */
@@ -1608,7 +1613,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0} }
 
-#define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0 }
+#define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0 }
 
 #define CAMLUX_TOF_NOISE_INIT { (uint32_t)sizeof(camlux_tof_noise), 12, 0, 0.0, 0.0, 0.0, 1.0, 0.0 }
 

@@ -1,12 +1,19 @@
 // Energy on the pixel in the exposure: Q_C = E_C · SensorPixelArea · SignalDutyCycle · ExposureTime, with E_C numerically
-// the radiance L*_{P→C}, as the model has it.
+// the radiance L*_{P→C}, as the model has it; or behind an aperture L · (π/4)·(D/f)² · cos⁴θ.
 
 struct SensorParameters {
-    joule_per_irradiance: f32,
+    // C, and the unit vector of the axis; with an aperture.
+    camera_position: vec3<f32>,
+    // Of light along the axis.
+    joule_per_radiance: f32,
+    forward: vec3<f32>,
 }
 
 var direct_radiance: texture_2d<f32>;
 var indirect_radiance: texture_2d<f32>;
+#if APERTURE
+var position_mesh: texture_2d<f32>;
+#endif
 var energy: texture_storage_2d<rgba32float, write>;
 var<immediate> parameters: SensorParameters;
 
@@ -21,5 +28,11 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
 #if INDIRECT
     radiance += textureLoad(indirect_radiance, pixel, 0).rgb;
 #endif
-    textureStore(energy, pixel, vec4<f32>(radiance * parameters.joule_per_irradiance, 0.0));
+#if APERTURE
+    let offset = textureLoad(position_mesh, pixel, 0).xyz - parameters.camera_position;
+    let depth = dot(offset, parameters.forward);
+    let squared_cosine = depth * depth / max(dot(offset, offset), 1e-37);
+    radiance *= squared_cosine * squared_cosine;
+#endif
+    textureStore(energy, pixel, vec4<f32>(radiance * parameters.joule_per_radiance, 0.0));
 }

@@ -365,11 +365,16 @@ const _: () = {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct SensorParameters {
-    pub joule_per_irradiance: f32,
+    pub camera_position: [f32; 3],
+    pub joule_per_radiance: f32,
+    pub forward: [f32; 3],
+    pub _pad0: [u32; 1],
 }
 const _: () = {
-    assert!(size_of::<SensorParameters>() == 4);
-    assert!(std::mem::offset_of!(SensorParameters, joule_per_irradiance) == 0);
+    assert!(size_of::<SensorParameters>() == 32);
+    assert!(std::mem::offset_of!(SensorParameters, camera_position) == 0);
+    assert!(std::mem::offset_of!(SensorParameters, joule_per_radiance) == 12);
+    assert!(std::mem::offset_of!(SensorParameters, forward) == 16);
 };
 
 #[repr(C)]
@@ -3682,7 +3687,7 @@ pub static MODULES: &[Module] = &[
         name: "sensor",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 4,
+        immediate_bytes: 32,
         bindings: &[
             Binding { binding: 0, name: "direct_radiance", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 2, name: "energy", kind: DescriptorType::STORAGE_IMAGE },
@@ -3691,10 +3696,23 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("sensor.spv"),
     },
     Module {
+        name: "sensor_aperture",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 32,
+        bindings: &[
+            Binding { binding: 0, name: "direct_radiance", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 2, name: "position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "energy", kind: DescriptorType::STORAGE_IMAGE },
+        ],
+        constants: &[],
+        spirv: include_bytes!("sensor_aperture.spv"),
+    },
+    Module {
         name: "sensor_indirect",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 4,
+        immediate_bytes: 32,
         bindings: &[
             Binding { binding: 0, name: "direct_radiance", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 1, name: "indirect_radiance", kind: DescriptorType::SAMPLED_IMAGE },
@@ -3702,6 +3720,20 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[],
         spirv: include_bytes!("sensor_indirect.spv"),
+    },
+    Module {
+        name: "sensor_indirect_aperture",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 32,
+        bindings: &[
+            Binding { binding: 0, name: "direct_radiance", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 1, name: "indirect_radiance", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 2, name: "position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "energy", kind: DescriptorType::STORAGE_IMAGE },
+        ],
+        constants: &[],
+        spirv: include_bytes!("sensor_indirect_aperture.spv"),
     },
     Module {
         name: "light_rays_trace_central_packet",

@@ -134,6 +134,7 @@ struct sensor {
     double duty_cycle = 1;
     double wavelength_nm = 0;
     double quantum_efficiency = 0;
+    double f_number = 0;
 };
 
 /** camlux_tof_noise. */
@@ -440,6 +441,7 @@ inline camlux_sensor raw_of(const sensor &from) noexcept
     to.duty_cycle = from.duty_cycle;
     to.wavelength_nm = from.wavelength_nm;
     to.quantum_efficiency = from.quantum_efficiency;
+    to.f_number = from.f_number;
     return to;
 }
 

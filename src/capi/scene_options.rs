@@ -75,6 +75,9 @@ pub struct camlux_sensor {
     pub wavelength_nm: f64,
     /// Electrons per photon, above 0 up to 1.
     pub quantum_efficiency: f64,
+    /// Focal length over the diameter of the aperture: the irradiance on a pixel is then its radiance times (pi/4) / f_number^2 * cos^4 of the
+    /// angle to the axis. 0: it is the radiance by number. Not with CAMLUX_LENS_FISHEYE.
+    pub f_number: f64,
 }
 
 /// Final gathering by rays from both ends: converges to the true single bounce, and meets a target error.
@@ -323,6 +326,7 @@ fn sensor_from_c(sensor: camlux_sensor) -> Outcome<Sensor> {
             wavelength_nm: sensor.wavelength_nm,
             quantum_efficiency: sensor.quantum_efficiency,
         }),
+        f_number: (sensor.f_number != 0.0).then_some(sensor.f_number),
     };
     sensor.validate()?;
     Ok(sensor)

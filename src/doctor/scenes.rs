@@ -308,6 +308,7 @@ pub fn with_tof(scene: Scene, frequencies_hz: &[f64]) -> Scene {
             pixel_pitch_um: [10.0; 2],
             exposure_time_s: 1e-3,
             duty_cycle: 0.5,
+            f_number: None,
             photodetector: Some(Photodetector {
                 wavelength_nm: 850.0,
                 quantum_efficiency: 0.8,

@@ -125,13 +125,22 @@ pub(crate) fn draw(
     };
 
     // Radiance is the same sum as energy, for a host that reads it on the device.
-    let indirect = images.indirect.as_ref();
-    for (factor, sum) in [
-        (context.plan.joule_per_irradiance, &images.energy),
-        (Some(1.0), &images.radiance),
+    let plan = context.plan;
+    let (joule, aperture) = (plan.joule_per_irradiance, plan.irradiance_per_radiance);
+    let energy_factor = joule.map(|joule| joule * aperture.unwrap_or(1.0));
+    for (factor, seen, sum) in [
+        (energy_factor, aperture.map(|_| gbuffer), &images.energy),
+        (Some(1.0), None, &images.radiance),
     ] {
         if let (Some(factor), Some(sum)) = (factor, sum) {
-            context.record(|r| sensor::expose(r, context, factor, direct, indirect, sum))?;
+            let exposure = sensor::Exposure {
+                factor,
+                seen,
+                direct,
+                indirect: images.indirect.as_ref(),
+                sum,
+            };
+            context.record(|r| sensor::expose(r, context, &exposure))?;
         }
     }
     context.finish()?;

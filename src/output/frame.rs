@@ -527,6 +527,7 @@ impl FrameDescription {
         let sensor = self.sensor?;
         Some(TofCamera {
             tof: self.tof.as_ref()?,
+            camera: self.camera,
             sensor,
             photodetector: sensor.photodetector?,
             frame_index: self.frame_index,

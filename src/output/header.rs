@@ -180,7 +180,11 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
             exposure_time_s,
             duty_cycle,
             photodetector,
+            f_number,
         } = *sensor;
+        if let Some(f_number) = f_number {
+            add("lens.f_number", Attribute::Number(f_number));
+        }
         add("sensor.pixel_pitch_um", Attribute::Vector2(pixel_pitch_um));
         add("sensor.exposure_time_s", Attribute::Number(exposure_time_s));
         add("sensor.duty_cycle", Attribute::Number(duty_cycle));

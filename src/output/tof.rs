@@ -4,7 +4,7 @@ use super::{Frame, Layer, LayerData, TofQuantity, per_pixel};
 use crate::{
     Error, Result,
     model::{PhaseSampling, Phasor, Reading, electrons, multipath_error_m, range_m, wrap_count},
-    scene::{ChargeUnit, Photodetector, Sensor, TimeOfFlight},
+    scene::{Camera, ChargeUnit, Photodetector, Sensor, TimeOfFlight},
 };
 
 /// What a pixel has of one frequency.
@@ -18,12 +18,13 @@ pub(crate) struct PixelPhasors {
 #[derive(Clone, Copy)]
 pub(crate) struct TofCamera<'t> {
     pub tof: &'t TimeOfFlight,
+    pub camera: Camera,
     pub sensor: Sensor,
     pub photodetector: Photodetector,
     pub frame_index: u32,
 }
 
-/// Light of a phase image by its index and that of the pixel: L of all light, and Z with the camera's phase offset, W/sr/m².
+/// Light of a phase image by its index and that of the pixel: L of all light, and Z with the camera's phase offset, W/sr/m²; or E and its phasor, W/m².
 type PhaseLight<'l> = dyn Fn(usize, usize) -> (f64, Phasor) + Sync + 'l;
 
 impl TofCamera<'_> {
@@ -82,6 +83,12 @@ impl TofCamera<'_> {
     ) -> Vec<(Layer, LayerData)> {
         let frequency_hz = self.tof.frequencies_hz[frequency];
         let sampling = PhaseSampling::of(self.tof, frequency);
+        let irradiance_per_radiance = self.irradiance_per_radiance(count);
+        let light = &|phase: usize, i: usize| {
+            let (radiance, phasor) = light(phase, i);
+            let factor = irradiance_per_radiance.get(i).copied().unwrap_or(1.0);
+            (radiance * factor, phasor * factor)
+        };
         let phases = 0..self.tof.phase_count as usize;
         let image = |phase| self.phase_image((frequency, &sampling), phase, count, light);
         let images: Vec<Vec<f32>> = phases.clone().map(image).collect();
@@ -115,6 +122,22 @@ impl TofCamera<'_> {
         }
         let named = |(quantity, data)| (Layer::Tof(frequency as u8, quantity), data);
         layers.into_iter().map(named).collect()
+    }
+
+    /// Of each pixel, by the lens; empty where it is 1.
+    fn irradiance_per_radiance(&self, count: usize) -> Vec<f64> {
+        if self.sensor.f_number.is_none() {
+            return Vec::new();
+        }
+        let width = self.camera.resolution_px[0] as usize;
+        let mut factors = vec![0.0; count];
+        per_pixel(&mut factors, |i| {
+            let [x_px, y_px] = [i % width, i / width].map(|place| place as f64 + 0.5);
+            let direction = self.camera.unproject(x_px, y_px).unwrap_or_default();
+            let cosine = direction.z / direction.length();
+            [self.sensor.irradiance_per_radiance(cosine)]
+        });
+        factors
     }
 
     /// Electrons of both taps, without noise.

@@ -149,8 +149,10 @@ mod tests {
             ("shadow", vec![]),
             ("compact", vec!["scan"]),
             ("stderr", vec![]),
-            ("sensor", vec![""]),
-            ("sensor", vec!["indirect"]),
+            ("sensor", vec!["", ""]),
+            ("sensor", vec!["indirect", ""]),
+            ("sensor", vec!["", "aperture"]),
+            ("sensor", vec!["indirect", "aperture"]),
         ];
         let trees = ["", "tree"];
         let kernels = RayKernel::ALL

@@ -1,30 +1,53 @@
 //! Sensor pass: energy on each pixel in the exposure.
 
-use super::Context;
+use super::{Context, gbuffer::GBuffer};
 use crate::{
     Result,
     vulkan::{Image, Recorder, Resource, shaders::SensorParameters},
 };
 
-/// energy = (direct + indirect) · joule_per_irradiance.
+/// What is added up, and what for.
+pub(crate) struct Exposure<'e> {
+    /// Of what each pixel gets, over its radiance along the axis.
+    pub factor: f64,
+    /// Where the pixels look, for those behind an aperture.
+    pub seen: Option<&'e GBuffer>,
+    pub direct: &'e Image,
+    pub indirect: Option<&'e Image>,
+    pub sum: &'e Image,
+}
+
+/// sum = (direct + indirect) · factor, and behind an aperture cos⁴ of the angle to the axis.
 pub(crate) fn expose(
     recorder: &mut Recorder,
     context: &Context,
-    joule_per_irradiance: f64,
-    direct: &Image,
-    indirect: Option<&Image>,
-    energy: &Image,
+    exposure: &Exposure,
 ) -> Result<()> {
-    let word = if indirect.is_some() { "indirect" } else { "" };
+    let Exposure {
+        factor,
+        seen,
+        direct,
+        indirect,
+        sum,
+    } = *exposure;
+    let words = [
+        indirect.map_or("", |_| "indirect"),
+        seen.map_or("", |_| "aperture"),
+    ];
     let mut resources = vec![
         ("direct_radiance", Resource::Image(direct)),
-        ("energy", Resource::Image(energy)),
+        ("energy", Resource::Image(sum)),
     ];
     resources.extend(indirect.map(|image| ("indirect_radiance", Resource::Image(image))));
+    resources.extend(seen.map(|seen| ("position_mesh", Resource::Image(&seen.position_mesh))));
+    let forward = context.scene.camera.basis().forward;
     let parameters = SensorParameters {
-        joule_per_irradiance: joule_per_irradiance as f32,
+        camera_position: context.camera_position(),
+        joule_per_radiance: factor as f32,
+        forward: forward.as_vec3().to_array(),
+        ..SensorParameters::default()
     };
-    recorder.prepare_images(&[energy]);
+    recorder.prepare_images(&[sum]);
     let size = context.plan.resolution_px;
-    context.dispatch(recorder, ("sensor", &[word]), &resources, &parameters, size)
+    context.dispatch(recorder, ("sensor", &words), &resources, &parameters, size)
 }

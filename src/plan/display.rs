@@ -107,7 +107,9 @@ impl fmt::Display for Plan {
             )?;
         }
         if self.joule_per_irradiance.is_some() {
-            writeln!(f, "  sensor")?;
+            let aperture = self.irradiance_per_radiance;
+            let vignetting = aperture.map_or("", |_| "     behind an aperture, cos⁴");
+            writeln!(f, "  sensor{vignetting}")?;
         }
         writeln!(f, "left out")?;
         let is_sum = self.indirect.is_some_and(|i| !i.is_final_gather());

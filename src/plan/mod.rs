@@ -49,6 +49,8 @@ pub struct Plan {
     pub indirect: Option<IndirectPlan>,
     /// Joules per W/m² on the pixel, with a sensor.
     pub joule_per_irradiance: Option<f64>,
+    /// Irradiance on the pixel over the radiance of light along the axis, sr, with an aperture.
+    pub irradiance_per_radiance: Option<f64>,
     /// With time of flight.
     pub tof: Option<TofPlan>,
 }
@@ -225,6 +227,10 @@ impl Plan {
             map_sets: 1,
             indirect,
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
+            irradiance_per_radiance: scene
+                .sensor
+                .filter(|sensor| sensor.f_number.is_some())
+                .map(|sensor| sensor.irradiance_per_radiance(1.0)),
             tof,
         })
     }

@@ -29,7 +29,8 @@ impl Scene {
     /// Those of [`Scene::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Scene> {
         let known = [
-            "version", "camera", "sensor", "tof", "light", "mesh", "material", "direct", "indirect",
+            "version", "camera", "lens", "sensor", "tof", "light", "mesh", "material", "direct",
+            "indirect",
         ];
         let mut keys = Keys::parse(text, file, "scene file", &known)?;
         let mut places = Places::from([(("scene", 0), file.display().to_string())]);
@@ -42,7 +43,16 @@ impl Scene {
             places.extend(table.iter().map(|table| ((key, 0), table.at.clone())));
             Ok(table)
         };
-        let sensor = optional("sensor")?.map(file_parts::sensor).transpose()?;
+        let mut sensor = optional("sensor")?.map(file_parts::sensor).transpose()?;
+        if let Some(lens) = optional("lens")? {
+            let sensor = sensor.as_mut().ok_or_else(|| {
+                lens.error(
+                    "[lens] says nothing without [sensor]",
+                    "remove it, or add a [sensor] table",
+                )
+            })?;
+            sensor.f_number = Some(file_parts::f_number(lens)?);
+        }
         let tof = optional("tof")?;
         let direct = optional("direct")?.map(file_parts::direct).transpose()?;
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;

@@ -102,7 +102,13 @@ pub(super) fn sensor(mut keys: Keys) -> Result<Sensor> {
         exposure_time_s: exposure.number()?,
         duty_cycle: keys.need("duty_cycle", "duty_cycle = 0.5")?.number()?,
         photodetector: photodetector(&mut keys)?,
+        f_number: None,
     })
+}
+
+pub(super) fn f_number(mut keys: Keys) -> Result<f64> {
+    keys.only(&["f_number"])?;
+    keys.need("f_number", "f_number = 2.8")?.number()
 }
 
 fn photodetector(keys: &mut Keys) -> Result<Option<Photodetector>> {

@@ -34,9 +34,14 @@ impl Scene {
                 exposure_time_s,
                 duty_cycle,
                 photodetector: _,
+                f_number: _,
             } = *sensor;
             [width_um, height_um, exposure_time_s, duty_cycle]
         });
+        if let Some(f_number) = sensor.and_then(|sensor| sensor.f_number) {
+            bytes.name("f_number");
+            bytes.numbers([f_number]);
+        }
         bytes.name(shadow.map_or("chosen", Shadow::name));
         bytes.name(indirect.map_or("none", |indirect| indirect.name()));
         if let Some(indirect) = indirect {

@@ -27,6 +27,8 @@ mod validate;
 mod validate_surface;
 mod warnings;
 
+use std::f64::consts::FRAC_PI_4;
+
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::Carrier;
@@ -80,7 +82,7 @@ impl Scene {
     }
 }
 
-/// What turns the irradiance on a pixel into energy: Q_C = E_C · pixel area · duty cycle · exposure time.
+/// What turns the radiance that a pixel sees into energy: Q_C = E_C · pixel area · duty cycle · exposure time.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensor {
     /// Width and height of a pixel, micrometres.
@@ -90,6 +92,8 @@ pub struct Sensor {
     pub duty_cycle: f64,
     /// For time of flight.
     pub photodetector: Option<Photodetector>,
+    /// Focal length over the diameter of the aperture. `None`: E_C is the radiance by number, as the model has it.
+    pub f_number: Option<f64>,
 }
 
 impl Sensor {
@@ -98,6 +102,14 @@ impl Sensor {
         let [width_um, height_um] = self.pixel_pitch_um;
         let pixel_area_m2 = width_um * height_um * 1e-12;
         pixel_area_m2 * self.duty_cycle * self.exposure_time_s
+    }
+
+    /// E_C over the radiance of light that arrives at this cosine of the angle to the axis, sr: (π/4)·cos⁴θ over the square of the f-number.
+    pub fn irradiance_per_radiance(&self, cosine: f64) -> f64 {
+        match self.f_number {
+            None => 1.0,
+            Some(f_number) => FRAC_PI_4 * cosine.powi(4) / f_number.powi(2),
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
-use super::{Camera, Intrinsics, Lens, Light, Scene, Sensor};
+use super::{Camera, Distortion, Intrinsics, Lens, Light, Scene, Sensor};
 use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
@@ -48,6 +48,15 @@ impl Scene {
         placed("camera", 0, self.camera.validate())?;
         if let Some(sensor) = &self.sensor {
             placed("sensor", 0, sensor.validate())?;
+            let is_fisheye = matches!(self.camera.distortion(), Some(Distortion::Fisheye(_)));
+            let has_aperture = sensor.f_number.is_some();
+            let part = Part("sensor".into());
+            let fitting = part.require(
+                !(is_fisheye && has_aperture),
+                "f_number stands beside a fisheye lens, whose vignetting is not cos⁴",
+                "leave f_number out; E_C is then the radiance by number",
+            );
+            placed("sensor", 0, fitting)?;
         }
         if let Some(indirect) = &self.indirect {
             placed("indirect", 0, indirect.validate())?;
@@ -229,6 +238,9 @@ impl Sensor {
             format_args!("duty_cycle is {}", self.duty_cycle),
             "give a share from 0 to 1",
         )?;
+        if let Some(f_number) = self.f_number {
+            part.require_above_zero("f_number", f_number)?;
+        }
         let photodetector = self.photodetector;
         photodetector.map_or(Ok(()), |photodetector| photodetector.validate(&part))
     }

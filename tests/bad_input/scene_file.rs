@@ -125,6 +125,13 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
             ],
         ),
         (
+            format!("{CAMERA}[lens]\nf_number = 2.8\n{LIGHT}{MESH}"),
+            [
+                "scene.toml:7: [lens] says nothing without [sensor]",
+                "add a [sensor] table",
+            ],
+        ),
+        (
             format!("{CAMERA}{LIGHT}relative_to = \"robot\"\n"),
             [
                 "scene.toml:11: unknown relative_to \"robot\" in [[light]]",

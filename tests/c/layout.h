@@ -79,7 +79,7 @@ CHECK(camlux_camera_cy_px_size, sizeof(((camlux_camera *)0)->cy_px) == 8);
 CHECK(camlux_camera_distortion_offset, offsetof(camlux_camera, distortion) == 128);
 CHECK(camlux_camera_distortion_size, sizeof(((camlux_camera *)0)->distortion) == 64);
 
-CHECK(size_of_camlux_sensor, sizeof(camlux_sensor) == 56);
+CHECK(size_of_camlux_sensor, sizeof(camlux_sensor) == 64);
 CHECK(camlux_sensor_struct_size_offset, offsetof(camlux_sensor, struct_size) == 0);
 CHECK(camlux_sensor_struct_size_size, sizeof(((camlux_sensor *)0)->struct_size) == 4);
 CHECK(camlux_sensor_reserved_offset, offsetof(camlux_sensor, reserved) == 4);
@@ -94,6 +94,8 @@ CHECK(camlux_sensor_wavelength_nm_offset, offsetof(camlux_sensor, wavelength_nm)
 CHECK(camlux_sensor_wavelength_nm_size, sizeof(((camlux_sensor *)0)->wavelength_nm) == 8);
 CHECK(camlux_sensor_quantum_efficiency_offset, offsetof(camlux_sensor, quantum_efficiency) == 48);
 CHECK(camlux_sensor_quantum_efficiency_size, sizeof(((camlux_sensor *)0)->quantum_efficiency) == 8);
+CHECK(camlux_sensor_f_number_offset, offsetof(camlux_sensor, f_number) == 56);
+CHECK(camlux_sensor_f_number_size, sizeof(((camlux_sensor *)0)->f_number) == 8);
 
 CHECK(size_of_camlux_tof_noise, sizeof(camlux_tof_noise) == 56);
 CHECK(camlux_tof_noise_struct_size_offset, offsetof(camlux_tof_noise, struct_size) == 0);
@@ -425,7 +427,7 @@ static const unsigned char rust_camlux_device_info[] = {128,3,0,0,0,0,0,0,0,0,0,
 static const camlux_camera init_of_camlux_camera = CAMLUX_CAMERA_INIT;
 static const unsigned char rust_camlux_camera[] = {192,0,0,0,128,2,0,0,224,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0,0,0,0,0,0,128,70,64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_sensor init_of_camlux_sensor = CAMLUX_SENSOR_INIT;
-static const unsigned char rust_camlux_sensor[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_sensor[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_tof_noise init_of_camlux_tof_noise = CAMLUX_TOF_NOISE_INIT;
 static const unsigned char rust_camlux_tof_noise[] = {56,0,0,0,12,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0};
 static const camlux_tof init_of_camlux_tof = CAMLUX_TOF_INIT;
@@ -466,7 +468,7 @@ static const struct init inits[] = {
     {"camlux_device_options", 24, rust_camlux_device_options, &init_of_camlux_device_options},
     {"camlux_device_info", 896, rust_camlux_device_info, &init_of_camlux_device_info},
     {"camlux_camera", 192, rust_camlux_camera, &init_of_camlux_camera},
-    {"camlux_sensor", 56, rust_camlux_sensor, &init_of_camlux_sensor},
+    {"camlux_sensor", 64, rust_camlux_sensor, &init_of_camlux_sensor},
     {"camlux_tof_noise", 56, rust_camlux_tof_noise, &init_of_camlux_tof_noise},
     {"camlux_tof", 136, rust_camlux_tof, &init_of_camlux_tof},
     {"camlux_indirect", 56, rust_camlux_indirect, &init_of_camlux_indirect},

@@ -69,6 +69,9 @@ fn a_lens_from_c_is_that_of_the_engine() {
             intrinsics: expected.camera.intrinsics_px(),
             distortion,
         };
+        let is_fisheye = matches!(distortion, Distortion::Fisheye(_));
+        let sensor = expected.sensor.as_mut().expect("the scene has one");
+        sensor.f_number = (!is_fisheye).then_some(2.0);
         let built = from_arrays(&expected);
         let frame = render(renderer, built);
         assert!(layers(frame) == engine_frame(&expected), "{distortion:?}");

@@ -297,6 +297,7 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
                 pixel_pitch_um: sensor.pixel_pitch_um,
                 exposure_time_s: sensor.exposure_time_s,
                 duty_cycle: sensor.duty_cycle,
+                f_number: sensor.f_number.unwrap_or_default(),
             });
             if let Some(detector) = sensor.photodetector {
                 c_sensor.wavelength_nm = detector.wavelength_nm;

@@ -253,3 +253,48 @@ fn noise_is_the_same_for_the_same_frame_and_other_for_another() {
         }
     }
 }
+
+/// Taps and energy of a pixel fall alike, in frames and in the reference; phasors and range are what they were.
+#[test]
+fn an_aperture_takes_light_and_no_phase() {
+    let mut scene = modulated_demo_scene("cornell", [48, 32], &[100e6]);
+    scene.indirect = None;
+    let mut gpu = Gpu::open();
+    let render = |gpu: &mut Gpu, scene: &Scene| {
+        let reference = Reference::new(scene, 1).expect("a valid scene").frame();
+        [gpu.render(scene), reference]
+    };
+    let plain = render(&mut gpu, &scene);
+    scene.sensor.as_mut().expect("it was given").f_number = Some(1.4);
+    let behind = render(&mut gpu, &scene);
+    let values = |frame: &Frame, quantity| {
+        let layer = Layer::Tof(0, quantity);
+        frame.values(layer).expect("the layer is there").to_vec()
+    };
+    for (plain, behind) in plain.iter().zip(&behind) {
+        assert!(values(plain, TofQuantity::Phasor) == values(behind, TofQuantity::Phasor));
+        let [depth, range] = [Layer::Depth, Layer::Range].map(|layer| behind.values(layer));
+        let (depth, range) = (depth.expect("it is there"), range.expect("it is there"));
+        let of = |frame: &Frame| {
+            [
+                TofQuantity::Amplitude,
+                TofQuantity::Intensity,
+                TofQuantity::Range,
+            ]
+            .map(|quantity| values(frame, quantity))
+        };
+        let (before, after) = (of(plain), of(behind));
+        let mut lit = 0;
+        for i in (0..depth.len()).filter(|&i| before[0][i] > 0.0) {
+            lit += 1;
+            let cosine = f64::from(depth[i]) / f64::from(range[i]);
+            let due = std::f64::consts::FRAC_PI_4 / 1.4f64.powi(2) * cosine.powi(4);
+            for (before, after) in before.iter().zip(&after).take(2) {
+                let share = f64::from(after[i]) / f64::from(before[i]);
+                assert!((share / due - 1.0).abs() < 3e-6, "{share} {due}");
+            }
+            assert!((before[2][i] - after[2][i]).abs() < 1e-6);
+        }
+        assert!(lit > 500, "{lit}");
+    }
+}

@@ -134,7 +134,7 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_sensor {
             reserved, pixel_pitch_um, exposure_time_s, duty_cycle, wavelength_nm,
-            quantum_efficiency,
+            quantum_efficiency, f_number,
         }
         camlux_tof_noise {
             bits, seed, dark_e_per_s, read_noise_e, full_well_e, gain_dn_per_e, black_level_dn,

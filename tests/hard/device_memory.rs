@@ -43,6 +43,7 @@ fn time_of_flight(scene: &mut Scene) {
         pixel_pitch_um: [10.0; 2],
         exposure_time_s: 1e-3,
         duty_cycle: 1.0,
+        f_number: None,
         photodetector: Some(Photodetector {
             wavelength_nm: 850.0,
             quantum_efficiency: 0.8,

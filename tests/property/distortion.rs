@@ -2,7 +2,7 @@
 
 use crate::common::calibrations;
 use crate::common::rooms;
-use camlux::scene::{Camera, Distortion, Intrinsics, Lens};
+use camlux::scene::{Camera, Distortion, Intrinsics, Lens, Sensor};
 use glam::{DVec2, DVec3};
 
 fn camera(resolution_px: [u32; 2], lens: Lens) -> Camera {
@@ -123,4 +123,29 @@ fn an_image_that_folds_over_is_refused() {
     let pole = Distortion::Rational([0.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
     assert_eq!(refused(1000, pole), None);
     assert!(refused(100, Distortion::Rational([f64::NAN; 8])).is_some());
+}
+
+#[test]
+fn a_fisheye_has_no_f_number() {
+    let mut scene = rooms::marked_room();
+    scene.sensor = Some(Sensor {
+        pixel_pitch_um: [10.0; 2],
+        exposure_time_s: 1e-3,
+        duty_cycle: 1.0,
+        photodetector: None,
+        f_number: Some(2.0),
+    });
+    let mut said = |distortion| {
+        scene.camera.lens = Lens::Distorted {
+            intrinsics: scene.camera.intrinsics_px(),
+            distortion,
+        };
+        scene.validate().err().map(|error| error.to_string())
+    };
+    assert_eq!(said(Distortion::Rational([0.0; 8])), None);
+    let error = said(Distortion::Fisheye([0.0; 4])).expect("it is refused");
+    assert!(
+        error.contains("f_number stands beside a fisheye lens"),
+        "{error}"
+    );
 }

@@ -4,7 +4,7 @@ use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, plain_sum}
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{Encoding, IndirectLight, Sensor, Texels, Texture},
+    scene::{Distortion, Encoding, IndirectLight, Lens, Sensor, Texels, Texture},
 };
 
 /// A demo scene whose indirect light need not be exact.
@@ -57,6 +57,7 @@ fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
             pixel_pitch_um: [7.5, 5.0],
             exposure_time_s: 3e-4,
             duty_cycle: 0.4,
+            f_number: None,
             photodetector: None,
         });
         if !indirect {
@@ -73,6 +74,50 @@ fn energy_is_radiance_times_area_duty_cycle_and_exposure() {
             let error = (f64::from(energy) - expected).abs();
             assert!(error <= 1.2e-7 * expected, "{energy:e} for {expected:e}");
         }
+    }
+}
+
+/// By the layers depth and range, at every pixel.
+#[test]
+fn behind_an_aperture_energy_falls_by_the_fourth_power_of_the_cosine() {
+    let mut gpu = Gpu::open();
+    for (indirect, distortion) in [(true, false), (false, true)] {
+        let mut scene = coarse("cornell");
+        if distortion {
+            scene.camera.lens = Lens::Distorted {
+                intrinsics: scene.camera.intrinsics_px(),
+                distortion: Distortion::Rational([-0.2, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            };
+        }
+        if !indirect {
+            scene.indirect = None;
+        }
+        let plain = gpu.render(&scene);
+        scene.sensor.as_mut().expect("the scene has one").f_number = Some(2.0);
+        let frame = gpu.render(&scene);
+        assert_is_lit(&frame, Layer::Energy);
+        let same = [Layer::Radiance, Layer::Depth];
+        assert!(
+            same.iter()
+                .all(|&layer| values(&plain, layer) == values(&frame, layer))
+        );
+        let (depth, range) = (values(&frame, Layer::Depth), values(&frame, Layer::Range));
+        let energies = values(&frame, Layer::Energy).iter();
+        let mut least: f64 = 1.0;
+        for (i, (&energy, &before)) in energies.zip(values(&plain, Layer::Energy)).enumerate() {
+            if before == 0.0 {
+                assert_eq!(energy, 0.0);
+                continue;
+            }
+            let cosine = f64::from(depth[i / 3]) / f64::from(range[i / 3]);
+            least = least.min(cosine);
+            let due = f64::from(before) * std::f64::consts::FRAC_PI_4 / 4.0 * cosine.powi(4);
+            assert!(
+                (f64::from(energy) / due - 1.0).abs() < 3e-6,
+                "{energy} {due}"
+            );
+        }
+        assert!(least < 0.9, "{least}");
     }
 }
 

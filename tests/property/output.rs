@@ -67,6 +67,7 @@ fn frame() -> Frame {
                 pixel_pitch_um: [12.0, 10.0],
                 exposure_time_s: 1e-3,
                 duty_cycle: 0.5,
+                f_number: None,
                 photodetector: None,
             }),
             tof: None,

@@ -25,6 +25,8 @@ intrinsics_px = { fx = 500, fy = 501.5, cx = 320, cy = 240 }
 pixel_pitch_um = [12, 10.0]
 exposure_time_s = 1.0e-3
 duty_cycle = 0.5
+[lens]
+f_number = 2.8
 [[light]]
 kind = \"spot\"
 position = [0, 2, 0]
@@ -61,6 +63,7 @@ stderr_layer = true
     let intrinsics = Intrinsics { fx, fy, cx, cy };
     assert_eq!(scene.camera.lens, Lens::Intrinsics(intrinsics));
     assert_eq!(scene.sensor.unwrap().pixel_pitch_um, [12.0, 10.0]);
+    assert_eq!(scene.sensor.unwrap().f_number, Some(2.8));
     assert_eq!(
         scene.lights,
         [
