@@ -42,6 +42,11 @@ pub enum Layer {
     /// Half the length of the shortest path L–P–C of a modulated light, metres; +∞ for the background. It is |P − C| where the light is at the
     /// camera.
     HalfPath,
+    /// Optical flow: how far the point that a pixel shows moves in the image to the next frame of a sequence, pixels, channels X (right), Y (down).
+    /// NaN where nothing is seen, where the next frame's lens does not see it, and without a next frame. Only frames of a batch have it.
+    Flow,
+    /// Scene flow: how far that point moves in the world, metres, channels X, Y, Z; NaN where nothing is seen, and without a next frame. As [`Layer::Flow`].
+    SceneFlow,
     /// What time of flight makes of a frequency, by its index into
     /// [`TimeOfFlight::frequencies_hz`](crate::scene::TimeOfFlight::frequencies_hz).
     Tof(u8, TofQuantity),
@@ -49,7 +54,7 @@ pub enum Layer {
 
 impl Layer {
     /// Every layer but those of a frequency of time of flight, in the order of the documentation.
-    const PLAIN: [Layer; 13] = [
+    const PLAIN: [Layer; 15] = [
         Layer::Radiance,
         Layer::Direct,
         Layer::Indirect,
@@ -63,7 +68,11 @@ impl Layer {
         Layer::MaterialId,
         Layer::Edge,
         Layer::HalfPath,
+        Layer::Flow,
+        Layer::SceneFlow,
     ];
+    /// Those that a sequence has and a single frame has not.
+    pub const OF_SEQUENCE: [Layer; 2] = [Layer::Flow, Layer::SceneFlow];
 
     /// Every layer, in the order of the documentation.
     pub fn all() -> impl Iterator<Item = Layer> {
@@ -130,6 +139,12 @@ impl Layer {
             Layer::MaterialId => ("id.material", &["id.material"], "1"),
             Layer::Edge => ("edge", &["edge"], "1"),
             Layer::HalfPath => ("half_path", &["half_path.Z"], "m"),
+            Layer::Flow => ("flow", &["flow.X", "flow.Y"], "px"),
+            Layer::SceneFlow => (
+                "scene_flow",
+                &["scene_flow.X", "scene_flow.Y", "scene_flow.Z"],
+                "m",
+            ),
             Layer::Tof(frequency, quantity) => describe_tof(frequency, quantity),
         }
     }
@@ -142,10 +157,11 @@ impl Layer {
         )
     }
 
-    /// Whether renders can have the layer, and not a reference image alone.
+    /// Whether renders can have the layer, and not a reference image or a sequence alone.
     pub fn is_rendered(self) -> bool {
         let of_reference = TofQuantity::PhasorStandardError;
-        self != Layer::Edge && !matches!(self, Layer::Tof(_, quantity) if quantity == of_reference)
+        let is_of_others = self == Layer::Edge || Self::OF_SEQUENCE.contains(&self);
+        !is_of_others && !matches!(self, Layer::Tof(_, quantity) if quantity == of_reference)
     }
 
     /// Whether a frame of this scene has the layer: `energy` needs a sensor, `indirect` needs indirect light, `stderr` a scene that

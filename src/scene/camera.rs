@@ -92,7 +92,33 @@ impl Camera {
         basis.forward * z + basis.right * x + basis.down * y
     }
 
-    /// The same in the camera's axes; `None` where the distorted image [folds over](Distortion::unproject).
+    /// Where the image shows a point, pixels; `None` where the lens does not see it. It may lie beyond the image's edges.
+    pub fn project(&self, point_m: DVec3) -> Option<DVec2> {
+        let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
+        let CameraBasis {
+            right,
+            down,
+            forward,
+        } = self.basis();
+        let offset_m = point_m - self.position_m;
+        let direction = DVec3::from([right, down, forward].map(|axis| offset_m.dot(axis)));
+        let on_pixels = |point: DVec2| point * DVec2::new(fx, fy) + DVec2::new(cx, cy);
+        let Some(distortion) = self.distortion() else {
+            let is_ahead = direction.z > 0.0;
+            return is_ahead.then(|| on_pixels(direction.truncate() / direction.z));
+        };
+        let is_fisheye = matches!(distortion, Distortion::Fisheye(_));
+        if !is_fisheye && direction.z <= 0.0 {
+            return None;
+        }
+        let point = distortion.project(direction);
+        // Beyond a fold the formula shows what the lens does not.
+        let seen = distortion.unproject(point)?.normalize();
+        let is_seen = seen.distance(direction.normalize()) < 1e-6;
+        is_seen.then(|| on_pixels(point))
+    }
+
+    /// The same as [`Camera::ray_direction`] in the camera's axes; `None` where the distorted image [folds over](Distortion::unproject).
     pub(crate) fn unproject(&self, x_px: f64, y_px: f64) -> Option<DVec3> {
         let Intrinsics { fx, fy, cx, cy } = self.intrinsics_px();
         let point = DVec2::new((x_px - cx) / fx, (y_px - cy) / fy);

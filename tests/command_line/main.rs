@@ -10,6 +10,7 @@ mod batch_resume;
 mod compare;
 mod doctor;
 mod exr_attributes;
+mod flow;
 mod jobs;
 mod lens;
 mod reference;

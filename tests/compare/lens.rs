@@ -8,7 +8,7 @@ use camlux::{
     Scene,
     output::{Frame, Layer},
     reference::Reference,
-    scene::{Camera, Distortion, Intrinsics, Lens, Shadow},
+    scene::{Distortion, Intrinsics, Lens, Shadow},
 };
 use glam::{DVec2, DVec3};
 
@@ -20,16 +20,6 @@ fn through(name: &str, resolution_px: [u32; 2], distortion: Distortion) -> Scene
         distortion,
     };
     scene
-}
-
-/// Where the camera sees a point of the world.
-fn pixel_of(camera: &Camera, point_m: DVec3) -> DVec2 {
-    let basis = camera.basis();
-    let offset = point_m - camera.position_m;
-    let direction = [basis.right, basis.down, basis.forward].map(|axis| offset.dot(axis));
-    let distortion = camera.distortion().expect("it is distorted");
-    let Intrinsics { fx, fy, cx, cy } = camera.intrinsics_px();
-    distortion.project(direction.into()) * DVec2::new(fx, fy) + DVec2::new(cx, cy)
 }
 
 #[test]
@@ -104,7 +94,8 @@ fn points_land_on_their_pixels() {
         for (i, point) in positions.chunks_exact(3).enumerate() {
             let centre = DVec2::new(f64::from(i as u32 % width), f64::from(i as u32 / width)) + 0.5;
             let point_m = DVec3::from_slice(&[0, 1, 2].map(|c| point[c].into()));
-            largest_px = largest_px.max(pixel_of(&scene.camera, point_m).distance(centre));
+            let shown = scene.camera.project(point_m).expect("it is seen");
+            largest_px = largest_px.max(shown.distance(centre));
         }
         println!("{}: {largest_px:.1e} px", calibration.name);
         assert!(largest_px < 1e-3, "{}: {largest_px} px", calibration.name);

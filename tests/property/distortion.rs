@@ -69,6 +69,36 @@ fn rays_are_seen_at_their_pixels() {
 }
 
 #[test]
+fn what_the_lens_does_not_see_is_at_no_pixel() {
+    let intrinsics = Intrinsics {
+        fx: 100.0,
+        fy: 100.0,
+        cx: 40.0,
+        cy: 40.0,
+    };
+    let lens = |distortion| Lens::Distorted {
+        intrinsics,
+        distortion,
+    };
+    // r·(1 - r²/3) turns back at r = 1.
+    let folding = Distortion::Rational([-1.0 / 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    let at = |lens, point: [f64; 3]| camera([80, 80], lens).project(DVec3::from(point));
+    let near = at(lens(folding), [0.9, 0.0, 1.0]).expect("it is seen");
+    assert!(
+        near.distance(DVec2::new(40.0 + 100.0 * 0.9 * (1.0 - 0.27), 40.0)) < 1e-9,
+        "{near}"
+    );
+    assert_eq!(at(lens(folding), [1.2, 0.0, 1.0]), None);
+    assert_eq!(at(lens(folding), [0.1, 0.0, -1.0]), None);
+    assert_eq!(at(Lens::Intrinsics(intrinsics), [0.1, 0.0, -1.0]), None);
+    let pinhole = at(Lens::Intrinsics(intrinsics), [1.0, -1.0, 2.0]);
+    assert_eq!(pinhole, Some(DVec2::new(90.0, -10.0)));
+    let behind = at(lens(Distortion::Fisheye([0.0; 4])), [1.0, 0.0, -1.0]);
+    let due = DVec2::new(40.0 + 100.0 * 0.75 * std::f64::consts::PI, 40.0);
+    assert!(behind.expect("a fisheye sees it").distance(due) < 1e-9);
+}
+
+#[test]
 fn without_coefficients_nothing_is_distorted() {
     let intrinsics = Intrinsics {
         fx: 100.0,

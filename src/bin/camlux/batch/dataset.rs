@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use camlux::model::PhaseSampling;
-use camlux::output::{ExrOptions, Layer, TOF_CONVENTION};
+use camlux::output::{Layer, TOF_CONVENTION};
 use camlux::scene::TimeOfFlight;
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
 use super::frames::Frames;
+use super::job::Job;
 use super::manifest::replace_text;
 use super::timing::{self, Timing};
 use crate::Failure;
@@ -30,7 +31,7 @@ fn object(frames: &Frames) -> Value {
             "resolution_px": scene.camera.resolution_px,
             "meshes": scene.meshes.iter().map(|m| &m.name).collect::<Vec<_>>(),
             "materials": scene.materials.iter().map(|m| &m.name).collect::<Vec<_>>(),
-            "layers": layers(scene, &job.exr),
+            "layers": layers(scene, job),
             "time_of_flight": scene.tof.as_ref().map(|tof| time_of_flight(scene, tof, job.timing.as_ref())),
         })
     });
@@ -85,9 +86,11 @@ fn time_of_flight(scene: &Scene, tof: &TimeOfFlight, timing: Option<&Timing>) ->
 }
 
 /// The layers in the files, with their channels and units.
-fn layers(scene: &Scene, exr: &ExrOptions) -> Map<String, Value> {
-    let layers = Layer::all();
-    let written = layers.filter(|layer| layer.is_made_for(scene) && exr.picks(*layer));
+fn layers(scene: &Scene, job: &Job) -> Map<String, Value> {
+    let is_made = |layer: Layer| {
+        layer.is_made_for(scene) || job.has_flow && Layer::OF_SEQUENCE.contains(&layer)
+    };
+    let written = Layer::all().filter(|layer| is_made(*layer) && job.exr.picks(*layer));
     let described = written.map(|layer| {
         let value =
             json!({ "channels": layer.channel_names(), "unit": layer.unit_by(scene.tof.as_ref()) });

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
 use camlux::output::Attribute;
-use camlux::scene::{Carrier, Intrinsics, Mesh, Shared};
+use camlux::scene::{Camera, Carrier, Intrinsics, Mesh, Shared};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
@@ -51,6 +51,10 @@ pub struct Planned {
     pub description: Value,
     /// When it begins.
     pub begin: Moment,
+    /// Whether it has the layers of flow.
+    pub has_flow: bool,
+    /// The next frame of the sequence, where they are wanted and there is one.
+    pub next: Option<Moment>,
     /// Each phase image as it sees the scene at its own times; empty where nothing moves meanwhile.
     pub phase_images: Vec<(Image, Vec<Moment>)>,
     /// Name and time of each phase image, seconds from the frame's beginning, where the job has times.
@@ -75,7 +79,9 @@ impl Frames {
                 scene.camera = resize(scene.camera, size_px);
             }
             warn_of(&scene, name);
-            check_layers(&scene, job.exr.layers.as_deref().unwrap_or_default())?;
+            let mut of_frame = job.exr.layers.clone().unwrap_or_default();
+            of_frame.retain(|layer| layer.is_rendered());
+            check_layers(&scene, &of_frame)?;
             if let Some(timing) = &job.timing {
                 timing.check(&scene, name)?;
             }
@@ -95,6 +101,9 @@ impl Frames {
         let mut shared_hash = blake3::Hasher::new();
         shared_hash.update(engine_hash().as_bytes());
         shared_hash.update(format!("{:?}", job.exr).as_bytes());
+        if job.has_flow {
+            shared_hash.update(b"flow");
+        }
         if let Some(timing) = &job.timing {
             shared_hash.update(format!("{timing:?}").as_bytes());
         }
@@ -220,10 +229,14 @@ impl Frames {
             "materials_kd": Map::from_iter(materials_kd),
             "seed": self.job.seed,
         });
+        let length = u64::from(self.job.frame_count);
+        let is_last = number % length == length - 1;
+        let next = (self.job.has_flow && !is_last).then(|| self.moment(index + 1, 0.0));
         let mut hasher = self.shared_hash.clone();
         hasher.update(loaded.hash.as_bytes());
         hasher.update(description.to_string().as_bytes());
-        for moment in phase_images.iter().flat_map(|(_, moments)| moments) {
+        let later = phase_images.iter().flat_map(|(_, moments)| moments);
+        for moment in later.chain(&next) {
             hasher.update(moment.poses().as_bytes());
         }
         Planned {
@@ -233,6 +246,8 @@ impl Frames {
             inputs: hasher.finalize().to_hex().to_string(),
             description,
             begin,
+            has_flow: self.job.has_flow,
+            next,
             phase_images,
             phase_starts_s,
         }
@@ -240,6 +255,19 @@ impl Frames {
 }
 
 impl Moment {
+    pub fn camera(&self) -> &Camera {
+        &self.scene.camera
+    }
+
+    pub fn mesh_count(&self) -> usize {
+        self.scene.meshes.len()
+    }
+
+    /// Of the meshes that move: index, position and rotation.
+    pub fn mesh_poses(&self) -> &[(usize, DVec3, DQuat)] {
+        &self.mesh_poses
+    }
+
     /// Where all is that can move.
     fn poses(&self) -> String {
         let Scene { camera, lights, .. } = &self.scene;

@@ -22,6 +22,8 @@ pub struct Job {
     pub seed: u32,
     pub size_px: Option<[u32; 2]>,
     pub exr: ExrOptions,
+    /// Frames have the layers of a sequence.
+    pub has_flow: bool,
     pub changes: Changes,
     /// `None`: all of a frame is of one time.
     pub timing: Option<Timing>,
@@ -49,12 +51,17 @@ impl Job {
             "layers",
             "half",
             "compression",
+            "flow",
         ])?;
         let folder = file.parent().unwrap_or(Path::new(""));
         let scenes = scenes(&mut job, folder)?;
         let seed = job.optional("seed", Value::count)?.unwrap_or(0);
         let size_px = job.optional("size", size)?;
-        let exr = exr_options(&mut job)?;
+        let mut exr = exr_options(&mut job)?;
+        let has_flow = job.optional("flow", Value::flag)?.unwrap_or(false);
+        if let (true, Some(layers)) = (has_flow, &mut exr.layers) {
+            layers.extend(Layer::OF_SEQUENCE);
+        }
         let changes = Changes::read(&mut keys, folder)?;
         let timing = Timing::read(&mut keys)?;
         let frame_count = changes.count_frames(&mut job)?;
@@ -67,6 +74,7 @@ impl Job {
             seed,
             size_px,
             exr,
+            has_flow,
             changes,
             timing,
         })

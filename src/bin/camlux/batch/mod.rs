@@ -5,6 +5,7 @@ mod contact_sheet;
 mod dataset;
 mod draws;
 mod dry_run;
+mod flow;
 mod frames;
 mod job;
 mod manifest;

@@ -12,6 +12,7 @@ use camlux::scene::ChargeUnit;
 use camlux::{Device, DeviceInfo, DeviceKind, DeviceOptions, Error, RenderOptions, Renderer};
 use serde_json::json;
 
+use super::flow;
 use super::frames::{Frames, Planned, PosedMeshes};
 use super::manifest::Journal;
 use super::progress::FrameProgress;
@@ -107,6 +108,9 @@ impl Engine {
             if let Some(((frequency, _), _)) = of_frequency.first() {
                 frame.expose(*frequency, &exposures)?;
             }
+        }
+        if planned.has_flow {
+            flow::add(&mut frame, &planned.begin, planned.next.as_ref());
         }
         Ok(frame)
     }
