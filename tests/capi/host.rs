@@ -196,7 +196,7 @@ pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
                     TofQuantity::Wraps => CAMLUX_LAYER_TOF_WRAPS,
                 }
         }
-        Layer::Edge => -1,
+        Layer::Edge | Layer::Flow | Layer::SceneFlow => -1,
     };
     let bits = |data: &LayerData| match data {
         LayerData::Float(values) => values.iter().map(|value| value.to_bits()).collect(),

@@ -295,5 +295,12 @@ fn times_that_cannot_be_are_refused() {
     let jobs = moving_wall(|job| job.into());
     jobs.write("scene.toml", SCENE);
     let stderr = jobs.fail("set", &[]);
-    assert!(stderr.contains("[time] is for time of flight"), "{stderr}");
+    assert!(stderr.contains("scene.toml has no exposure"), "{stderr}");
+    let sensor = "[sensor]\npixel_pitch_um = [10, 10]\nexposure_time_s = 0.01\nduty_cycle = 1\n";
+    jobs.write("scene.toml", &format!("{SCENE}{sensor}"));
+    let stderr = jobs.fail("set", &[]);
+    assert!(
+        stderr.contains("readout_time_s is between phase images"),
+        "{stderr}"
+    );
 }

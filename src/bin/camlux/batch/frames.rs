@@ -55,10 +55,26 @@ pub struct Planned {
     pub has_flow: bool,
     /// The next frame of the sequence, where they are wanted and there is one.
     pub next: Option<Moment>,
-    /// Each phase image as it sees the scene at its own times; empty where nothing moves meanwhile.
-    pub phase_images: Vec<(Image, Vec<Moment>)>,
+    /// What is exposed while something moves.
+    pub exposed: Exposed,
     /// Name and time of each phase image, seconds from the frame's beginning, where the job has times.
     phase_starts_s: Vec<(String, f64)>,
+}
+
+/// The scene at the times of exposures; empty where nothing moves meanwhile.
+#[derive(Default)]
+pub struct Exposed {
+    /// Of a frame without time of flight.
+    pub frame: Vec<Moment>,
+    /// Of each phase image.
+    pub phase_images: Vec<(Image, Vec<Moment>)>,
+}
+
+impl Exposed {
+    fn moments(&self) -> impl Iterator<Item = &Moment> {
+        let of_images = self.phase_images.iter().flat_map(|(_, moments)| moments);
+        self.frame.iter().chain(of_images)
+    }
 }
 
 /// The scene at one time.
@@ -183,25 +199,28 @@ impl Frames {
             Some(Aim::Rotation(rotation)) => rotation,
             _ => rotation_of(&scene.camera),
         };
-        let (mut phase_images, mut phase_starts_s) = (Vec::new(), Vec::new());
-        if let (Some(timing), Some(tof), Some(sensor)) =
-            (&self.job.timing, &scene.tof, scene.sensor)
-        {
+        let (mut exposed, mut phase_starts_s) = (Exposed::default(), Vec::new());
+        if let (Some(timing), Some(sensor)) = (&self.job.timing, scene.sensor) {
             let exposure_s = sensor.exposure_time_s;
-            for image in timing::images(tof) {
-                let name = format!("tof{}.phase{}.start_s", image.0, image.1);
-                phase_starts_s.push((name, timing.start_s(tof, exposure_s, image)));
-                let samples = timing.samples(tof, exposure_s, image);
-                let moments = samples.map(|later| self.moment(index, later)).collect();
-                phase_images.push((image, moments));
+            let moments = |start_s| -> Vec<Moment> {
+                let samples = timing.samples(start_s, exposure_s);
+                samples.map(|later| self.moment(index, later)).collect()
+            };
+            match &scene.tof {
+                None => exposed.frame = moments(0.0),
+                Some(tof) => {
+                    for image in timing::images(tof) {
+                        let name = format!("tof{}.phase{}.start_s", image.0, image.1);
+                        let start_s = timing.start_s(tof, exposure_s, image);
+                        phase_starts_s.push((name, start_s));
+                        exposed.phase_images.push((image, moments(start_s)));
+                    }
+                }
             }
         }
-        let rests = |(_, moments): &(Image, Vec<Moment>)| {
-            let begin = begin.poses();
-            moments.iter().all(|moment| moment.poses() == begin)
-        };
-        if phase_images.iter().all(rests) {
-            phase_images.clear();
+        let poses = begin.poses();
+        if exposed.moments().all(|moment| moment.poses() == poses) {
+            exposed = Exposed::default();
         }
 
         let varied = loaded.scene.materials.iter().zip(&scene.materials);
@@ -235,8 +254,7 @@ impl Frames {
         let mut hasher = self.shared_hash.clone();
         hasher.update(loaded.hash.as_bytes());
         hasher.update(description.to_string().as_bytes());
-        let later = phase_images.iter().flat_map(|(_, moments)| moments);
-        for moment in later.chain(&next) {
+        for moment in exposed.moments().chain(&next) {
             hasher.update(moment.poses().as_bytes());
         }
         Planned {
@@ -248,7 +266,7 @@ impl Frames {
             begin,
             has_flow: self.job.has_flow,
             next,
-            phase_images,
+            exposed,
             phase_starts_s,
         }
     }

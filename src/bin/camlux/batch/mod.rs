@@ -1,5 +1,6 @@
 //! `camlux batch`: from a job file to a data set of many frames. See `docs/batch.md`.
 
+mod blur;
 mod changes;
 mod contact_sheet;
 mod dataset;

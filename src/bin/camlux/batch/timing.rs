@@ -1,4 +1,4 @@
-//! When the phase images of a time-of-flight camera are exposed: `[time]` of a job.
+//! When a frame, or each phase image of a time-of-flight camera, is exposed: `[time]` of a job.
 
 use camlux::keys::{Keys, Value};
 use camlux::scene::TimeOfFlight;
@@ -52,20 +52,32 @@ impl Timing {
         }))
     }
 
-    /// Refuses a scene without phase images, and one whose phase images take longer than a frame.
+    /// Refuses a scene that exposes nothing, and one whose exposures take longer than a frame.
     pub fn check(&self, scene: &Scene, name: &str) -> std::result::Result<(), Failure> {
-        let (Some(tof), Some(sensor)) = (&scene.tof, scene.sensor) else {
-            let hint = "add [tof], or leave [time] out of the job";
-            return Err(
-                format!("[time] is for time of flight, which {name} has not; {hint}").into(),
-            );
+        let Some(sensor) = scene.sensor else {
+            return Err(format!(
+                "[time]: {name} has no exposure; add [sensor] with exposure_time_s, or leave [time] out of the job"
+            )
+            .into());
         };
-        let count = tof.frequencies_hz.len() as u32 * tof.phase_count;
+        if scene.tof.is_none() && self.readout_time_s > 0.0 {
+            return Err(format!(
+                "[time]: readout_time_s is between phase images, which {name} has not; leave it out, or add [tof]"
+            )
+            .into());
+        }
+        let (count, what) = match &scene.tof {
+            Some(tof) => (
+                tof.frequencies_hz.len() as u32 * tof.phase_count,
+                "phase images",
+            ),
+            None => (1, "exposure"),
+        };
         let taken_s = f64::from(count) * (sensor.exposure_time_s + self.readout_time_s);
         // Seconds that are written in decimals add up with a rounding error.
         if taken_s > self.frame_interval_s * (1.0 + 1e-9) {
             return Err(format!(
-                "[time]: the {count} phase images of {name} take {}, longer than frame_interval_s = {}; \
+                "[time]: the {count} {what} of {name} take {}, longer than frame_interval_s = {}; \
                  give more, or expose for a shorter time",
                 duration(taken_s),
                 self.frame_interval_s
@@ -81,14 +93,8 @@ impl Timing {
         f64::from(before) * (exposure_s + self.readout_time_s)
     }
 
-    /// From the frame's beginning to the samples of an exposure, in frames.
-    pub fn samples<'t>(
-        &'t self,
-        tof: &TimeOfFlight,
-        exposure_s: f64,
-        image: Image,
-    ) -> impl Iterator<Item = f64> + 't {
-        let start_s = self.start_s(tof, exposure_s, image);
+    /// From the frame's beginning to the samples of an exposure that begins so much later, in frames.
+    pub fn samples(&self, start_s: f64, exposure_s: f64) -> impl Iterator<Item = f64> + '_ {
         let count = self.temporal_samples;
         (0..count).map(move |i| {
             let share = (f64::from(i) + 0.5) / f64::from(count);

@@ -7,11 +7,16 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use camlux::output::{Exposure, ExrOptions, Frame, OutputFile, StopReason, write_exr_hashed};
+use camlux::output::{
+    Exposure, ExrOptions, Frame, FrameDescription, OutputFile, StopReason, write_exr_hashed,
+};
 use camlux::scene::ChargeUnit;
-use camlux::{Device, DeviceInfo, DeviceKind, DeviceOptions, Error, RenderOptions, Renderer};
+use camlux::{
+    Device, DeviceInfo, DeviceKind, DeviceOptions, Error, RenderOptions, Renderer, Scene,
+};
 use serde_json::json;
 
+use super::blur;
 use super::flow;
 use super::frames::{Frames, Planned, PosedMeshes};
 use super::manifest::Journal;
@@ -78,13 +83,36 @@ impl Engine {
     }
 
     fn try_to_render(&mut self, planned: &Planned) -> Result<Frame, Error> {
-        let scene = planned.begin.scene(&mut self.posed);
+        let begin = planned.begin.scene(&mut self.posed);
+        let samples = &planned.exposed.frame;
+        let scene = Scene {
+            // Of a frame with motion blur its own light is not looked at.
+            indirect: begin.indirect.filter(|_| samples.is_empty()),
+            ..begin.clone()
+        };
         let mut options = RenderOptions {
             frame_index: planned.index as u32,
             ..RenderOptions::default()
         };
         let mut frame = self.renderer.render(&scene, &mut options)?;
-        let images = &planned.phase_images;
+        let mut mean = blur::Mean::default();
+        for moment in samples {
+            let scene = moment.scene(&mut self.posed);
+            let sample = self
+                .renderer
+                .render(&scene, &mut RenderOptions::default())?;
+            mean.add(&sample);
+            frame.stats.include(&sample.stats);
+            self.renderer.return_buffers(sample);
+        }
+        if !samples.is_empty() {
+            mean.put_into(&mut frame);
+            frame.description = FrameDescription {
+                frame_index: options.frame_index,
+                ..FrameDescription::new(&begin, begin.hash())
+            };
+        }
+        let images = &planned.exposed.phase_images;
         for of_frequency in images.chunk_by(|((a, _), _), ((b, _), _)| a == b) {
             let mut exposures = Vec::new();
             for ((frequency, _), moments) in of_frequency {

@@ -1,9 +1,9 @@
-//! Optical flow and scene flow of a batch, against closed forms.
+//! What a batch makes of motion: optical flow, scene flow and motion blur, against closed forms.
 
 use camlux::glam::{DMat3, DVec2, DVec3};
 use camlux::output::{Layer, LayeredImage};
 
-use crate::jobs::Jobs;
+use crate::jobs::{Jobs, SCENE};
 
 /// The quad at z = 0 from z = 3, in 16 × 16 pixels.
 const FOCAL_PX: f64 = 17.156_055_364_076_47;
@@ -100,4 +100,71 @@ fn points_move_as_camera_and_mesh_do() {
         }
         assert!(frame == 3 || seen > 60, "{seen}");
     }
+}
+
+/// A wall that moves away at 10 m/s from a camera with its light beside it, exposed for the first half of a frame of 0.1 s.
+fn blurred(change: impl Fn(&str) -> String) -> Jobs {
+    let job = r#"
+        [job]
+        scene = "scene.toml"
+        size = [1, 1]
+        frames = 3
+        [time]
+        frame_interval_s = 0.1
+        temporal_samples = 4
+        [[mesh]]
+        index = 0
+        keyframes = [{ frame = 0, position = [0, 0, 0] }, { frame = 2, position = [0, 0, -2] }]
+    "#;
+    let jobs = Jobs::new(&change(job));
+    let scene = SCENE.replace("[0.5, 1.0, 2.0]", "[0.0, 0.0, 3.0]");
+    let sensor = "[sensor]\npixel_pitch_um = [10, 10]\nexposure_time_s = 0.05\nduty_cycle = 1\n";
+    let indirect = "[indirect]\nestimator = \"final-gather\"\ntarget_error = 0.1\n";
+    jobs.write("scene.toml", &format!("{scene}{sensor}{indirect}"));
+    jobs.succeed("set", &[]);
+    jobs
+}
+
+#[test]
+fn a_frame_is_the_mean_over_its_exposure() {
+    let jobs = blurred(str::to_owned);
+    for frame in 0..2 {
+        let image = LayeredImage::read(jobs.path(&format!("set/frames/{frame:06}.exr"))).unwrap();
+        let begin_m = 3.0 + f64::from(frame);
+        let radiance_at = |distance_m: f64| {
+            let irradiance = 50.0 / (4.0 * std::f64::consts::PI * distance_m.powi(2));
+            0.7 / std::f64::consts::PI * irradiance
+        };
+        let times_s = [1.0, 3.0, 5.0, 7.0].map(|eighth| 0.05 * eighth / 8.0);
+        let sum: f64 = times_s
+            .iter()
+            .map(|t| radiance_at(begin_m + 10.0 * t))
+            .sum();
+        let due = sum / 4.0;
+        for (layer, due) in [
+            (Layer::Radiance, due),
+            (Layer::Direct, due),
+            (Layer::Energy, due * 1e-10 * 0.05),
+        ] {
+            let value = f64::from(image.values(layer).unwrap()[0]);
+            assert!((value / due - 1.0).abs() < 1e-5, "{layer:?} {value} {due}");
+        }
+        // A flat wall does not light itself.
+        assert_eq!(image.values(Layer::Indirect).unwrap()[0], 0.0);
+        assert_eq!(image.attribute("camlux.estimator"), Some("final-gather"));
+        // What is seen is that at the frame's beginning.
+        let depth_m = f64::from(image.values(Layer::Depth).unwrap()[0]);
+        assert!((depth_m / begin_m - 1.0).abs() < 1e-6, "{depth_m}");
+    }
+    // Behind the last keyframe nothing moves.
+    let plain = blurred(|job| {
+        let (before, time) = job.split_once("[time]").unwrap();
+        format!("{before}[[mesh]]{}", time.split_once("[[mesh]]").unwrap().1)
+    });
+    let [timed, plain] = [&jobs, &plain].map(|jobs| {
+        let image = LayeredImage::read(jobs.path("set/frames/000002.exr")).unwrap();
+        let values = |layer| image.values(layer).unwrap().to_vec();
+        [values(Layer::Radiance), values(Layer::Energy)]
+    });
+    assert_eq!(timed, plain);
 }

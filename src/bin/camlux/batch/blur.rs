@@ -1,0 +1,49 @@
+//! Motion blur: what a pixel sees over an exposure, as the mean of renders within it.
+
+use camlux::output::{Frame, Layer, LayerData};
+
+/// The layers that are light. Renders of one frame draw the same samples, so that their errors may be alike: the mean of their standard errors is a bound.
+const LIGHT: [Layer; 5] = [
+    Layer::Radiance,
+    Layer::Direct,
+    Layer::Indirect,
+    Layer::StandardError,
+    Layer::Energy,
+];
+
+/// Sums over renders.
+#[derive(Default)]
+pub struct Mean {
+    sums: Vec<(Layer, Vec<f64>)>,
+    count: u32,
+}
+
+impl Mean {
+    pub fn add(&mut self, frame: &Frame) {
+        for layer in LIGHT {
+            let Some(values) = frame.values(layer) else {
+                continue;
+            };
+            let known = self.sums.iter().position(|(known, _)| *known == layer);
+            let index = known.unwrap_or_else(|| {
+                self.sums.push((layer, vec![0.0; values.len()]));
+                self.sums.len() - 1
+            });
+            for (sum, &value) in self.sums[index].1.iter_mut().zip(values) {
+                *sum += f64::from(value);
+            }
+        }
+        self.count += 1;
+    }
+
+    /// Gives a frame this light in the place of its own.
+    pub fn put_into(self, frame: &mut Frame) {
+        let share = 1.0 / f64::from(self.count);
+        frame.layers.retain(|(layer, _)| !LIGHT.contains(layer));
+        for (layer, sums) in self.sums {
+            let means = sums.iter().map(|sum| (sum * share) as f32);
+            let data = LayerData::Float(means.collect());
+            frame.layers.push((layer, data));
+        }
+    }
+}
