@@ -359,6 +359,9 @@
 /** Parallel light: direction, irradiance_w_m2. */
 #define CAMLUX_LIGHT_DIRECTIONAL 2
 
+/** A lamp with a measured pattern, as a scene file has it: it is read, moved and given another power, but not made. */
+#define CAMLUX_LIGHT_PATTERN 3
+
 /**
  * Radiance towards the camera, direct + indirect, W/sr/m^2, channels R, G, B; numerically also the irradiance at the pixel,
  * W/m^2. Pixels without a surface hold 0, here and elsewhere, except in depth and range.
@@ -797,7 +800,7 @@ typedef struct camlux_pose {
 typedef struct camlux_light {
   /** sizeof(camlux_light) */
   uint32_t struct_size;
-  /** CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL. */
+  /** CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL; of a light that is read also CAMLUX_LIGHT_PATTERN. */
   int32_t kind;
   /** In world space, m. */
   double position_m[3];

@@ -3,6 +3,9 @@
 #import brdf
 #import light
 #import hit
+#if PATTERN
+#import pattern
+#endif
 #if PHASORS
 #import phasor
 #endif
@@ -22,6 +25,13 @@ var normal_geometric: texture_2d<f32>;
 var kd_material: texture_2d<f32>;
 var ks_shininess: texture_2d<f32>;
 var<uniform> light: Light;
+#if PATTERN
+var<storage, read> pattern: array<f32>;
+
+fn pattern_number(light: Light, at: u32) -> f32 {
+    return pattern[at];
+}
+#endif
 var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 #if PHASORS
 // Z but for the way to C.
@@ -44,6 +54,23 @@ struct Pixel {
     to_light: vec3<f32>,
     // E_P if nothing is in the way: 0 where the light does not reach.
     irradiance: vec3<f32>,
+}
+
+// The kind is known beforehand: lavapipe computes both sides of a branch, and compiles a kernel that branches at a uniform anew for each
+// dispatch, and keeps it.
+fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
+#if DIRECTIONAL
+    return Illumination(-light.axis, light.intensity);
+#else
+    var illumination = illuminate_evenly(light, position);
+#if SPOT
+    illumination.irradiance *= spot_falloff(light, -illumination.to_light);
+#endif
+#if PATTERN
+    illumination.irradiance *= pattern_intensity(light, -illumination.to_light);
+#endif
+    return illumination;
+#endif
 }
 
 fn pixel_at(place: vec2<u32>) -> Pixel {

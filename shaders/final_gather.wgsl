@@ -11,7 +11,7 @@
 // which is in Morton order. One is drawn by what each contributes if nothing hides it, and stands for all of them.
 
 #import brdf
-#import light
+#import lights
 #import hits
 #import vpl_list
 #import random
@@ -19,9 +19,6 @@
 #if PHASORS
 #import phasor
 #endif
-
-// A light of the list `lights`, which lies there as in a buffer.
-#loader Light lights
 
 struct FinalGatherParameters {
     // C
@@ -71,7 +68,6 @@ var normal_geometric: texture_2d<f32>;
 var ks_shininess: texture_2d<f32>;
 #endif
 // Lists in images, as that of triangles in trace.wgsl.
-var lights: texture_storage_2d<rgba32float, read>;
 var<storage, read> receivers: array<u32>;
 // Of each receiver the packets of samples to take, of each technique: the first one, and 65536 times the one after the last.
 var<storage, read> sample_ranges: array<u32>;

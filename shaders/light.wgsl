@@ -23,7 +23,7 @@ struct Light {
     position: vec3<f32>,
     // Tangent of the half opening of a face; directional: half the edge of the map's plane.
     half_extent: f32,
-    // Unit vector: axis of the cone (spot), direction in which the light travels (directional).
+    // Unit vector: axis of the cone (spot) or of the pattern, direction in which the light travels (directional).
     axis: vec3<f32>,
     // θ_o, rad; spot only.
     outer_half_angle: f32,
@@ -48,6 +48,12 @@ struct Light {
     is_modulated: u32,
     // Phase at the local origin of each frequency of the modulation.
     origin_turns: vec4<f32>,
+    // The plane C = 0 of a pattern: a unit vector. Its nodes of γ and of C; 0 without one.
+    plane_0: vec3<f32>,
+    gamma_count: u32,
+    plane_count: u32,
+    // Where it begins in a list of lights, texels.
+    first_pattern: u32,
 }
 
 // A light as rays lead to it: its position and 1, or a direction to it, longer than the scene, and 0.
@@ -59,39 +65,18 @@ fn light_end(light: Light) -> vec4<f32> {
 struct Illumination {
     // Unit vector.
     to_light: vec3<f32>,
-    // s(θ)·I_0/d² or E_L: what a surface receives that faces the light.
+    // s(θ)·I_0/d², p·I_0/d² or E_L: what a surface receives that faces the light.
     irradiance: vec3<f32>,
 }
 
-// A pass that knows the light's kind leaves the other kinds out: lavapipe computes both sides of a branch, and compiles a kernel that
-// branches at a uniform anew for each dispatch, and keeps it.
-fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
-#if DIRECTIONAL
-    return Illumination(-light.axis, light.intensity);
-#else
+// By a lamp that emits alike in all directions.
+fn illuminate_evenly(light: Light, position: vec3<f32>) -> Illumination {
     let from_light = position - light.position;
-#if POINT SPOT
-#else
-    if (light.is_parallel == 1u) {
-        return Illumination(-light.axis, light.intensity);
-    }
-#endif
     let distance_squared = max(dot(from_light, from_light), 1e-18);
     let to_light = -from_light * inverseSqrt(distance_squared);
     // A light in the surface itself lights nothing there: the direction to it is not defined.
-    var irradiance = select(vec3<f32>(0.0), light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
-#if POINT
-#else
-#if SPOT
-    irradiance *= spot_falloff(light, -to_light);
-#else
-    if (light.outer_half_angle > 0.0) {
-        irradiance *= spot_falloff(light, -to_light);
-    }
-#endif
-#endif
+    let irradiance = select(vec3<f32>(0.0), light.intensity / distance_squared, any(from_light != vec3<f32>(0.0)));
     return Illumination(to_light, irradiance);
-#endif
 }
 
 // s(θ): 1 inside θ_i, cos(½π·(θ−θ_i)/(θ_o−θ_i)) up to θ_o, 0 outside.

@@ -2,16 +2,13 @@
 // rays as is its part of all samples. Where a ray goes in its cell is drawn, so that the density of VPLs is known at every point
 // that the light sees, however fine the scene is beside the cells; and what is drawn anew each time has no error in common.
 
-#import light
+#import lights
 #import hits
 #import vpl_list
 #import random
 #if PHASORS
 #import phasor
 #endif
-
-// A light of the list `lights`, which lies there as in a buffer.
-#loader Light lights
 
 struct LightRayParameters {
     light_index: u32,
@@ -31,7 +28,6 @@ struct LightRayParameters {
 }
 
 // Lists in images, as that of triangles in trace.wgsl.
-var lights: texture_storage_2d<rgba32float, read>;
 // The cells of the lights: from where in the light's cumulative probability, and how much, as whole numbers; the tile, as the light's
 // tiles are counted; the place in Morton order among the cells of that tile, and 256 times the tile's level.
 var ray_cells: texture_storage_2d<rgba32float, read>;

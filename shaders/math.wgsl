@@ -4,9 +4,12 @@ const PI: f32 = 3.14159265358979;
 
 // The angle in [0, π]; from sine and cosine, for acos loses narrow cones to rounding.
 fn angle_between(a: vec3<f32>, b: vec3<f32>) -> f32 {
-    let sine = length(cross(a, b));
-    let cosine = dot(a, b);
-    let ratio = min(sine, abs(cosine)) / max(sine, abs(cosine));
+    return angle_of(length(cross(a, b)), dot(a, b));
+}
+
+// The angle in [0, π] of a vector in the plane, whose y is not negative; 0 of none.
+fn angle_of(sine: f32, cosine: f32) -> f32 {
+    let ratio = min(sine, abs(cosine)) / max(max(sine, abs(cosine)), 1e-37);
     let is_wide = ratio > 0.41421356;
     let x = select(ratio, (ratio - 1.0) / (ratio + 1.0), is_wide);
     let z = x * x;

@@ -219,7 +219,7 @@ fn move_camera(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
 
 fn move_light(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
     let light = part(&mut state.scene.lights, index, "light")?;
-    let mut moved = *light;
+    let mut moved = light.clone();
     let ahead = pose.orientation * DVec3::Z;
     if let Some(position_m) = moved.position_m_mut() {
         *position_m = pose.position_m;

@@ -11,6 +11,8 @@ pub const CAMLUX_LIGHT_POINT: i32 = 0;
 pub const CAMLUX_LIGHT_SPOT: i32 = 1;
 /// Parallel light: direction, irradiance_w_m2.
 pub const CAMLUX_LIGHT_DIRECTIONAL: i32 = 2;
+/// A lamp with a measured pattern, as a scene file has it: it is read, moved and given another power, but not made.
+pub const CAMLUX_LIGHT_PATTERN: i32 = 3;
 
 /// A light. Begin with CAMLUX_LIGHT_INIT: a point light without power at the origin; members that its kind does not have are
 /// not looked at.
@@ -19,7 +21,7 @@ pub const CAMLUX_LIGHT_DIRECTIONAL: i32 = 2;
 pub struct camlux_light {
     /// sizeof(camlux_light)
     pub struct_size: u32,
-    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL.
+    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL; of a light that is read also CAMLUX_LIGHT_PATTERN.
     pub kind: i32,
     /// In world space, m.
     pub position_m: [f64; 3],
@@ -134,6 +136,18 @@ fn light_from_c(light: camlux_light) -> Outcome<Light> {
 fn light_to_c(light: &Light) -> camlux_light {
     let init = camlux_light::default();
     match *light {
+        Light::Pattern {
+            position_m,
+            direction,
+            power_w,
+            ..
+        } => camlux_light {
+            kind: CAMLUX_LIGHT_PATTERN,
+            position_m: position_m.to_array(),
+            direction: direction.to_array(),
+            power_w,
+            ..init
+        },
         Light::Point {
             position_m,
             power_w,

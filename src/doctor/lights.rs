@@ -177,7 +177,7 @@ fn light_on_a_surface(exam: &mut Examiner, tilt: f64) -> Result<()> {
         exam.sums(&what, &scene, 24, KERNEL_BOUND)?;
         // Half of its light goes below the floor. A lamp above, however near, would shine on the floor under it instead.
         let half_sphere = spot_light(lifted, above, [90.0, 90.0]);
-        let upper = lit_by(&room, vec![amplified(half_sphere, [0.5; 3])]);
+        let upper = lit_by(&room, vec![amplified(&half_sphere, [0.5; 3])]);
         let truth = exam.sampled_enough(&upper)?;
         exam.bounce_against(&truth, &what, &scene, TARGET_ERROR)?;
     }
@@ -421,7 +421,7 @@ fn room_lit_from_afar() -> Scene {
     scene.meshes.push(back.into());
     let towards = dvec3(0.43, 0.61, 0.67).normalize();
     let light = point_light(distance_m * towards);
-    scene.lights = vec![amplified(light, [distance_m * distance_m; 3])];
+    scene.lights = vec![amplified(&light, [distance_m * distance_m; 3])];
     scene
 }
 
@@ -439,7 +439,7 @@ fn extreme_powers(exam: &mut Examiner) -> Result<()> {
         let frame = exam.render(&scene)?;
         let truth = values(&frame, Layer::Radiance);
         for factor in [2f64.powi(-40), 2f64.powi(40)] {
-            let lit = lit_by(&scene, vec![amplified(scene.lights[0], [factor; 3])]);
+            let lit = lit_by(&scene, vec![amplified(&scene.lights[0], [factor; 3])]);
             let frame = exam.render(&lit)?;
             let scaled: Vec<f64> = truth.iter().map(|&t| f64::from(t) * factor).collect();
             let error = error_of(values(&frame, Layer::Radiance), &scaled);
@@ -451,13 +451,13 @@ fn extreme_powers(exam: &mut Examiner) -> Result<()> {
 
 fn no_power(exam: &mut Examiner) -> Result<()> {
     let room = room();
-    let light = room.lights[0];
+    let light = &room.lights[0];
     let dark = amplified(light, [0.0; 3]);
-    let alone = lit_by(&room, vec![dark]);
+    let alone = lit_by(&room, vec![dark.clone()]);
     exam.all_black("alone", &alone)?;
     let is_told = alone.warnings().iter().any(|text| text.contains("light 0"));
     exam.record("", "warnings that are missing", f64::from(!is_told), 0.0);
-    let beside = lit_by(&room, vec![dark, light]);
+    let beside = lit_by(&room, vec![dark, light.clone()]);
     exam.bounce("beside another light", &beside)
 }
 
@@ -473,7 +473,7 @@ fn sixty_four_lights(exam: &mut Examiner) -> Result<()> {
             _ => directional_light(down),
         };
         let [first, last] = [i + 1, 64 - i].map(|place| 1.0 / f64::from(place));
-        amplified(light, [first, 0.5, last])
+        amplified(&light, [first, 0.5, last])
     };
     let mut scene = lit_by(&room(), (0..64).map(light).collect());
     let corner = DVec3::splat(-1.0);

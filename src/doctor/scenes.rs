@@ -82,7 +82,7 @@ pub fn directional_light(direction: DVec3) -> Light {
 }
 
 /// The light with its emission multiplied, each band by its own factor.
-pub fn amplified(light: Light, factors: Bands) -> Light {
+pub fn amplified(light: &Light, factors: Bands) -> Light {
     let emission = light.emission();
     light.with_emission([0, 1, 2].map(|band| emission[band] * factors[band]))
 }

@@ -70,7 +70,7 @@ fn room_of_three_lights() -> Scene {
     let mut scene = room();
     scene.meshes[2].triangle_materials.fill(GLOSSY);
     let light =
-        |x: f64, z: f64, strength: f64| amplified(point_light(dvec3(x, 0.6, z)), [strength; 3]);
+        |x: f64, z: f64, strength: f64| amplified(&point_light(dvec3(x, 0.6, z)), [strength; 3]);
     let (at, direction) = (dvec3(-0.7, 0.8, 0.6), dvec3(0.6, -1.0, -0.5));
     let spot = spot_light(at, direction, [20.0, 40.0]);
     scene.lights = vec![light(0.3, 0.2, 1.0), spot, light(-0.4, -0.1, 1e-3)];
@@ -95,14 +95,14 @@ fn vpls_shuffled(exam: &mut Examiner) -> Result<()> {
 
 fn lights_in_another_order(exam: &mut Examiner) -> Result<()> {
     let scene = room_of_three_lights();
-    let reversed = scene.lights.iter().rev().copied().collect();
+    let reversed = scene.lights.iter().rev().cloned().collect();
     same_sums(exam, &scene, &lit_by(&scene, reversed), 48)
 }
 
 fn one_light_as_sixteen(exam: &mut Examiner) -> Result<()> {
     let mut scene = room_of_three_lights();
     scene.lights.truncate(1);
-    let part = amplified(scene.lights[0], [1.0 / 16.0; 3]);
+    let part = amplified(&scene.lights[0], [1.0 / 16.0; 3]);
     same_sums(exam, &scene, &lit_by(&scene, vec![part; 16]), 24)
 }
 
@@ -172,7 +172,7 @@ fn dim_band(exam: &mut Examiner) -> Result<()> {
         material.kd = [0.5; 3];
     }
     let powers = [1.0, 1e-9, 1e9];
-    scene.lights = vec![amplified(scene.lights[0], powers)];
+    scene.lights = vec![amplified(&scene.lights[0], powers)];
     for (estimator, scene) in with_each_estimator(&scene, 24, 0.1) {
         let frame = exam.render(&scene)?;
         let pixels = values(&frame, Layer::Radiance).as_chunks::<3>().0;
@@ -194,7 +194,7 @@ fn dim_band(exam: &mut Examiner) -> Result<()> {
 /// Bands over, within and below what 16 bits hold, written and read again.
 fn half_floats(exam: &mut Examiner) -> Result<()> {
     let mut scene = room();
-    scene.lights = vec![amplified(scene.lights[0], [1e9, 1.0, 1e-9])];
+    scene.lights = vec![amplified(&scene.lights[0], [1e9, 1.0, 1e-9])];
     let frame = exam.render(&scene)?;
     let options = ExrOptions {
         half: true,

@@ -109,7 +109,7 @@ fn antiphase(exam: &mut Examiner) -> Result<()> {
     };
     let lights = vec![light(1e5), light(1e5 + half_wave_m)];
     let camera_m = dvec3(1.6, 1.3, 0.9);
-    let two_walls = two_walls(lights[0], camera_m, dvec3(0.2, 0.4, 0.0));
+    let two_walls = two_walls(lights[0].clone(), camera_m, dvec3(0.2, 0.4, 0.0));
     let scene = with_tof(lit_by(&two_walls, lights), &[frequency_hz]);
     let frame = exam.render(&scene)?;
     let radiance = values(&frame, Layer::Direct);

@@ -78,7 +78,7 @@ pub const CASES: &[Case] = &[
 fn sphere_from_its_centre(exam: &mut Examiner, rsm_size: u32) -> Result<()> {
     let ball = rounded(sphere(DVec3::ZERO, 1.0, 64, GREY), DVec3::ZERO);
     let eye_m = dvec3(0.3, 0.2, 0.4);
-    let light = amplified(point_light(DVec3::ZERO), [PI; 3]);
+    let light = amplified(&point_light(DVec3::ZERO), [PI; 3]);
     let mut scene = scene_of(vec![ball], light, eye_m, -eye_m);
     scene.camera.resolution_px = [12, 12];
     // Facets of 1.4° lie up to 7.5e-5 of the radius inside the sphere: twice that in 1/d², twice for P and Q.

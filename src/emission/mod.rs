@@ -4,14 +4,16 @@
 //! exact: the texels of a point or spot light carry the power P_L, those of a directional light the power that crosses the
 //! disc over the scene.
 
+mod pattern;
 mod texels;
 
 use std::f64::consts::PI;
 
 use glam::DVec3;
 
-use crate::model::{CompensatedSum, ConeIntegral, axial_intensity};
-use crate::scene::{Bands, BoundingSphere, Light};
+use crate::model::{CompensatedSum, ConeIntegral, axial_intensity, peak_intensity};
+use crate::scene::{Bands, BoundingSphere, Light, Pattern, PatternAxes};
+use pattern::PatternTexels;
 use texels::ConeFace;
 
 /// Widest outer half angle for which a spot light gets one perspective face. Beyond it, texels at the rim would be more
@@ -68,7 +70,7 @@ pub struct EmissionDomain {
     pub faces: Vec<EmissionFace>,
     /// Face by face, row by row from the top: `faces.len()`·size² values, texel (x, y) of face f at (f·size + y)·size + x.
     pub texels: Vec<TexelEmission>,
-    /// I_0 in W/sr: radiant intensity where the falloff is 1. For a directional light E_L in W/m².
+    /// I_0 in W/sr: radiant intensity where the falloff, or the pattern, is 1. For a directional light E_L in W/m².
     pub axial_intensity: Bands,
 }
 
@@ -77,6 +79,7 @@ impl EmissionDomain {
     ///
     /// - Point: six faces along the world axes, in the order +x −x +y −y +z −z.
     /// - Spot: one face around the axis, or for wide cones those faces of a cube aligned with the axis that it reaches.
+    /// - Pattern: those faces of a cube aligned with its direction and its plane C = 0 that it reaches.
     /// - Directional: one orthographic face. The domain is the disc that the bounding sphere shows to the light and not the
     ///   square of the face: `rsm-average` divides by the domain, and the square would make the result depend on how the
     ///   face is turned about the light's direction.
@@ -91,6 +94,17 @@ impl EmissionDomain {
             axial_intensity,
         };
         match *light {
+            Light::Pattern {
+                position_m,
+                direction,
+                up,
+                ref pattern,
+                power_w,
+            } => {
+                let axes = PatternAxes::new(direction, up);
+                let (faces, texels) = pattern_cube(&axes, size, pattern);
+                perspective(position_m, faces, texels, peak_intensity(power_w, pattern))
+            }
             Light::Point {
                 position_m,
                 power_w,
@@ -206,6 +220,35 @@ fn cube_faces(axis: DVec3, side: DVec3) -> [EmissionFace; 6] {
         face(side, axis, 1.0),
         face(-side, axis, 1.0),
     ]
+}
+
+/// Faces and texels of a cube about the axes of a pattern; faces that it does not reach are left out.
+fn pattern_cube(
+    axes: &PatternAxes,
+    size: u32,
+    pattern: &Pattern,
+) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
+    let tables = PatternTexels::new(pattern);
+    let cube = cube_faces(axes.direction, axes.plane_0);
+    // The sides look along −C90, C90, C0 and C180.
+    let kinds = [
+        (ConeFace::Side, 1.5 * PI),
+        (ConeFace::Side, 0.5 * PI),
+        (ConeFace::Front, 0.0),
+        (ConeFace::Back, 0.0),
+        (ConeFace::Side, 0.0),
+        (ConeFace::Side, PI),
+    ];
+    let mut faces = Vec::new();
+    let mut texels = Vec::new();
+    for (face, (kind, turn_rad)) in cube.into_iter().zip(kinds) {
+        let table = tables.face(size, kind, turn_rad);
+        if table.iter().any(|texel| texel.measure > 0.0) {
+            faces.push(face);
+            texels.extend(table);
+        }
+    }
+    (faces, texels)
 }
 
 /// Faces and texels of a cube around a spot light's axis; faces that the cone does not reach are left out.

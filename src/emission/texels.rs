@@ -25,7 +25,7 @@ pub(super) enum ConeFace {
 }
 
 /// An integral over a texel or along an edge: x of 1, y of the falloff s.
-type Integral = DVec2;
+pub(super) type Integral = DVec2;
 
 /// Texels of one face of a cube around a point light.
 pub(super) fn cube_face(size: u32) -> Vec<TexelEmission> {
@@ -57,21 +57,23 @@ pub(super) fn cone_face(
         ConeFace::Front => centred_face(
             &grid,
             |near, _| near.atan() < outer_rad,
-            |p, t| arc(p, 1.0).integrate(t.map(|t| t / p), &kinks_rad, within),
+            |p, t| {
+                arc(p, 1.0).integrate(t.map(|t| t / p), &kinks_rad, &[], |theta, _| within(theta))
+            },
         ),
         // G is counted from the opposite pole here: around it, ∮ dφ is not 0.
         ConeFace::Back => centred_face(
             &grid,
             |_, far| PI - far.atan() < outer_rad,
             |p, t| {
-                let beyond = |theta| total - within(theta);
-                arc(p, -1.0).integrate(t.map(|t| t / p), &kinks_rad, beyond)
+                let beyond = |theta, _| total - within(theta);
+                arc(p, -1.0).integrate(t.map(|t| t / p), &kinks_rad, &[], beyond)
             },
         ),
         ConeFace::Side => side_face(
             &grid,
             |cot_theta| 1f64.atan2(cot_theta) < outer_rad,
-            |b, a| arc(1.0, b).integrate(a, &kinks_rad, within),
+            |b, a| arc(1.0, b).integrate(a, &kinks_rad, &[], |theta, _| within(theta)),
         ),
     }
 }
@@ -161,13 +163,13 @@ fn side_face(
 }
 
 /// The lines between the texels of a face, in units of the face's plane.
-struct Grid {
-    size: usize,
+pub(super) struct Grid {
+    pub size: usize,
     half_extent: f64,
 }
 
 impl Grid {
-    fn new(size: u32, half_extent: f64) -> Self {
+    pub fn new(size: u32, half_extent: f64) -> Self {
         Grid {
             size: size as usize,
             half_extent,
@@ -175,12 +177,12 @@ impl Grid {
     }
 
     /// Coordinate of line i of 0..=size. From integers, so that mirrored lines have exactly mirrored coordinates.
-    fn line(&self, i: usize) -> f64 {
+    pub fn line(&self, i: usize) -> f64 {
         self.half_extent * ((2 * i) as f64 - self.size as f64) / self.size as f64
     }
 
     /// Both ends of the interval between line i and the next.
-    fn span(&self, i: usize) -> [f64; 2] {
+    pub fn span(&self, i: usize) -> [f64; 2] {
         [self.line(i), self.line(i + 1)]
     }
 
@@ -196,7 +198,7 @@ impl Grid {
     }
 
     /// Texels row by row from the top out of `integral(x, row)`, rows counted from the bottom.
-    fn texels(&self, integral: impl Fn(usize, usize) -> Integral) -> Vec<TexelEmission> {
+    pub fn texels(&self, integral: impl Fn(usize, usize) -> Integral) -> Vec<TexelEmission> {
         let mut texels = Vec::with_capacity(self.size * self.size);
         for row in (0..self.size).rev() {
             for x in 0..self.size {
@@ -218,21 +220,30 @@ impl Grid {
 ///
 /// Integrals over ψ are taken in τ, with cosh τ = 1/cos ψ: distances along an edge are sinh τ, and an integrand smooth in θ
 /// has no singularity within ½π of the real axis, so that a fixed step in τ does for edges of any distance from the pole.
-struct Arc {
-    rise: f64,
-    reach: f64,
+pub(super) struct Arc {
+    pub rise: f64,
+    pub reach: f64,
 }
 
 impl Arc {
-    /// ∫ f(θ) dψ between sinh τ = start and sinh τ = end, where f may have kinks at some θ.
-    fn integrate(
+    /// θ at an azimuth from the point nearest to a pole.
+    pub fn theta_rad(&self, psi_rad: f64) -> f64 {
+        self.rise.atan2(self.reach * psi_rad.cos())
+    }
+
+    /// ∫ f(θ, ψ) dψ between sinh τ = start and sinh τ = end, where f may have kinks at some θ and at some ψ.
+    pub fn integrate(
         &self,
         span: [f64; 2],
         kinks_rad: &[f64],
-        f: impl Fn(f64) -> Integral,
+        turns_rad: &[f64],
+        f: impl Fn(f64, f64) -> Integral,
     ) -> Integral {
         let [start, end] = span.map(f64::asinh);
         let mut cuts = vec![start, end];
+        for turn_rad in turns_rad {
+            cuts.push(turn_rad.tan().asinh().max(start).min(end));
+        }
         for kink_rad in kinks_rad {
             // NaN where the circle never meets it; `max` then puts the cut at the start.
             let crossing = (self.reach * kink_rad.sin() / (self.rise * kink_rad.cos())).acosh();
@@ -245,7 +256,8 @@ impl Arc {
             if piece[1] > piece[0] {
                 sum += gauss([piece[0], piece[1]], |tau| {
                     let cos_psi = 1.0 / tau.cosh();
-                    f(self.rise.atan2(self.reach * cos_psi)) * cos_psi
+                    let theta_rad = self.rise.atan2(self.reach * cos_psi);
+                    f(theta_rad, tau.sinh().atan()) * cos_psi
                 });
             }
         }

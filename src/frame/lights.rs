@@ -124,7 +124,7 @@ impl Lights {
         let tof = context.scene.tof.as_ref();
         let tof = tof.filter(|_| plan.is_modulated);
         let key = LightKey {
-            light: *light,
+            light: light.clone(),
             plan: plan.clone(),
             frequencies_hz: tof.map_or_else(Vec::new, |tof| tof.frequencies_hz.clone()),
             generation: scene.generation,

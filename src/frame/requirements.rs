@@ -93,8 +93,8 @@ fn declare(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<()
     if plan.indirect.is_some() {
         let vpls = requirements.of(GrowsWith::Rsm);
         VplLists::for_plan(&vpls, plan)?;
-        light::declare(&vpls, plan)?;
     }
+    light::declare(&requirements.of(GrowsWith::Rsm), plan)?;
     // While light is gathered, or on the way to the host.
     requirements.either_later(
         |requirements| gathering(plan, requirements),

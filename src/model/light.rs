@@ -5,7 +5,8 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::cone::{ConeIntegral, spot_falloff};
-use crate::scene::{Bands, Light, SpotCone};
+use super::pattern::PatternIntegral;
+use crate::scene::{Bands, Light, Pattern, PatternAxes, SpotCone};
 
 /// I_0 in W/sr: radiant intensity of a spot light along its axis, such that ∫ I_0·s(θ) dω = P_L.
 ///
@@ -16,10 +17,16 @@ pub fn axial_intensity(power_w: Bands, cone: SpotCone) -> Bands {
     power_w.map(|power_w| power_w / effective_solid_angle_sr)
 }
 
+/// I_0 in W/sr: radiant intensity of a lamp where its pattern is 1, such that ∫ I_0·p dω = P_L.
+pub fn peak_intensity(power_w: Bands, pattern: &Pattern) -> Bands {
+    let effective_solid_angle_sr = PatternIntegral::new(pattern).total();
+    power_w.map(|power_w| power_w / effective_solid_angle_sr)
+}
+
 /// I in W/sr towards `direction` (from the light, any length but zero). `None` for a directional light: its rays are
 /// parallel, so that only its irradiance is finite.
 pub fn radiant_intensity(light: &Light, direction: DVec3) -> Option<Bands> {
-    match *light {
+    match light {
         Light::Point { power_w, .. } => Some(power_w.map(|power_w| power_w / (4.0 * PI))),
         Light::Spot {
             direction: axis,
@@ -27,8 +34,19 @@ pub fn radiant_intensity(light: &Light, direction: DVec3) -> Option<Bands> {
             power_w,
             ..
         } => {
-            let falloff = spot_falloff(angle_between(axis, direction), cone);
-            Some(axial_intensity(power_w, cone).map(|intensity| intensity * falloff))
+            let falloff = spot_falloff(angle_between(*axis, direction), *cone);
+            Some(axial_intensity(*power_w, *cone).map(|intensity| intensity * falloff))
+        }
+        Light::Pattern {
+            direction: axis,
+            up,
+            pattern,
+            power_w,
+            ..
+        } => {
+            let [gamma_rad, plane_rad] = PatternAxes::new(*axis, *up).angles_rad(direction);
+            let share = pattern.intensity(gamma_rad, plane_rad);
+            Some(peak_intensity(*power_w, pattern).map(|intensity| intensity * share))
         }
         Light::Directional { .. } => None,
     }
@@ -41,7 +59,9 @@ pub fn irradiance_facing(light: &Light, p_m: DVec3) -> Bands {
         Light::Directional {
             irradiance_w_m2, ..
         } => irradiance_w_m2,
-        Light::Point { position_m, .. } | Light::Spot { position_m, .. } => {
+        Light::Point { position_m, .. }
+        | Light::Spot { position_m, .. }
+        | Light::Pattern { position_m, .. } => {
             let from_light_m = p_m - position_m;
             let distance_squared_m2 = from_light_m.length_squared();
             match radiant_intensity(light, from_light_m) {
@@ -59,9 +79,9 @@ pub fn irradiance_facing(light: &Light, p_m: DVec3) -> Bands {
 pub fn direction_to_light(light: &Light, p_m: DVec3) -> DVec3 {
     match *light {
         Light::Directional { direction, .. } => -direction.normalize_or_zero(),
-        Light::Point { position_m, .. } | Light::Spot { position_m, .. } => {
-            (position_m - p_m).normalize_or_zero()
-        }
+        Light::Point { position_m, .. }
+        | Light::Spot { position_m, .. }
+        | Light::Pattern { position_m, .. } => (position_m - p_m).normalize_or_zero(),
     }
 }
 

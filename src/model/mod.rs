@@ -11,6 +11,7 @@ mod cone;
 mod direct;
 mod indirect;
 mod light;
+mod pattern;
 mod phasor;
 mod sensor_noise;
 mod solid_angle;
@@ -22,7 +23,10 @@ pub use direct::direct_radiance;
 pub use indirect::{
     Receiver, Vpl, indirect_phasor, indirect_radiance, vpl_contribution, vpl_phasor,
 };
-pub use light::{axial_intensity, direction_to_light, irradiance_facing, radiant_intensity};
+pub use light::{
+    axial_intensity, direction_to_light, irradiance_facing, peak_intensity, radiant_intensity,
+};
+pub use pattern::PatternIntegral;
 pub use phasor::{
     PLANCK_CONSTANT_J_S, PhaseSampling, Phasor, SPEED_OF_LIGHT_M_S, electrons, multipath_error_m,
     range_m, unambiguous_range_m, wrap_count,

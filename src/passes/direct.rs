@@ -40,6 +40,7 @@ pub(crate) fn shade(
         ("light", Resource::Buffer(&light.uniform)),
         ("direct_radiance", Resource::Image(direct.radiance)),
     ]);
+    resources.extend(light.pattern_resource());
     if let Some(phasors) = direct.phasors.filter(|_| light.plan.is_modulated) {
         words.push("phasors");
         resources.push(("direct_phasors", Resource::Image(phasors)));

@@ -90,7 +90,31 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan, emission_size: u32)
         RayTable::declare(allocate, tiles)?;
     }
     LightRays::new(allocate, plan)?;
-    TexelList::declare(allocate, "lights", 32 * lights)
+    let numbers = plan
+        .lights
+        .iter()
+        .map(|light| u64::from(light.pattern_numbers));
+    let texels = numbers.map(|numbers| 32 + numbers.div_ceil(4)).sum();
+    TexelList::declare(allocate, "lights", texels)
+}
+
+/// The texels of `shaders/lights.wgsl`: the lights as they would lie in a buffer, and their patterns.
+fn list_of(lights: &[&DeviceLight]) -> Result<Vec<[f32; 4]>> {
+    let mut parameters: Vec<shaders::Light> = lights.iter().map(|l| l.parameters).collect();
+    let texels_per_light = size_of::<shaders::Light>() / size_of::<[f32; 4]>();
+    let first = texels_per_light * parameters.len();
+    let mut patterns = Vec::new();
+    for (light, parameters) in lights.iter().zip(&mut parameters) {
+        parameters.first_pattern = (first + patterns.len()) as u32;
+        patterns.extend(light.pattern.chunks(4).map(|numbers| {
+            let mut texel = [0.0; 4];
+            texel[..numbers.len()].copy_from_slice(numbers);
+            texel
+        }));
+    }
+    let texels = bytemuck::try_cast_slice::<_, [f32; 4]>(&parameters)
+        .map_err(|_| Error::internal("lights are not whole texels"))?;
+    Ok([texels, &patterns].concat())
 }
 
 impl<'b> FinalGather<'b> {
@@ -102,10 +126,6 @@ impl<'b> FinalGather<'b> {
         kernel: RayKernel,
     ) -> Result<FinalGather<'b>> {
         let device = context.device;
-        let parameters: Vec<shaders::Light> = lights.iter().map(|light| light.parameters).collect();
-        // As they would lie in a buffer.
-        let words = bytemuck::try_cast_slice::<_, [f32; 4]>(&parameters)
-            .map_err(|_| Error::internal("lights are not whole texels"))?;
         let points = lattice::sequence(MAX_SAMPLES).into_iter();
         let points = points.map(|[x, y]| [x, y, 0.0, 0.0]);
         Ok(FinalGather {
@@ -113,7 +133,7 @@ impl<'b> FinalGather<'b> {
             gbuffer,
             tree,
             surfaces,
-            light_list: TexelList::new(context.commands, "lights", words.to_vec())?,
+            light_list: TexelList::new(context.commands, "lights", list_of(&lights)?)?,
             light_rays: LightRays::new(device, context.plan)?,
             sampling: [(); 2].map(|()| LightSampling::even(&lights)),
             sent: None,

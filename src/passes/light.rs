@@ -6,9 +6,9 @@ use crate::{
     emission::EmissionDomain,
     local_space::LocalSpace,
     plan::{LightPlan, Plan},
-    scene::Light,
+    scene::{Light, Pattern, PatternAxes},
     vulkan::{
-        Allocate, Buffer, BufferUse,
+        Allocate, Buffer, BufferUse, Resource,
         shaders::{self, LightFace},
     },
 };
@@ -23,6 +23,9 @@ pub(crate) struct DeviceLight {
     pub rsm_views: Vec<Buffer>,
     /// ΔΩ and s of each texel of the RSM.
     pub emission: Buffer,
+    /// The numbers of a pattern, as `shaders/pattern.wgsl` has them; none of other lights.
+    pub pattern: Vec<f32>,
+    pattern_buffer: Option<Buffer>,
     /// Texels of the RSM; 0 without one.
     pub texel_count: u32,
 }
@@ -34,6 +37,8 @@ pub(crate) fn declare(allocate: &impl Allocate, plan: &Plan) -> Result<()> {
         let texels = u64::from(light.faces) * u64::from(rsm_size).pow(2);
         let bytes = texels * size_of::<[f32; 2]>() as u64;
         allocate.buffer("table of the RSM's texels", bytes, BufferUse::Upload)?;
+        let pattern_bytes = u64::from(light.pattern_numbers) * size_of::<f32>() as u64;
+        allocate.buffer("pattern of a light", pattern_bytes, BufferUse::Upload)?;
     }
     Ok(())
 }
@@ -86,6 +91,10 @@ impl DeviceLight {
             origin_turns: modulation::origin_turns(scene, space, index).unwrap_or_default(),
             ..parameters(light, &domain, space)
         };
+        let pattern = match light {
+            Light::Pattern { pattern, .. } => pattern_numbers(pattern),
+            _ => Vec::new(),
+        };
         Ok(DeviceLight {
             plan: plan.clone(),
             uniform: Buffer::upload(device, "light", &[parameters])?,
@@ -100,9 +109,27 @@ impl DeviceLight {
             },
             texel_count: emission.len() as u32,
             emission: Buffer::upload(device, "emission", &emission)?,
+            pattern_buffer: (!pattern.is_empty())
+                .then(|| Buffer::upload(device, "pattern", &pattern))
+                .transpose()?,
+            pattern,
             domain,
         })
     }
+}
+
+impl DeviceLight {
+    /// The pattern under the name that `shaders/direct.wgsl` gives it.
+    pub fn pattern_resource(&self) -> Option<(&'static str, Resource<'_>)> {
+        let pattern = self.pattern_buffer.as_ref()?;
+        Some(("pattern", Resource::Buffer(pattern)))
+    }
+}
+
+fn pattern_numbers(pattern: &Pattern) -> Vec<f32> {
+    let nodes = pattern.gammas_rad.iter().chain(&pattern.planes_rad);
+    let values = nodes.chain(&pattern.intensities);
+    values.map(|&value| value as f32).collect()
 }
 
 /// What the shaders know of a light, but for its maps.
@@ -127,6 +154,23 @@ fn parameters(light: &Light, domain: &EmissionDomain, space: &LocalSpace) -> sha
     // I/d² with d in local units is W/m² if I is divided by the unit squared.
     let per_local_unit = |intensity: f64| (intensity / space.metres_per_unit.powi(2)) as f32;
     match light {
+        Light::Pattern {
+            direction,
+            up,
+            pattern,
+            ..
+        } => {
+            let axes = PatternAxes::new(*direction, *up);
+            shaders::Light {
+                half_extent: half_extent as f32,
+                intensity: domain.axial_intensity.map(per_local_unit),
+                axis: axes.direction.as_vec3().to_array(),
+                plane_0: axes.plane_0.as_vec3().to_array(),
+                gamma_count: pattern.gammas_rad.len() as u32,
+                plane_count: pattern.planes_rad.len() as u32,
+                ..common
+            }
+        }
         Light::Point { .. } => shaders::Light {
             half_extent: half_extent as f32,
             intensity: domain.axial_intensity.map(per_local_unit),

@@ -79,6 +79,8 @@ pub struct LightPlan {
     pub faces: u32,
     /// With time of flight.
     pub is_modulated: bool,
+    /// Angles and intensities of a measured pattern; 0 without one.
+    pub pattern_numbers: u32,
     pub shadow: ShadowPlan,
 }
 
@@ -214,6 +216,10 @@ impl Plan {
             kind: light.kind(),
             faces: faces as u32,
             is_modulated: is_modulated(i),
+            pattern_numbers: match light {
+                Light::Pattern { pattern, .. } => pattern.number_count(),
+                _ => 0,
+            },
             shadow,
         });
         Ok(Plan {

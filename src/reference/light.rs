@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec3;
 
 use super::{brdf::around, rays::Ray};
-use crate::scene::{Bands, Light};
+use crate::scene::{Bands, Light, Pattern, Shared};
 
 /// Radius of a sphere around the local space.
 const SCENE_RADIUS: f64 = 1.733;
@@ -15,7 +15,7 @@ const SCENE_RADIUS: f64 = 1.733;
 const LAMP_ROUNDING: f64 = 1e-13;
 
 /// A light, ready for sampling.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub enum Emitter {
     /// Point and spot lights.
     Cone {
@@ -30,6 +30,15 @@ pub enum Emitter {
     Parallel {
         travel: DVec3,
         irradiance: DVec3,
+    },
+    /// A lamp with a measured pattern.
+    Measured {
+        position: DVec3,
+        /// C = 0, C = 90°, γ = 0.
+        axes: [DVec3; 3],
+        pattern: Shared<Pattern>,
+        /// Where the pattern is 1, over the local unit squared.
+        intensity: DVec3,
     },
 }
 
@@ -62,6 +71,24 @@ impl Emitter {
             }
         };
         match *light {
+            Light::Pattern {
+                position_m,
+                direction,
+                up,
+                ref pattern,
+                power_w,
+            } => {
+                let down = direction.normalize();
+                let first = (up - up.dot(down) * down).normalize();
+                let solid_angle = measured_solid_angle(pattern) * metres_per_unit.powi(2);
+                Emitter::Measured {
+                    position: to_local(position_m),
+                    // Counterclockwise for one who looks along the direction.
+                    axes: [first, first.cross(down), down],
+                    pattern: pattern.clone(),
+                    intensity: DVec3::from(power_w) / solid_angle,
+                }
+            }
             Light::Point {
                 position_m,
                 power_w,
@@ -90,13 +117,37 @@ impl Emitter {
     pub fn distance_to(&self, point: DVec3) -> f64 {
         match self {
             Emitter::Parallel { .. } => f64::INFINITY,
-            Emitter::Cone { position, .. } => position.distance(point),
+            Emitter::Cone { position, .. } | Emitter::Measured { position, .. } => {
+                position.distance(point)
+            }
         }
     }
 
     /// `None` where the light sends nothing.
     pub fn illuminate(&self, point: DVec3) -> Option<Illumination> {
         match *self {
+            Emitter::Measured {
+                position,
+                axes,
+                ref pattern,
+                intensity,
+            } => {
+                let offset = position - point;
+                let distance_squared = offset.length_squared();
+                let distance = distance_squared.sqrt();
+                let to_light = offset / distance;
+                if !to_light.is_finite() {
+                    return None;
+                }
+                let share = measured_intensity(pattern, axes.map(|axis| -to_light.dot(axis)));
+                (share > 0.0).then(|| Illumination {
+                    to_light,
+                    facing: intensity * share / distance_squared,
+                    density: 1.0 / (cap_solid_angle(widest_rad(pattern)) * distance_squared),
+                    distance: distance - clearance(position),
+                    length: distance,
+                })
+            }
             Emitter::Parallel { travel, irradiance } => Some(Illumination {
                 to_light: -travel,
                 facing: irradiance,
@@ -144,23 +195,81 @@ impl Emitter {
                 let across = SCENE_RADIUS * u[0].sqrt() * (x * cos_turn + y * sin_turn);
                 (across - 2.0 * SCENE_RADIUS * travel, travel)
             }
+            Emitter::Measured {
+                position,
+                axes: [.., axis],
+                ref pattern,
+                ..
+            } => in_cone(position, axis, widest_rad(pattern), u),
             Emitter::Cone {
                 position,
                 axis,
                 outer_rad,
                 ..
-            } => {
-                // 1 − cos θ is even in the solid angle. By the half angle, for narrow cones.
-                let half_sine = (0.5 * outer_rad).sin();
-                let versine = 2.0 * half_sine * half_sine * u[0];
-                let sine = (versine * (2.0 - versine)).max(0.0).sqrt();
-                let across = around(axis, 0.0, u[1]);
-                let direction = axis * (1.0 - versine) + across * sine;
-                (position + clearance(position) * direction, direction)
-            }
+            } => in_cone(position, axis, outer_rad, u),
         };
         Ray::half_line(origin, direction)
     }
+}
+
+/// Origin and direction of a ray, evenly drawn from a cone.
+fn in_cone(position: DVec3, axis: DVec3, outer_rad: f64, u: [f64; 2]) -> (DVec3, DVec3) {
+    // 1 − cos θ is even in the solid angle. By the half angle, for narrow cones.
+    let half_sine = (0.5 * outer_rad).sin();
+    let versine = 2.0 * half_sine * half_sine * u[0];
+    let sine = (versine * (2.0 - versine)).max(0.0).sqrt();
+    let across = around(axis, 0.0, u[1]);
+    let direction = axis * (1.0 - versine) + across * sine;
+    (position + clearance(position) * direction, direction)
+}
+
+/// Beyond it there is no light.
+fn widest_rad(pattern: &Pattern) -> f64 {
+    pattern.gammas_rad.last().map_or(0.0, |&last| last.min(PI))
+}
+
+/// The pattern in a direction by its components along C = 0, C = 90° and γ = 0: between the nodes linear in both angles.
+fn measured_intensity(pattern: &Pattern, [x, y, z]: [f64; 3]) -> f64 {
+    let (gamma, plane) = (x.hypot(y).atan2(z), y.atan2(x).rem_euclid(TAU));
+    let cell = |nodes: &[f64], value: f64| {
+        let mut i = 0;
+        while i + 2 < nodes.len() && nodes[i + 1] < value {
+            i += 1;
+        }
+        let share = (value - nodes[i]) / (nodes[i + 1] - nodes[i]);
+        (i, share.min(1.0))
+    };
+    let rows = pattern.gammas_rad.len();
+    if gamma < pattern.gammas_rad[0] || gamma > pattern.gammas_rad[rows - 1] {
+        return 0.0;
+    }
+    let (row, along) = cell(&pattern.gammas_rad, gamma);
+    let (column, across) = cell(&pattern.planes_rad, plane);
+    let corner = |column: usize, row: usize| pattern.intensities[column * rows + row];
+    (1.0 - across) * ((1.0 - along) * corner(column, row) + along * corner(column, row + 1))
+        + across * ((1.0 - along) * corner(column + 1, row) + along * corner(column + 1, row + 1))
+}
+
+/// ∫ p dω by Simpson's rule in each interval of γ, of which the integrand is smooth; in C it is linear.
+fn measured_solid_angle(pattern: &Pattern) -> f64 {
+    const PARTS: u32 = 8;
+    let rows = pattern.gammas_rad.len();
+    let mut sum = 0.0;
+    for (column, planes) in pattern.planes_rad.windows(2).enumerate() {
+        for (row, gammas) in pattern.gammas_rad.windows(2).enumerate() {
+            let corner = |c: usize, r: usize| pattern.intensities[(column + c) * rows + row + r];
+            let [low, high] = [0, 1].map(|r| 0.5 * (corner(0, r) + corner(1, r)));
+            let width = gammas[1] - gammas[0];
+            let ring = |half_parts: u32| {
+                let share = f64::from(half_parts) / f64::from(2 * PARTS);
+                (low + share * (high - low)) * (gammas[0] + share * width).sin()
+            };
+            let parts = (0..PARTS).map(|i| ring(2 * i) + 4.0 * ring(2 * i + 1) + ring(2 * i + 2));
+            let simpson = parts.sum::<f64>() * width / f64::from(6 * PARTS);
+            sum += simpson * (planes[1] - planes[0]);
+        }
+    }
+    sum
 }
 
 fn clearance(lamp: DVec3) -> f64 {

@@ -46,6 +46,9 @@ impl Light {
         if let Some(direction) = self.direction_mut() {
             *direction = rotation * *direction;
         }
+        if let Some(up) = self.up_mut() {
+            *up = rotation * *up;
+        }
     }
 
     /// From the camera's axes (x right, y down, z forward) to the world.

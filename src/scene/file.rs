@@ -57,10 +57,11 @@ impl Scene {
         let direct = optional("direct")?.map(file_parts::direct).transpose()?;
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
+        let folder = file.parent().unwrap_or(Path::new(""));
         let (mut lights, mut modulated, mut carriers) = (Vec::new(), Vec::new(), Vec::new());
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert(("light", i), light.at.clone());
-            let read = file_parts::light(light)?;
+            let read = file_parts::light(light, folder)?;
             lights.push(read.light);
             modulated.push(read.modulated);
             carriers.extend(read.carrier.map(|carrier| (i, carrier)));
@@ -82,7 +83,6 @@ impl Scene {
             }
         }
         let own: Vec<String> = assets.materials.iter().map(|m| m.name.clone()).collect();
-        let folder = file.parent().unwrap_or(Path::new(""));
         let mut transforms = Vec::new();
         for (i, mesh) in keys.tables("mesh")?.into_iter().enumerate() {
             places.insert(("mesh", i), mesh.at.clone());

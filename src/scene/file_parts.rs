@@ -1,11 +1,14 @@
 //! Reads the parts of a scene file that name no other file.
 
+use std::path::Path;
+
 use super::{
-    Camera, Carrier, Direct, Distortion, Intrinsics, Lens, Light, Material, Photodetector, Sensor,
-    Shadow, SpotCone,
+    Camera, Carrier, Direct, Distortion, Intrinsics, Lens, Light, Material, Pattern, Photodetector,
+    Sensor, Shadow, SpotCone,
 };
 use crate::Result;
 use crate::keys::{Keys, Value};
+use crate::model::PatternIntegral;
 
 pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
     keys.only(&[
@@ -151,7 +154,8 @@ fn carrier<'t>(keys: &mut Keys<'t>) -> Result<Option<(Carrier, Value<'t>)>> {
     ))
 }
 
-pub(super) fn light(mut keys: Keys<'_>) -> Result<ReadLight<'_>> {
+/// `folder`: that of the scene file.
+pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'t>> {
     const POSITION: &str = "position = [x, y, z]";
     const DIRECTION: &str = "direction = [x, y, z], the way the light travels";
     const POWER: &str = "power_w = 50.0 or power_w = [r, g, b]";
@@ -181,6 +185,32 @@ pub(super) fn light(mut keys: Keys<'_>) -> Result<ReadLight<'_>> {
                     outer_half_angle_deg: keys.need(OUTER, &format!("{OUTER} = 30.0"))?.number()?,
                 },
                 power_w: keys.need("power_w", POWER)?.bands()?,
+            }
+        }
+        "pattern" => {
+            keys.only(&["position", "direction", "up", "pattern", "scale", "power_w"])?;
+            let named = keys.need("pattern", "pattern = \"lamp.ies\"")?;
+            let pattern = Pattern::load(&folder.join(named.text()?), &named.at)?;
+            let power = keys.take_one(&["power_w", "scale"])?;
+            let power_w = match power {
+                Some(("power_w", power)) => power.bands()?,
+                Some((_, scale)) => {
+                    scale.choice(&["file"], |name| name)?;
+                    [pattern.peak * PatternIntegral::new(&pattern).total(); 3]
+                }
+                None => {
+                    let hint = format!("add {POWER}, or scale = \"file\"");
+                    return Err(keys.error("[[light]] has no \"power_w\"", hint));
+                }
+            };
+            Light::Pattern {
+                position_m: keys.need("position", POSITION)?.vec3()?,
+                direction: keys.need("direction", DIRECTION)?.vec3()?,
+                up: keys
+                    .need("up", "up = [x, y, z], towards the plane C = 0")?
+                    .vec3()?,
+                pattern: pattern.into(),
+                power_w,
             }
         }
         _ => {

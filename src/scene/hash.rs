@@ -1,8 +1,8 @@
 //! A fingerprint of a scene, so that an image can say what it was made from.
 
 use super::{
-    Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Mesh, Parameter, Photodetector,
-    Scene, Sensor, SensorNoise, Shadow, Texture, TimeOfFlight,
+    Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Mesh, Parameter, Pattern,
+    Photodetector, Scene, Sensor, SensorNoise, Shadow, Texture, TimeOfFlight,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -184,6 +184,9 @@ impl Bytes {
                 .into_iter()
                 .for_each(|number| self.numbers([number]));
         }
+        if let Light::Pattern { pattern, .. } = light {
+            self.0.update(&pattern.digest(digest_of_pattern));
+        }
     }
 
     fn material(&mut self, material: &Material) {
@@ -199,6 +202,20 @@ impl Bytes {
         self.numbers([*shininess]);
         self.list(kd_texture.as_slice(), |&index| [index as f64]);
     }
+}
+
+fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
+    let Pattern {
+        gammas_rad,
+        planes_rad,
+        intensities,
+        peak: _,
+    } = pattern;
+    let mut bytes = Bytes::default();
+    for numbers in [gammas_rad, planes_rad, intensities] {
+        bytes.list(numbers, |&number| [number]);
+    }
+    *bytes.0.finalize().as_bytes()
 }
 
 fn digest_of_texture(texture: &Texture) -> [u8; 32] {

@@ -2,10 +2,10 @@
 
 use glam::DVec3;
 
-use super::Bands;
+use super::{Bands, Pattern, PatternAxes, Shared};
 
 /// A light source L.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Light {
     /// Emits P_L evenly over the sphere.
     Point { position_m: DVec3, power_w: Bands },
@@ -23,6 +23,16 @@ pub enum Light {
         direction: DVec3,
         irradiance_w_m2: Bands,
     },
+    /// Emits P_L as a lamp was measured to do.
+    Pattern {
+        position_m: DVec3,
+        /// γ = 0; any length but zero.
+        direction: DVec3,
+        /// Towards the plane C = 0; of any length, at an angle to the direction.
+        up: DVec3,
+        pattern: Shared<Pattern>,
+        power_w: Bands,
+    },
 }
 
 /// Opening of a spot light: full intensity up to the inner half angle, falling to 0 at the outer.
@@ -36,7 +46,7 @@ pub struct SpotCone {
 
 impl Light {
     /// The words that name kinds in scene files. A new one comes last: scene hashes count them.
-    pub const KINDS: [&str; 3] = ["point", "spot", "directional"];
+    pub const KINDS: [&str; 4] = ["point", "spot", "directional", "pattern"];
 
     /// The word that names this kind in scene files.
     pub fn kind(&self) -> &'static str {
@@ -44,18 +54,27 @@ impl Light {
             Light::Point { .. } => "point",
             Light::Spot { .. } => "spot",
             Light::Directional { .. } => "directional",
+            Light::Pattern { .. } => "pattern",
+        }
+    }
+
+    /// The axes of a pattern.
+    pub fn pattern_axes(&self) -> Option<PatternAxes> {
+        match self {
+            Light::Pattern { direction, up, .. } => Some(PatternAxes::new(*direction, *up)),
+            _ => None,
         }
     }
 
     /// What the light is, by the names that headers and manifests have: a number; or a position, a direction, or a value per band.
     pub fn parameters(&self) -> Vec<(&'static str, Vec<f64>)> {
-        match *self {
+        match self {
             Light::Point {
                 position_m,
                 power_w,
             } => vec![
                 ("position_m", position_m.to_array().into()),
-                ("power_w", power_w.into()),
+                ("power_w", (*power_w).into()),
             ],
             Light::Spot {
                 position_m,
@@ -67,14 +86,26 @@ impl Light {
                 ("direction", direction.to_array().into()),
                 ("inner_half_angle_deg", vec![cone.inner_half_angle_deg]),
                 ("outer_half_angle_deg", vec![cone.outer_half_angle_deg]),
-                ("power_w", power_w.into()),
+                ("power_w", (*power_w).into()),
             ],
             Light::Directional {
                 direction,
                 irradiance_w_m2,
             } => vec![
                 ("direction", direction.to_array().into()),
-                ("irradiance_w_m2", irradiance_w_m2.into()),
+                ("irradiance_w_m2", (*irradiance_w_m2).into()),
+            ],
+            Light::Pattern {
+                position_m,
+                direction,
+                up,
+                pattern: _,
+                power_w,
+            } => vec![
+                ("position_m", position_m.to_array().into()),
+                ("direction", direction.to_array().into()),
+                ("up", up.to_array().into()),
+                ("power_w", (*power_w).into()),
             ],
         }
     }
@@ -82,7 +113,9 @@ impl Light {
     /// L, metres; `None` for a directional light.
     pub fn position_m(&self) -> Option<DVec3> {
         match *self {
-            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => Some(position_m),
+            Light::Point { position_m, .. }
+            | Light::Spot { position_m, .. }
+            | Light::Pattern { position_m, .. } => Some(position_m),
             Light::Directional { .. } => None,
         }
     }
@@ -90,15 +123,19 @@ impl Light {
     /// The same, to be changed.
     pub fn position_m_mut(&mut self) -> Option<&mut DVec3> {
         match self {
-            Light::Point { position_m, .. } | Light::Spot { position_m, .. } => Some(position_m),
+            Light::Point { position_m, .. }
+            | Light::Spot { position_m, .. }
+            | Light::Pattern { position_m, .. } => Some(position_m),
             Light::Directional { .. } => None,
         }
     }
 
-    /// Axis of the cone, or direction in which parallel light travels, of any length but zero; `None` for a point light.
+    /// Axis of the cone or pattern, or direction in which parallel light travels, of any length but zero; `None` for a point light.
     pub fn direction(&self) -> Option<DVec3> {
         match *self {
-            Light::Spot { direction, .. } | Light::Directional { direction, .. } => Some(direction),
+            Light::Spot { direction, .. }
+            | Light::Directional { direction, .. }
+            | Light::Pattern { direction, .. } => Some(direction),
             Light::Point { .. } => None,
         }
     }
@@ -106,15 +143,27 @@ impl Light {
     /// The same, to be changed.
     pub fn direction_mut(&mut self) -> Option<&mut DVec3> {
         match self {
-            Light::Spot { direction, .. } | Light::Directional { direction, .. } => Some(direction),
+            Light::Spot { direction, .. }
+            | Light::Directional { direction, .. }
+            | Light::Pattern { direction, .. } => Some(direction),
             Light::Point { .. } => None,
+        }
+    }
+
+    /// Which way up a pattern is, to be changed.
+    pub fn up_mut(&mut self) -> Option<&mut DVec3> {
+        match self {
+            Light::Pattern { up, .. } => Some(up),
+            _ => None,
         }
     }
 
     /// What the light emits: P_L in W, or E_L in W/m² of a directional light.
     pub fn emission(&self) -> Bands {
         match *self {
-            Light::Point { power_w, .. } | Light::Spot { power_w, .. } => power_w,
+            Light::Point { power_w, .. }
+            | Light::Spot { power_w, .. }
+            | Light::Pattern { power_w, .. } => power_w,
             Light::Directional {
                 irradiance_w_m2, ..
             } => irradiance_w_m2,
@@ -124,19 +173,22 @@ impl Light {
     /// The name of that value.
     pub fn emission_name(&self) -> &'static str {
         match self {
-            Light::Point { .. } | Light::Spot { .. } => "power_w",
+            Light::Point { .. } | Light::Spot { .. } | Light::Pattern { .. } => "power_w",
             Light::Directional { .. } => "irradiance_w_m2",
         }
     }
 
     /// The same light, emitting this: P_L in W, or E_L in W/m² of a directional light.
-    pub fn with_emission(mut self, emission: Bands) -> Light {
-        match &mut self {
-            Light::Point { power_w, .. } | Light::Spot { power_w, .. } => *power_w = emission,
+    pub fn with_emission(&self, emission: Bands) -> Light {
+        let mut light = self.clone();
+        match &mut light {
+            Light::Point { power_w, .. }
+            | Light::Spot { power_w, .. }
+            | Light::Pattern { power_w, .. } => *power_w = emission,
             Light::Directional {
                 irradiance_w_m2, ..
             } => *irradiance_w_m2 = emission,
         }
-        self
+        light
     }
 }

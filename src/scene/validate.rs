@@ -275,6 +275,15 @@ impl Light {
                 "make the inner cone no wider than the outer",
             )?;
         }
+        if let Light::Pattern { direction, up, .. } = self {
+            part.require_direction("up", *up)?;
+            let sine = direction.normalize().cross(up.normalize()).length();
+            part.require(
+                sine > SMALLEST_UP_ANGLE_RAD,
+                format_args!("up {up} is parallel to direction {direction}"),
+                "give an up that is at an angle to the direction: the plane C = 0",
+            )?;
+        }
         let emission = self.emission();
         let name = self.emission_name();
         part.require(

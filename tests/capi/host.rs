@@ -397,6 +397,7 @@ pub fn c_light(light: &Light) -> camlux_light {
             inner_half_angle_deg: cone.inner_half_angle_deg,
             outer_half_angle_deg: cone.outer_half_angle_deg,
         }),
+        Light::Pattern { .. } => unreachable!("C makes no pattern"),
         Light::Directional {
             direction,
             irradiance_w_m2,

@@ -5,6 +5,7 @@
 pub mod calibrations;
 pub mod direct;
 pub mod gpu;
+pub mod lamps;
 pub mod quadrature;
 pub mod ray_caster;
 pub mod rmse;

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, sub_pixel_bits};
+use crate::common::lamps::measured;
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Error, Progress, RenderOptions, Scene,
@@ -384,7 +385,7 @@ fn room() -> Scene {
 #[test]
 fn lights_of_every_kind_and_together() {
     let lights = [
-        room().lights[0],
+        room().lights[0].clone(),
         Light::Spot {
             position_m: DVec3::new(-0.5, 0.7, 0.5),
             direction: DVec3::new(0.5, -1.0, -0.6),
@@ -398,13 +399,19 @@ fn lights_of_every_kind_and_together() {
             direction: DVec3::new(-0.5, -0.4, -1.0),
             irradiance_w_m2: [6.0, 4.0, 2.0],
         },
+        measured(
+            DVec3::new(-0.2, 0.6, 0.4),
+            DVec3::new(0.2, -1.0, -0.4),
+            [20.0, 10.0, 5.0],
+        ),
     ];
     let mut gpu = Gpu::open();
     let mut scene = room();
     for (name, lights) in [
-        ("point", vec![lights[0]]),
-        ("spot", vec![lights[1]]),
-        ("directional", vec![lights[2]]),
+        ("point", vec![lights[0].clone()]),
+        ("spot", vec![lights[1].clone()]),
+        ("directional", vec![lights[2].clone()]),
+        ("pattern", vec![lights[3].clone()]),
         ("all", lights.to_vec()),
     ] {
         scene.lights = lights;

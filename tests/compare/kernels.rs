@@ -3,6 +3,7 @@
 
 use crate::common::direct::unshadowed_direct;
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
+use crate::common::lamps::measured;
 use crate::common::rmse::relative_rmse;
 use camlux::{
     DeviceKind, GatherKernel, RenderOptions,
@@ -27,7 +28,7 @@ fn direct_light_matches_the_model() {
             // One light at a time, so that a black pixel tells that this light does not reach it: whether that is true
             // is a question of visibility, which `shadows` answers.
             let mut alone = scene.clone();
-            alone.lights = vec![*light];
+            alone.lights = vec![light.clone()];
             alone.indirect = None;
             let (frame, kept) = gpu
                 .renderer
@@ -75,12 +76,13 @@ fn direct_light_on_every_kind_of_surface_matches_the_model() {
             direction,
             irradiance_w_m2: [1.0, 2.0, 3.0],
         },
+        measured(position_m, direction, power_w),
     ];
     for light in lights {
         for (is_smooth, is_specular) in [(false, false), (true, false), (false, true), (true, true)]
         {
             let mut scene = demo_scene("textured", SIZE);
-            scene.lights = vec![light];
+            scene.lights = vec![light.clone()];
             scene.indirect = None;
             for mesh in scene.meshes.iter_mut().filter(|_| is_smooth) {
                 // Rounded as if the room were a ball, and never opposite to a face.

@@ -57,7 +57,7 @@ fn scenes_of_any_size_and_place_have_exact_shadows() {
         ] {
             let scene = rooms::moved(&scene, scale, shift_m);
             let what = format!("{name}, {scale} times, at {shift_m}");
-            let light = scene.lights[0];
+            let light = scene.lights[0].clone();
             assert_is_exact(&mut gpu, &what, scene, &light, KERNEL_ERROR);
         }
     }
@@ -73,7 +73,7 @@ fn light_from_afar_has_exact_shadows() {
 fn contact_lines_have_exact_shadows() {
     let mut gpu = Gpu::open();
     for (what, scene) in contact_lines() {
-        let light = scene.lights[0];
+        let light = scene.lights[0].clone();
         assert_is_exact(&mut gpu, what, scene, &light, 3.0 * KERNEL_ERROR);
     }
 }
@@ -82,7 +82,7 @@ fn contact_lines_have_exact_shadows() {
 fn lights_just_above_a_floor_have_exact_shadows() {
     let mut gpu = Gpu::open();
     let scene = wall_and_low_light();
-    let light = scene.lights[0];
+    let light = scene.lights[0].clone();
     assert_is_exact(&mut gpu, "3 mm", scene, &light, 3.0 * KERNEL_ERROR);
     for height_m in [0.01, 0.001] {
         let wall = rooms::quad(
@@ -93,7 +93,7 @@ fn lights_just_above_a_floor_have_exact_shadows() {
             1,
         );
         let scene = floor_with(vec![wall], DVec3::new(0.1, height_m, 0.2));
-        let light = scene.lights[0];
+        let light = scene.lights[0].clone();
         let what = format!("{height_m} m");
         // The height itself is rounded: 1.5e-8 of 5e-4 local units at 1 mm, which is 3e-5.
         let error = 3.0 * KERNEL_ERROR * 0.01 / height_m;

@@ -44,7 +44,7 @@ fn sum_at_few_pixels() -> Scene {
 fn small_scenes() -> [(&'static str, Scene); 4] {
     let mut by_map = plain_sum(demo_scene("textured", [16, 16]), 8);
     by_map.direct.shadow = Some(Shadow::Map);
-    by_map.lights.push(by_map.lights[0]);
+    by_map.lights.push(by_map.lights[0].clone());
     [
         ("textured, shadow map, two lights", by_map),
         (

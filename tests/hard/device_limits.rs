@@ -234,9 +234,9 @@ fn vpls_of_many_lights_over_the_limits_are_refused_by_the_plan() {
     scene.indirect = Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32));
     // Six rows of 1024 a light.
     device.limits.max_image_px = 1024;
-    scene.lights = vec![scene.lights[0]; 170];
+    scene.lights = vec![scene.lights[0].clone(); 170];
     assert!(Plan::new(&scene, &device).is_ok());
-    scene.lights = vec![scene.lights[0]; 171];
+    scene.lights = vec![scene.lights[0].clone(); 171];
     let assert_refused = |scene: &Scene, device: &DeviceInfo, parts: &[&str]| {
         let message = Plan::new(scene, device).expect_err("that is too much");
         for part in parts {
@@ -419,14 +419,7 @@ fn scenes_without_light_in_view_render_black() {
             assert_eq!(away.stats.pixel_vpl_pairs, 0);
             render("no power", &|scene| {
                 for light in &mut scene.lights {
-                    match light {
-                        Light::Point { power_w, .. } | Light::Spot { power_w, .. } => {
-                            *power_w = [0.0; 3];
-                        }
-                        Light::Directional {
-                            irradiance_w_m2, ..
-                        } => *irradiance_w_m2 = [0.0; 3],
-                    }
+                    *light = light.with_emission([0.0; 3]);
                 }
             });
         }
@@ -449,7 +442,7 @@ fn an_empty_mesh_among_others_does_not_show() {
 fn a_cancelled_renderer_can_be_used_again() {
     let mut gpu = Gpu::open();
     let mut scene = demo_scene("cornell", [48, 48]);
-    scene.lights.push(scene.lights[0]);
+    scene.lights.push(scene.lights[0].clone());
     let fresh = gpu.render(&scene);
     assert_is_lit(&fresh, Layer::Indirect);
     // How often progress is reported, which is where a render can be cancelled.

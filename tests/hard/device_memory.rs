@@ -102,7 +102,7 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
         add(
             "two lights by rays",
             with(&demo, |scene| {
-                scene.lights.push(scene.lights[0]);
+                scene.lights.push(scene.lights[0].clone());
                 scene.indirect = FINAL_GATHER;
                 if let Some(IndirectLight::FinalGather { stderr_layer, .. }) = &mut scene.indirect {
                     *stderr_layer = true;

@@ -58,23 +58,23 @@ fn the_time_of_a_frame_is_foretold_by_the_last_one() {
             assert!((0.5..=2.0).contains(&(foretold / grown)));
         }
         let mut other = demo_scene(name, [128, 128]);
-        other.lights.push(other.lights[0]);
+        other.lights.push(other.lights[0].clone());
         assert_eq!(gpu.renderer.foretell_ms(&other), None);
         gpu = Gpu::open();
     }
 }
 
 fn two_lights(mut scene: Scene) -> Scene {
-    let mut second = scene.lights[0];
+    let mut second = scene.lights[0].clone();
     shift(&mut second, DVec3::new(-0.1, -0.2, 0.05));
     scene.lights.push(second);
     scene
 }
 
 fn shift(light: &mut Light, by_m: DVec3) {
-    match light {
-        Light::Point { position_m, .. } | Light::Spot { position_m, .. } => *position_m += by_m,
-        Light::Directional { direction, .. } => *direction += by_m,
+    match light.position_m_mut() {
+        Some(position_m) => *position_m += by_m,
+        None => *light.direction_mut().expect("parallel light has one") += by_m,
     }
 }
 
@@ -124,7 +124,7 @@ fn changes() -> Vec<(&'static str, Change)> {
             };
         }),
         ("another light", |scene| {
-            let mut light = scene.lights[0];
+            let mut light = scene.lights[0].clone();
             shift(&mut light, DVec3::new(0.05, -0.1, -0.1));
             scene.lights.push(light);
         }),

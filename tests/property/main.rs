@@ -27,6 +27,7 @@ mod model_parts;
 mod modules;
 mod output;
 mod output_file;
+mod pattern;
 #[cfg(feature = "reference")]
 mod phasor;
 mod reference;

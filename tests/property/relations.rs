@@ -258,7 +258,7 @@ pub fn on_random<S: Strategy>(rooms: S, relation: impl Fn(&mut Gpu, S::Value) ->
 pub fn brightened(scene: &Scene, factors: Bands) -> Scene {
     let mut scene = scene.clone();
     for light in &mut scene.lights {
-        *light = amplified(*light, factors);
+        *light = amplified(light, factors);
     }
     scene
 }
@@ -293,7 +293,7 @@ pub fn with_meshes_reversed(scene: &Scene) -> Scene {
 /// Two lights of half the power in place of the one.
 pub fn with_light_in_two(scene: &Scene) -> Scene {
     let mut scene = brightened(scene, [0.5; 3]);
-    scene.lights.push(scene.lights[0]);
+    scene.lights.push(scene.lights[0].clone());
     scene
 }
 

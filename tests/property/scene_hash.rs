@@ -88,7 +88,7 @@ fn hash_changes_with_everything_but_names() {
                 stderr_layer: true,
             });
         },
-        |s| s.lights.push(s.lights[0]),
+        |s| s.lights.push(s.lights[0].clone()),
         |s| s.lights[0] = point([0.0, 1.98, 0.0], [50.0, 50.0, 51.0]),
         |s| s.lights[0] = point([0.0, 1.98, 0.1], [50.0; 3]),
         |s| s.lights[0] = directional(DVec3::Y, 50.0),

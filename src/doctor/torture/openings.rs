@@ -235,7 +235,7 @@ mod tests {
         let lamp = point_light(lamp_m);
         let eye_m = dvec3(-0.7, 0.2, 0.7);
         for look_at_m in [dvec3(0.8, -0.5, -0.1), dvec3(0.1, 0.2, -1.0)] {
-            let mut scene = room_behind(&openings, lamp, eye_m, look_at_m);
+            let mut scene = room_behind(&openings, lamp.clone(), eye_m, look_at_m);
             scene.camera.resolution_px = [16, 16];
             let mut reference = Reference::new(&scene, 1024).expect("the scene is valid");
             for _ in 0..8 {

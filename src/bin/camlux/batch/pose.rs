@@ -89,16 +89,23 @@ impl Pose {
         }
     }
 
-    /// The light at this pose: a spot and parallel light shine along its z axis.
+    /// The light at this pose: a spot, a pattern and parallel light shine along its z axis, and a pattern has its plane C = 0 against its y axis.
     pub fn light(&self, light: &Light) -> Light {
         let aimed = |before: DVec3| match self.aim {
             None => before,
             Some(Aim::Rotation(rotation)) => rotation * DVec3::Z,
             Some(Aim::LookAt { target_m, .. }) => target_m - self.position_m,
         };
-        let mut light = *light;
+        let mut light = light.clone();
         if let Some(direction) = light.direction_mut() {
             *direction = aimed(*direction);
+        }
+        if let Some(up) = light.up_mut() {
+            *up = match self.aim {
+                None => *up,
+                Some(Aim::Rotation(rotation)) => rotation * DVec3::NEG_Y,
+                Some(Aim::LookAt { up: given, .. }) => given.unwrap_or(*up),
+            };
         }
         if let Some(position_m) = light.position_m_mut() {
             *position_m = self.position_m;

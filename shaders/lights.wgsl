@@ -1,0 +1,29 @@
+// The lights of a scene, of any kind, in a list.
+
+#import light
+
+// A light of the list `lights`, which lies there as in a buffer.
+#loader Light lights
+
+#import pattern
+
+// A list in an image, as that of triangles in trace.wgsl. Behind the lights lie their patterns.
+var lights: texture_storage_2d<rgba32float, read>;
+
+fn pattern_number(light: Light, at: u32) -> f32 {
+    return textureLoad(lights, list_place(light.first_pattern + at / 4u))[at % 4u];
+}
+
+fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
+    if (light.is_parallel == 1u) {
+        return Illumination(-light.axis, light.intensity);
+    }
+    var illumination = illuminate_evenly(light, position);
+    if (light.outer_half_angle > 0.0) {
+        illumination.irradiance *= spot_falloff(light, -illumination.to_light);
+    }
+    if (light.gamma_count > 0u) {
+        illumination.irradiance *= pattern_intensity(light, -illumination.to_light);
+    }
+    return illumination;
+}

@@ -1,0 +1,45 @@
+// A light's measured radiation pattern, interpolated linearly in γ and C: its numbers are the nodes of γ, those of C, and for each node of C an
+// intensity for each of γ. Who imports this has a function pattern_number for them.
+
+// Nodes of γ and of C in the list, and where a value lies between two of them.
+struct PatternPlace {
+    node: u32,
+    share: f32,
+}
+
+// The last of these nodes that is not above the value, but for the very last one.
+fn pattern_place(light: Light, first: u32, count: u32, value: f32) -> PatternPlace {
+    var low = 0u;
+    var high = count - 1u;
+    loop {
+        if (high - low <= 1u) {
+            break;
+        }
+        let middle = (low + high) / 2u;
+        let is_before = pattern_number(light, first + middle) <= value;
+        low = select(low, middle, is_before);
+        high = select(middle, high, is_before);
+    }
+    let before = pattern_number(light, first + low);
+    let after = pattern_number(light, first + low + 1u);
+    return PatternPlace(low, clamp((value - before) / (after - before), 0.0, 1.0));
+}
+
+// p in a direction, a unit vector: 0 to 1.
+fn pattern_intensity(light: Light, direction: vec3<f32>) -> f32 {
+    let gamma_count = light.gamma_count;
+    let plane_count = light.plane_count;
+    let along = dot(direction, light.axis);
+    let x = dot(direction, light.plane_0);
+    let y = dot(direction, cross(light.plane_0, light.axis));
+    let gamma = angle_of(length(vec2<f32>(x, y)), along);
+    let half_turn = angle_of(abs(y), x);
+    let plane = select(half_turn, 2.0 * PI - half_turn, y < 0.0);
+    let row = pattern_place(light, 0u, gamma_count, gamma);
+    let column = pattern_place(light, gamma_count, plane_count, plane);
+    let is_within = gamma >= pattern_number(light, 0u) && gamma <= pattern_number(light, gamma_count - 1u);
+    let first = gamma_count + plane_count + column.node * gamma_count + row.node;
+    let a = mix(pattern_number(light, first), pattern_number(light, first + 1u), row.share);
+    let b = mix(pattern_number(light, first + gamma_count), pattern_number(light, first + gamma_count + 1u), row.share);
+    return select(0.0, mix(a, b, column.share), is_within);
+}

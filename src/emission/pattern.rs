@@ -1,0 +1,127 @@
+//! Texels of the faces around a light with a measured pattern, exact for its interpolant.
+//!
+//! As around a spot light (`texels.rs`), but that the integral up to γ depends on the azimuth, too: between two planes of the pattern linearly.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use glam::DVec2;
+
+use super::TexelEmission;
+use super::texels::{Arc, ConeFace, Grid, Integral};
+use crate::model::PatternIntegral;
+use crate::scene::Pattern;
+
+/// The pattern, with what its texels are integrated from.
+pub(super) struct PatternTexels<'p> {
+    pattern: &'p Pattern,
+    integral: PatternIntegral<'p>,
+}
+
+impl<'p> PatternTexels<'p> {
+    pub fn new(pattern: &'p Pattern) -> Self {
+        PatternTexels {
+            pattern,
+            integral: PatternIntegral::new(pattern),
+        }
+    }
+
+    /// Texels of a face of a cube about the axis γ = 0. A side's middle lies in the plane `turn_rad`; the others have the plane C = 0 upwards.
+    pub fn face(&self, size: u32, kind: ConeFace, turn_rad: f64) -> Vec<TexelEmission> {
+        let grid = Grid::new(size, 1.0);
+        match kind {
+            ConeFace::Side => {
+                let edges = edges(&grid, |line, span| {
+                    self.edge(&arc(1.0, line), turn_rad, span, false)
+                });
+                grid.texels(|x, row| edges(row, x) - edges(row + 1, x))
+            }
+            // Seen from inside, azimuths run counterclockwise in front and clockwise behind.
+            ConeFace::Front => self.polar_face(&grid, false),
+            ConeFace::Back => {
+                let mut texels = self.polar_face(&grid, true);
+                texels.chunks_mut(grid.size).for_each(<[_]>::reverse);
+                texels
+            }
+        }
+    }
+
+    /// A face with a pole in its middle, columns to the right as azimuths run counterclockwise.
+    fn polar_face(&self, grid: &Grid, is_behind: bool) -> Vec<TexelEmission> {
+        // Along a line at this height over the pole, and to its right, from one place to another.
+        let edge = |distance: f64, foot_rad: f64, span: [f64; 2]| {
+            let reach = if is_behind { -1.0 } else { 1.0 };
+            self.edge(
+                &arc(distance, reach),
+                foot_rad,
+                span.map(|t| t / distance),
+                is_behind,
+            )
+        };
+        let reversed = |[start, end]: [f64; 2]| [-end, -start];
+        let rows = edges(grid, |height, span| match height {
+            h if h > 0.0 => -edge(h, 0.0, reversed(span)),
+            h if h < 0.0 => edge(-h, PI, span),
+            _ => Integral::ZERO,
+        });
+        let columns = edges(grid, |right, span| match right {
+            r if r > 0.0 => edge(r, -FRAC_PI_2, span),
+            r if r < 0.0 => -edge(-r, FRAC_PI_2, reversed(span)),
+            _ => Integral::ZERO,
+        });
+        grid.texels(|x, row| {
+            rows(row, x) + columns(x + 1, row) - rows(row + 1, x) - columns(x, row)
+        })
+    }
+
+    /// The integral over the azimuth along a great circle, whose foot lies in the plane `foot_rad`; counted from the nearer pole.
+    fn edge(&self, arc: &Arc, foot_rad: f64, span: [f64; 2], is_behind: bool) -> Integral {
+        let gammas_rad = &self.pattern.gammas_rad;
+        let ends = [gammas_rad[0], gammas_rad[gammas_rad.len() - 1]];
+        let turned = |psi_rad: f64| (foot_rad + psi_rad).rem_euclid(TAU);
+        let up_to = |gamma_rad: f64, plane_rad: f64| {
+            let clipped = gamma_rad.clamp(ends[0], ends[1]);
+            let solid_angle = ends[0].cos() - clipped.cos();
+            DVec2::new(solid_angle, self.integral.within(gamma_rad, plane_rad))
+        };
+        // Nodes that the edge crosses: of γ between its ends and its foot, of C within its turn.
+        let [first, last] = span.map(f64::atan);
+        let foot = 0f64.clamp(first, last);
+        let thetas = [first, last, foot].map(|psi_rad| arc.theta_rad(psi_rad));
+        let low = thetas.iter().copied().fold(f64::INFINITY, f64::min);
+        let high = thetas.iter().copied().fold(0.0, f64::max);
+        let begin = gammas_rad.partition_point(|&gamma| gamma <= low);
+        let end = gammas_rad.partition_point(|&gamma| gamma < high);
+        let planes_rad = self.pattern.planes_rad.iter();
+        let turns_rad: Vec<f64> = planes_rad
+            .map(|plane_rad| (plane_rad - foot_rad + PI).rem_euclid(TAU) - PI)
+            .filter(|turn_rad| (first..last).contains(turn_rad))
+            .collect();
+        let kinks_rad = &gammas_rad[begin.min(end)..end];
+        arc.integrate(span, kinks_rad, &turns_rad, |theta_rad, psi_rad| {
+            let plane_rad = turned(psi_rad);
+            let before = up_to(theta_rad, plane_rad);
+            if is_behind {
+                up_to(PI, plane_rad) - before
+            } else {
+                before
+            }
+        })
+    }
+}
+
+fn arc(rise: f64, reach: f64) -> Arc {
+    Arc { rise, reach }
+}
+
+/// The integrals along the lines of a grid, each cut into the spans between the lines across.
+fn edges(
+    grid: &Grid,
+    integral: impl Fn(f64, [f64; 2]) -> Integral,
+) -> impl Fn(usize, usize) -> Integral {
+    let size = grid.size;
+    let lines = (0..=size).flat_map(|line| (0..size).map(move |span| (line, span)));
+    let edges: Vec<Integral> = lines
+        .map(|(line, span)| integral(grid.line(line), grid.span(span)))
+        .collect();
+    move |line, span| edges[line * size + span]
+}

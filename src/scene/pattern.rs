@@ -1,0 +1,201 @@
+//! Radiation patterns of lights, as they are measured.
+
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+use glam::DVec3;
+
+use super::{eulumdat, ies};
+use crate::{Error, Result, input_file};
+
+/// The radiant intensity of a lamp over all directions, relative to its largest.
+///
+/// Directions are given in the C-γ system of the CIE, which is that of type C of IES LM-63: γ is the angle from the direction in which the lamp
+/// shines, the plane C turns about that direction, counterclockwise for one who looks along it. Between the nodes of γ and C the intensity
+/// is interpolated linearly in both; beyond the first and the last γ there is none.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pattern {
+    /// Nodes of γ, radians, increasing, from 0 to π at most.
+    pub gammas_rad: Vec<f64>,
+    /// Nodes of C, radians, increasing, from 0 to 2π, whose values are the same.
+    pub planes_rad: Vec<f64>,
+    /// Of each plane one for each γ, 0 to 1.
+    pub intensities: Vec<f64>,
+    /// What the file has for 1.
+    pub peak: f64,
+}
+
+/// What a file's measurements say, before they are spread over all planes.
+pub(super) struct Measured {
+    /// Degrees, increasing.
+    pub gammas_deg: Vec<f64>,
+    /// Degrees, increasing, from 0 on.
+    pub planes_deg: Vec<f64>,
+    /// Of each plane one for each γ, in the unit of the file.
+    pub intensities: Vec<f64>,
+}
+
+impl Pattern {
+    /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, which is named at a line of the scene file.
+    pub(super) fn load(path: &Path, named_at: &str) -> Result<Pattern> {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        let parse = match extension.to_str() {
+            Some("ies") => ies::parse,
+            Some("ldt") => eulumdat::parse,
+            _ => {
+                return Err(Error::scene(
+                    named_at,
+                    format!("pattern {} is of no known format", path.display()),
+                    "give an IES file (.ies) or a EULUMDAT file (.ldt)",
+                ));
+            }
+        };
+        let bytes = input_file::read(path).map_err(|error| {
+            let problem = format!("cannot read the pattern {}: {error}", path.display());
+            Error::scene(named_at, problem, "check the path")
+        })?;
+        // Names of makers come in any encoding; all that counts is ASCII.
+        parse(&String::from_utf8_lossy(&bytes), path)
+    }
+
+    /// Spreads measurements over all planes: one plane is that of all, planes to 90 or 180 degrees are mirrored.
+    pub(super) fn of(measured: Measured) -> std::result::Result<Pattern, String> {
+        let Measured {
+            gammas_deg,
+            mut planes_deg,
+            intensities,
+        } = measured;
+        let increases = |angles: &[f64]| angles.windows(2).all(|pair| pair[0] < pair[1]);
+        if gammas_deg.len() < 2 || !increases(&gammas_deg) {
+            return Err("the vertical angles do not increase, or are fewer than two".into());
+        }
+        if !gammas_deg.iter().all(|gamma| (0.0..=180.0).contains(gamma)) {
+            return Err("the vertical angles are not all within 0 and 180 degrees".into());
+        }
+        if planes_deg.first() != Some(&0.0) || !increases(&planes_deg) {
+            return Err("the horizontal angles do not begin at 0 and increase".into());
+        }
+        let count = gammas_deg.len();
+        let mut planes: Vec<Vec<f64>> = intensities.chunks(count).map(<[f64]>::to_vec).collect();
+        let last_deg = planes_deg[planes_deg.len() - 1];
+        let mirror = |planes_deg: &mut Vec<f64>, planes: &mut Vec<Vec<f64>>, about_deg: f64| {
+            for i in (0..planes_deg.len() - 1).rev() {
+                planes_deg.push(2.0 * about_deg - planes_deg[i]);
+                planes.push(planes[i].clone());
+            }
+        };
+        match last_deg {
+            0.0 => {
+                planes_deg.push(360.0);
+                planes.push(planes[0].clone());
+            }
+            90.0 => {
+                mirror(&mut planes_deg, &mut planes, 90.0);
+                mirror(&mut planes_deg, &mut planes, 180.0);
+            }
+            180.0 => mirror(&mut planes_deg, &mut planes, 180.0),
+            360.0 => {
+                let end = planes.len() - 1;
+                planes[end] = planes[0].clone();
+            }
+            // The last plane before the circle closes, as EULUMDAT has it.
+            _ if last_deg > 180.0 && last_deg < 360.0 => {
+                planes_deg.push(360.0);
+                planes.push(planes[0].clone());
+            }
+            _ => {
+                return Err(format!(
+                    "the horizontal angles end at {last_deg} degrees, and not at 0, 90, 180 or 360"
+                ));
+            }
+        }
+        let values = planes.concat();
+        let peak = values.iter().copied().fold(0.0, f64::max);
+        if !values.iter().all(|value| (0.0..=1e30).contains(value)) || peak == 0.0 {
+            return Err(
+                "the intensities are not finite values of 0 or more, of which one is above".into(),
+            );
+        }
+        let radians = |angles: Vec<f64>| angles.into_iter().map(f64::to_radians).collect();
+        Ok(Pattern {
+            gammas_rad: radians(gammas_deg),
+            planes_rad: radians(planes_deg),
+            intensities: values.into_iter().map(|value| value / peak).collect(),
+            peak,
+        })
+    }
+
+    /// Angles and intensities.
+    pub(crate) fn number_count(&self) -> u32 {
+        (self.gammas_rad.len() + self.planes_rad.len() + self.intensities.len()) as u32
+    }
+
+    /// The intensities of a plane, one for each γ.
+    pub(crate) fn plane(&self, index: usize) -> &[f64] {
+        let count = self.gammas_rad.len();
+        &self.intensities[index * count..][..count]
+    }
+
+    /// The intensity in a direction, 0 to 1. C is between 0 and 2π.
+    pub fn intensity(&self, gamma_rad: f64, plane_rad: f64) -> f64 {
+        let (Some(&first), Some(&last)) = (self.gammas_rad.first(), self.gammas_rad.last()) else {
+            return 0.0;
+        };
+        if !(first..=last).contains(&gamma_rad) {
+            return 0.0;
+        }
+        let (row, along) = place(&self.gammas_rad, gamma_rad);
+        let (column, across) = place(&self.planes_rad, plane_rad);
+        let at = |column: usize| {
+            let plane = self.plane(column);
+            plane[row] + along * (plane[row + 1] - plane[row])
+        };
+        let (a, b) = (at(column), at(column + 1));
+        a + across * (b - a)
+    }
+}
+
+/// The interval of nodes in which a value lies, and where in it, 0 to 1.
+pub(crate) fn place(nodes: &[f64], value: f64) -> (usize, f64) {
+    let after = nodes.partition_point(|&node| node <= value);
+    let interval = after.clamp(1, nodes.len() - 1) - 1;
+    let (low, high) = (nodes[interval], nodes[interval + 1]);
+    (interval, ((value - low) / (high - low)).clamp(0.0, 1.0))
+}
+
+/// The axes of a lamp with a pattern, unit vectors in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PatternAxes {
+    /// γ = 0.
+    pub direction: DVec3,
+    /// γ = 90°, C = 0: the part of `up` across the direction.
+    pub plane_0: DVec3,
+    /// γ = 90°, C = 90°.
+    pub plane_90: DVec3,
+}
+
+impl PatternAxes {
+    /// For a direction and an up that are at an angle to each other.
+    pub fn new(direction: DVec3, up: DVec3) -> PatternAxes {
+        let direction = direction.normalize();
+        let plane_90 = up.cross(direction).normalize();
+        PatternAxes {
+            direction,
+            plane_0: direction.cross(plane_90),
+            plane_90,
+        }
+    }
+
+    /// γ, 0 to π, and C, 0 to 2π, of a direction of any length but zero.
+    pub fn angles_rad(&self, towards: DVec3) -> [f64; 2] {
+        let along = towards.dot(self.direction);
+        let (x, y) = (towards.dot(self.plane_0), towards.dot(self.plane_90));
+        let plane_rad = y.atan2(x);
+        let turned = if plane_rad < 0.0 {
+            plane_rad + TAU
+        } else {
+            plane_rad
+        };
+        [x.hypot(y).atan2(along).min(PI), turned]
+    }
+}

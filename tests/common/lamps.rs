@@ -1,0 +1,33 @@
+//! A lamp with a measured pattern that is like itself in no other direction.
+
+use camlux::scene::{Bands, Light, Pattern};
+use glam::DVec3;
+
+pub fn pattern() -> Pattern {
+    let gammas_deg = [0.0, 10.0, 40.0, 75.0, 110.0];
+    let planes_deg = [0.0, 60.0, 130.0, 225.0, 360.0];
+    let first = [0.9, 1.0, 0.5, 0.2, 0.0];
+    let planes = [
+        first,
+        [0.9, 0.8, 0.7, 0.1, 0.05],
+        [0.9, 0.7, 0.2, 0.3, 0.1],
+        [0.9, 0.6, 0.4, 0.05, 0.0],
+        first,
+    ];
+    Pattern {
+        gammas_rad: gammas_deg.map(f64::to_radians).into(),
+        planes_rad: planes_deg.map(f64::to_radians).into(),
+        intensities: planes.concat(),
+        peak: 1.0,
+    }
+}
+
+pub fn measured(position_m: DVec3, direction: DVec3, power_w: Bands) -> Light {
+    Light::Pattern {
+        position_m,
+        direction,
+        up: DVec3::new(0.7, 0.2, -0.5),
+        pattern: pattern().into(),
+        power_w,
+    }
+}
