@@ -359,7 +359,7 @@
 /** Parallel light: direction, irradiance_w_m2. */
 #define CAMLUX_LIGHT_DIRECTIONAL 2
 
-/** A lamp with a measured pattern, as a scene file has it: it is read, moved and given another power, but not made. */
+/** A lamp with a measured pattern, which comes from a scene file: camlux_scene_get_light tells it, camlux_scene_set_pose moves it. */
 #define CAMLUX_LIGHT_PATTERN 3
 
 /**

@@ -227,6 +227,9 @@ fn move_light(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
     if let Some(direction) = moved.direction_mut() {
         *direction = ahead;
     }
+    if let Some(up) = moved.up_mut() {
+        *up = pose.orientation * DVec3::NEG_Y;
+    }
     moved.validate(index as usize)?;
     *light = moved;
     Ok(())

@@ -11,7 +11,7 @@ pub const CAMLUX_LIGHT_POINT: i32 = 0;
 pub const CAMLUX_LIGHT_SPOT: i32 = 1;
 /// Parallel light: direction, irradiance_w_m2.
 pub const CAMLUX_LIGHT_DIRECTIONAL: i32 = 2;
-/// A lamp with a measured pattern, as a scene file has it: it is read, moved and given another power, but not made.
+/// A lamp with a measured pattern, which comes from a scene file: camlux_scene_get_light tells it, camlux_scene_set_pose moves it.
 pub const CAMLUX_LIGHT_PATTERN: i32 = 3;
 
 /// A light. Begin with CAMLUX_LIGHT_INIT: a point light without power at the origin; members that its kind does not have are

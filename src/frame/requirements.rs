@@ -152,8 +152,12 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         ];
         let without_rays = without_rays.iter().filter(|(has_rays, _)| *has_rays);
         let without_rays: Vec<&str> = without_rays.map(|&(_, without)| without).collect();
-        let without_rays = without_rays.join(" and ");
-        let hint = format!("use {without_rays}, simplify the meshes, or choose another device");
+        let without_rays = match &without_rays[..] {
+            // A rasteriser that is too coarse.
+            [] => String::new(),
+            some => format!("use {}, ", some.join(" and ")),
+        };
+        let hint = format!("{without_rays}simplify the meshes, or choose another device");
         rays::declare(&of_scene().with_hint(hint), scene, kernel)?;
     }
     for (is_there, name, passes, without) in [

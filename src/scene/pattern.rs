@@ -65,15 +65,8 @@ impl Pattern {
             mut planes_deg,
             intensities,
         } = measured;
-        let increases = |angles: &[f64]| angles.windows(2).all(|pair| pair[0] < pair[1]);
-        if gammas_deg.len() < 2 || !increases(&gammas_deg) {
-            return Err("the vertical angles do not increase, or are fewer than two".into());
-        }
-        if !gammas_deg.iter().all(|gamma| (0.0..=180.0).contains(gamma)) {
-            return Err("the vertical angles are not all within 0 and 180 degrees".into());
-        }
-        if planes_deg.first() != Some(&0.0) || !increases(&planes_deg) {
-            return Err("the horizontal angles do not begin at 0 and increase".into());
+        if planes_deg.first() != Some(&0.0) {
+            return Err("the horizontal angles do not begin at 0".into());
         }
         let count = gammas_deg.len();
         let mut planes: Vec<Vec<f64>> = intensities.chunks(count).map(<[f64]>::to_vec).collect();
@@ -111,18 +104,59 @@ impl Pattern {
         }
         let values = planes.concat();
         let peak = values.iter().copied().fold(0.0, f64::max);
-        if !values.iter().all(|value| (0.0..=1e30).contains(value)) || peak == 0.0 {
-            return Err(
-                "the intensities are not finite values of 0 or more, of which one is above".into(),
-            );
-        }
         let radians = |angles: Vec<f64>| angles.into_iter().map(f64::to_radians).collect();
-        Ok(Pattern {
+        let pattern = Pattern {
             gammas_rad: radians(gammas_deg),
             planes_rad: radians(planes_deg),
             intensities: values.into_iter().map(|value| value / peak).collect(),
             peak,
-        })
+        };
+        pattern.check().map(|()| pattern)
+    }
+
+    /// Whether it is one, or what is wrong with it.
+    pub(super) fn check(&self) -> std::result::Result<(), String> {
+        let Pattern {
+            gammas_rad,
+            planes_rad,
+            intensities,
+            peak,
+        } = self;
+        let increases = |angles: &[f64]| angles.windows(2).all(|pair| pair[0] < pair[1]);
+        let is_whole_turn = planes_rad.first() == Some(&0.0)
+            && planes_rad
+                .last()
+                .is_some_and(|last| (last - TAU).abs() < 1e-9);
+        let is_relative = |value: &f64| (0.0..=1.0).contains(value);
+        for (is_right, problem) in [
+            (
+                gammas_rad.len() >= 2 && increases(gammas_rad),
+                "the vertical angles do not increase, or are fewer than two",
+            ),
+            (
+                gammas_rad.iter().all(|gamma| (0.0..=PI).contains(gamma)),
+                "the vertical angles are not all within 0 and 180 degrees",
+            ),
+            (
+                planes_rad.len() >= 2 && increases(planes_rad) && is_whole_turn,
+                "the horizontal angles do not increase from 0 to 360 degrees",
+            ),
+            (
+                intensities.len() == gammas_rad.len() * planes_rad.len(),
+                "there is not one intensity for each vertical and horizontal angle",
+            ),
+            (
+                intensities.iter().all(is_relative)
+                    && intensities.iter().any(|&value| value > 0.0)
+                    && (0.0..=1e30).contains(peak),
+                "the intensities are not finite values of 0 or more, of which one is above",
+            ),
+        ] {
+            if !is_right {
+                return Err(problem.into());
+            }
+        }
+        Ok(())
     }
 
     /// Angles and intensities.

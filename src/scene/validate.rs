@@ -275,7 +275,16 @@ impl Light {
                 "make the inner cone no wider than the outer",
             )?;
         }
-        if let Light::Pattern { direction, up, .. } = self {
+        if let Light::Pattern {
+            direction,
+            up,
+            pattern,
+            ..
+        } = self
+        {
+            if let Err(problem) = pattern.check() {
+                part.require(false, problem, "correct the pattern")?;
+            }
             part.require_direction("up", *up)?;
             let sine = direction.normalize().cross(up.normalize()).length();
             part.require(

@@ -1,6 +1,7 @@
 //! Frames through the C interface: those of the engine bit for bit, with what has moved, and with what was cancelled.
 
 use std::{
+    f64::consts::FRAC_PI_2,
     ffi::{CStr, c_char, c_void},
     ptr::{null, null_mut},
     time::{Duration, Instant},
@@ -52,6 +53,45 @@ fn a_scene_from_arrays_is_that_of_the_file() {
             ok(camlux_scene_release(scene));
         }
     }
+}
+
+/// Which C reads, and moves, but does not make.
+#[test]
+fn a_measured_lamp_comes_with_its_scene() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let mut expected = engine_scene("lamp");
+    let scene = load("lamp");
+    resize(scene, SIZE_PX[0], SIZE_PX[1]);
+    let mut light = init!(camlux_light {});
+    // SAFETY: it points to a struct of that size.
+    ok(unsafe { camlux_scene_get_light(scene, 0, &mut light) });
+    assert_eq!(light.kind, CAMLUX_LIGHT_PATTERN);
+    let before = render(renderer, scene);
+    assert!(layers(before) == engine_frame(&expected));
+    // It shines up.
+    let (position_m, turn) = (
+        DVec3::new(0.1, 0.5, 0.0),
+        DQuat::from_rotation_x(-FRAC_PI_2),
+    );
+    let pose = init!(camlux_pose {
+        position_m: position_m.to_array(),
+        orientation_xyzw: turn.to_array(),
+    });
+    // SAFETY: as above.
+    ok(unsafe { camlux_scene_set_pose(scene, CAMLUX_PART_LIGHT, 0, &pose) });
+    let light = &mut expected.lights[0];
+    *light.position_m_mut().expect("it has one") = position_m;
+    *light.direction_mut().expect("it has one") = turn * DVec3::Z;
+    *light.up_mut().expect("it has one") = turn * DVec3::NEG_Y;
+    let after = render(renderer, scene);
+    assert!(layers(after) == engine_frame(&expected));
+    assert!(layers(after) != layers(before));
+    for frame in [before, after] {
+        ok(camlux_frame_release(frame));
+    }
+    ok(camlux_scene_release(scene));
+    ok(camlux_renderer_release(renderer));
 }
 
 #[test]

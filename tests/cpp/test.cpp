@@ -103,7 +103,7 @@ void values_come_back()
     const camlux::camera back = scene.camera();
     CHECK(back.width_px == 7 && back.position_m.y == 2 && back.look_at_m.z == 5);
     CHECK(back.lens && back.lens->fy_px == 11 && back.lens->cy_px == 4.5);
-    camera.lens = camlux::intrinsics{10, 11, 3.5, 4.5, camlux::lens_model::fisheye, {0.01, 0.002}};
+    camera.lens = camlux::intrinsics{300, 310, 3.5, 240, camlux::lens_model::fisheye, {0.01, 0.002}};
     scene.set_camera(camera);
     const camlux::camera distorted = scene.camera();
     CHECK(distorted.lens->model == camlux::lens_model::fisheye && distorted.lens->distortion[1] == 0.002);

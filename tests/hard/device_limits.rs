@@ -9,7 +9,7 @@ use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
     DeviceInfo, DeviceKind, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
     output::{Frame, Layer},
-    scene::{Encoding, IndirectLight, Light, Mesh, Shadow, Shared, Texels, Texture, VplSum},
+    scene::{Encoding, IndirectLight, Mesh, Shadow, Shared, Texels, Texture, VplSum},
 };
 
 /// The device, but with lavapipe's limits: a real GPU's may be so large that nothing here is over them.
@@ -19,6 +19,7 @@ fn small_device(gpu: &Gpu) -> DeviceInfo {
     device.limits.max_allocation_bytes = 2 << 30;
     device.limits.max_storage_buffer_bytes = 128 << 20;
     device.limits.max_buffer_bytes = 2 << 30;
+    device.limits.sub_pixel_bits = 8;
     // What is over the memory all together is told first: `device_memory`.
     device.limits.memory_bytes = 1 << 50;
     device
