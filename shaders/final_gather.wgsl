@@ -231,7 +231,7 @@ fn follow_directions() {
 #endrepeat
             let is_hit = met != NOTHING_HIT;
             let hit = hit_surface(select(0u, met, is_hit), receiver_start, direction);
-            let illumination = illuminate(light, hit.position);
+            let illumination = illuminate_without_pattern(light, hit.position);
             let cosine_light = dot(hit.shading_normal, illumination.to_light);
             let geometric_cosine_light = dot(hit.geometric_normal, illumination.to_light);
             let reflected = eval_brdf(hit.brdf, hit.shading_normal, illumination.to_light, -direction);
@@ -247,6 +247,20 @@ fn follow_directions() {
             // On the side that P sees, where Q lies in a second surface, too.
             let end = before_surface(hit.position, hit.geometric_normal, END_SHIFT) - END_SHIFT * direction;
             set_ray(i, end, select(NOT_WANTED, 1.0, is_lit));
+        }
+        // Apart, so that other lights do not pay for it: a branch above would be taken for every ray on drivers that compute both sides.
+        for (var i = 0u; i < select(0u, RAYS, light.gamma_count > 0u); i++) {
+            var direction = met_direction[0];
+            var met = met_hit[0];
+#repeat SLOT 8
+            direction = select(direction, met_direction[SLOT], i == SLOTu);
+            met = select(met, met_hit[SLOT], i == SLOTu);
+#endrepeat
+            let hit = hit_surface(select(0u, met, met != NOTHING_HIT), receiver_start, direction);
+            let share = pattern_intensity(light, -illuminate_evenly(light, hit.position).to_light);
+#repeat SLOT 8
+            contributions[SLOT].irradiance *= select(1.0, share, i == SLOTu);
+#endrepeat
         }
         trace_to_light(light_end(light));
         add_unblocked();

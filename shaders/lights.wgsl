@@ -15,15 +15,20 @@ fn pattern_number(light: Light, at: u32) -> f32 {
 }
 
 fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
+    var illumination = illuminate_without_pattern(light, position);
+    if (light.gamma_count > 0u) {
+        illumination.irradiance *= pattern_intensity(light, -illumination.to_light);
+    }
+    return illumination;
+}
+
+fn illuminate_without_pattern(light: Light, position: vec3<f32>) -> Illumination {
     if (light.is_parallel == 1u) {
         return Illumination(-light.axis, light.intensity);
     }
     var illumination = illuminate_evenly(light, position);
     if (light.outer_half_angle > 0.0) {
         illumination.irradiance *= spot_falloff(light, -illumination.to_light);
-    }
-    if (light.gamma_count > 0u) {
-        illumination.irradiance *= pattern_intensity(light, -illumination.to_light);
     }
     return illumination;
 }
