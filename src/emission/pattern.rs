@@ -8,8 +8,7 @@ use glam::DVec2;
 
 use super::TexelEmission;
 use super::texels::{Arc, ConeFace, Grid, Integral};
-use crate::model::PatternIntegral;
-use crate::scene::Pattern;
+use crate::scene::{Pattern, PatternIntegral};
 
 /// The pattern, with what its texels are integrated from.
 pub(super) struct PatternTexels<'p> {

@@ -5,8 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::cone::{ConeIntegral, spot_falloff};
-use super::pattern::PatternIntegral;
-use crate::scene::{Bands, Light, Pattern, PatternAxes, SpotCone};
+use crate::scene::{Bands, Light, Pattern, PatternAxes, PatternIntegral, SpotCone};
 
 /// I_0 in W/sr: radiant intensity of a spot light along its axis, such that ∫ I_0·s(θ) dω = P_L.
 ///

@@ -11,7 +11,6 @@ mod cone;
 mod direct;
 mod indirect;
 mod light;
-mod pattern;
 mod phasor;
 mod sensor_noise;
 mod solid_angle;
@@ -26,7 +25,6 @@ pub use indirect::{
 pub use light::{
     axial_intensity, direction_to_light, irradiance_facing, peak_intensity, radiant_intensity,
 };
-pub use pattern::PatternIntegral;
 pub use phasor::{
     PLANCK_CONSTANT_J_S, PhaseSampling, Phasor, SPEED_OF_LIGHT_M_S, electrons, multipath_error_m,
     range_m, unambiguous_range_m, wrap_count,

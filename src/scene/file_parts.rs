@@ -3,12 +3,11 @@
 use std::path::Path;
 
 use super::{
-    Camera, Carrier, Direct, Distortion, Intrinsics, Lens, Light, Material, Pattern, Photodetector,
-    Sensor, Shadow, SpotCone,
+    Camera, Carrier, Direct, Distortion, Intrinsics, Lens, Light, Material, Pattern,
+    PatternIntegral, Photodetector, Sensor, Shadow, SpotCone,
 };
 use crate::Result;
 use crate::keys::{Keys, Value};
-use crate::model::PatternIntegral;
 
 pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
     keys.only(&[

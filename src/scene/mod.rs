@@ -22,6 +22,7 @@ mod mtl;
 mod obj;
 mod obj_check;
 mod pattern;
+mod pattern_integral;
 mod shared;
 mod texels;
 mod texture;
@@ -42,8 +43,8 @@ pub use indirect::{
 pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;
-pub(crate) use pattern::place as pattern_place;
 pub use pattern::{Pattern, PatternAxes};
+pub use pattern_integral::PatternIntegral;
 pub use shared::Shared;
 pub use texels::{Encoding, Texels};
 pub(crate) use tof::MAX_PHASES;

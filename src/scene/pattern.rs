@@ -5,7 +5,7 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{eulumdat, ies};
+use super::{PatternIntegral, eulumdat, ies};
 use crate::{Error, Result, input_file};
 
 /// The radiant intensity of a lamp over all directions, relative to its largest.
@@ -156,7 +156,14 @@ impl Pattern {
                 return Err(problem.into());
             }
         }
-        Ok(())
+        // That of a cone of 1e-4 degrees.
+        const NARROWEST_SR: f64 = 1e-11;
+        match PatternIntegral::new(self).total() {
+            total if total >= NARROWEST_SR => Ok(()),
+            total => Err(format!(
+                "the beam has a solid angle of {total:e} sr, and 1e-11 are the least"
+            )),
+        }
     }
 
     /// Angles and intensities.

@@ -112,6 +112,35 @@ fn meshes() {
 }
 
 #[test]
+fn patterns() {
+    let _turn = take_turn();
+    let folder = SceneFolder::new();
+    let ies = scenes("ies");
+    // A line for each value, with one set of lamps; planes of a whole turn.
+    let head = "nobody\n1\n0\n2\n180\n3\n45\n".to_owned() + &"0\n".repeat(16) + "1\n0\n1\n";
+    let ldt = head + &"1\n".repeat(16) + "0\n180\n0\n45\n90\n9\n5\n0\n9\n4\n1\n";
+    let mut random = Random::new(5);
+    for (name, seeds) in [("lamp.ies", ies), ("lamp.ldt", vec![ldt.into_bytes()])] {
+        let light = LIGHT.replace(
+            "kind = \"point\"",
+            &format!(
+                "kind = \"pattern\"\npattern = \"{name}\"\ndirection = [0, -1, 0]\nup = [1, 0, 0]"
+            ),
+        );
+        folder.write("scene.toml", format!("{CAMERA}{light}{MESH}"));
+        let rounds = 2000;
+        let loads = (0..rounds).filter(|_| {
+            let bytes = mutate::text(&mut random, &seeds);
+            judge(name, &bytes, TEXT, |bytes| {
+                folder.write(name, bytes);
+                check_scene(Scene::load(&folder.path("scene.toml")))
+            })
+        });
+        assert_some_load(loads.count(), rounds);
+    }
+}
+
+#[test]
 fn material_libraries() {
     let _turn = take_turn();
     let folder = SceneFolder::new();

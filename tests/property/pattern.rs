@@ -7,8 +7,8 @@ use crate::common::scene_folder::{CAMERA, MESH, SceneFolder};
 use crate::common::texels::texel_direction;
 use camlux::{
     emission::EmissionDomain,
-    model::{PatternIntegral, radiant_intensity},
-    scene::{BoundingSphere, Light, Pattern, PatternAxes},
+    model::radiant_intensity,
+    scene::{BoundingSphere, Light, Pattern, PatternAxes, PatternIntegral},
 };
 use glam::DVec3;
 

@@ -17,6 +17,7 @@ fn main() -> std::result::Result<(), Box<dyn Error>> {
         "mesh_obj",
         "materials_mtl",
         "texture",
+        "pattern",
         "exr_image",
     ] {
         fs::create_dir_all(corpus.join(target))?;
@@ -34,6 +35,7 @@ fn copy_scenes(corpus: &Path, scenes: &Path) -> std::result::Result<(), Box<dyn 
             Some("toml") => "scene_toml",
             Some("obj") => "mesh_obj",
             Some("mtl") => "materials_mtl",
+            Some("ies") => "pattern",
             _ => continue,
         };
         if let Some(name) = path.file_name()

@@ -1,6 +1,6 @@
 //! Integrals of a measured pattern, exact for its interpolant.
 
-use crate::scene::{Pattern, pattern_place};
+use super::pattern::{Pattern, place};
 
 /// ∫ p·sin γ dγ from γ = 0 on, of each plane of a pattern.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,8 +28,8 @@ impl<'p> PatternIntegral<'p> {
     pub fn within(&self, gamma_rad: f64, plane_rad: f64) -> f64 {
         let (gammas_rad, rows) = (&self.pattern.gammas_rad, self.pattern.gammas_rad.len());
         let gamma_rad = gamma_rad.clamp(gammas_rad[0], gammas_rad[rows - 1]);
-        let (row, _) = pattern_place(gammas_rad, gamma_rad);
-        let (column, across) = pattern_place(&self.pattern.planes_rad, plane_rad);
+        let (row, _) = place(gammas_rad, gamma_rad);
+        let (column, across) = place(&self.pattern.planes_rad, plane_rad);
         let at = |plane: usize| {
             self.up_to[plane * rows + row] + interval(self.pattern, plane, row, gamma_rad)
         };
