@@ -91,19 +91,27 @@ fn device() -> DeviceInfo {
     DeviceInfo {
         index: 0,
         name: "none".into(),
+        uuid: String::new(),
+        pci: None,
         kind: DeviceKind::Cpu,
         driver: String::new(),
         api_version: "1.3".into(),
+        has_ray_query: false,
         limits: DeviceLimits {
             max_image_px: 16_384,
             max_image_layers: 2048,
             max_storage_buffer_bytes: 128 << 20,
             max_allocation_bytes: 2 << 30,
+            max_buffer_bytes: 2 << 30,
+            memory_bytes: 16 << 30,
             max_storage_images: 8,
             shared_memory_bytes: 32 << 10,
             subgroup_lanes: 8,
-            timestamp_period_ns: 1.0,
+            broadcast_lanes: Some(8),
+            sub_pixel_bits: 8,
+            timestamp_period_ns: Some(1.0),
         },
+        quirks: Default::default(),
         unusable: None,
     }
 }
