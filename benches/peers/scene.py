@@ -82,6 +82,11 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
     except tomllib.TOMLDecodeError as error:
         raise Failure(f"{path} is not TOML: {error}; camlux render says more") from error
 
+    if "distortion" in toml["camera"] or "fisheye" in toml["camera"]:
+        raise Unsupported("the camera has a lens with distortion, which the peers do not know")
+    for keys in toml["light"]:
+        if keys["kind"] == "pattern" or "relative_to" in keys:
+            raise Unsupported("a light is measured, or relative to what carries it, which the peers do not know")
     scene = Scene(size_px, vector(toml["camera"]["position"]), ray_directions(toml["camera"], size_px), [], [])
     for name, keys in toml.get("material", {}).items():
         ks = bands(keys.get("ks", 0.0))
