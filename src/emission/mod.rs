@@ -16,7 +16,7 @@ use crate::scene::{Bands, BoundingSphere, Light, Pattern, PatternAxes};
 use pattern::PatternTexels;
 use texels::ConeFace;
 
-/// Widest outer half angle for which a spot light gets one perspective face. Beyond it, texels at the rim would be more
+/// Widest outer half angle for which a spot light or a pattern gets one perspective face. Beyond it, texels at the rim would be more
 /// than eight times smaller (cos³ 60°) than those at the axis.
 const SINGLE_FACE_OUTER_HALF_ANGLE_DEG: f64 = 60.0;
 
@@ -79,7 +79,7 @@ impl EmissionDomain {
     ///
     /// - Point: six faces along the world axes, in the order +x −x +y −y +z −z.
     /// - Spot: one face around the axis, or for wide cones those faces of a cube aligned with the axis that it reaches.
-    /// - Pattern: those faces of a cube aligned with its direction and its plane C = 0 that it reaches.
+    /// - Pattern: likewise, the faces of a cube aligned with its plane C = 0, too.
     /// - Directional: one orthographic face. The domain is the disc that the bounding sphere shows to the light and not the
     ///   square of the face: `rsm-average` divides by the domain, and the square would make the result depend on how the
     ///   face is turned about the light's direction.
@@ -102,7 +102,7 @@ impl EmissionDomain {
                 power_w,
             } => {
                 let axes = PatternAxes::new(direction, up);
-                let (faces, texels) = pattern_cube(&axes, size, pattern);
+                let (faces, texels) = pattern_faces(&axes, size, pattern);
                 perspective(position_m, faces, texels, peak_intensity(power_w, pattern))
             }
             Light::Point {
@@ -222,13 +222,20 @@ fn cube_faces(axis: DVec3, side: DVec3) -> [EmissionFace; 6] {
     ]
 }
 
-/// Faces and texels of a cube about the axes of a pattern; faces that it does not reach are left out.
-fn pattern_cube(
+/// One face of a narrow pattern, or those of a cube about its axes that it reaches; and their texels.
+fn pattern_faces(
     axes: &PatternAxes,
     size: u32,
     pattern: &Pattern,
 ) -> (Vec<EmissionFace>, Vec<TexelEmission>) {
     let tables = PatternTexels::new(pattern);
+    let widest_rad = pattern.widest_rad();
+    if widest_rad <= SINGLE_FACE_OUTER_HALF_ANGLE_DEG.to_radians() {
+        let half_extent = widest_rad.tan() * FACE_MARGIN;
+        let face = face(axes.direction, axes.plane_0, half_extent);
+        let texels = tables.face(size, half_extent, (ConeFace::Front, 0.0));
+        return (vec![face], texels);
+    }
     let cube = cube_faces(axes.direction, axes.plane_0);
     // The sides look along −C90, C90, C0 and C180.
     let kinds = [
@@ -241,8 +248,8 @@ fn pattern_cube(
     ];
     let mut faces = Vec::new();
     let mut texels = Vec::new();
-    for (face, (kind, turn_rad)) in cube.into_iter().zip(kinds) {
-        let table = tables.face(size, kind, turn_rad);
+    for (face, kind) in cube.into_iter().zip(kinds) {
+        let table = tables.face(size, 1.0, kind);
         if table.iter().any(|texel| texel.measure > 0.0) {
             faces.push(face);
             texels.extend(table);

@@ -24,9 +24,15 @@ impl<'p> PatternTexels<'p> {
         }
     }
 
-    /// Texels of a face of a cube about the axis γ = 0. A side's middle lies in the plane `turn_rad`; the others have the plane C = 0 upwards.
-    pub fn face(&self, size: u32, kind: ConeFace, turn_rad: f64) -> Vec<TexelEmission> {
-        let grid = Grid::new(size, 1.0);
+    /// Texels of a face about the axis γ = 0; of a cube's `half_extent` is 1. A side's middle lies in the plane `turn_rad`; the others have the plane
+    /// C = 0 upwards.
+    pub fn face(
+        &self,
+        size: u32,
+        half_extent: f64,
+        (kind, turn_rad): (ConeFace, f64),
+    ) -> Vec<TexelEmission> {
+        let grid = Grid::new(size, half_extent);
         match kind {
             ConeFace::Side => {
                 let edges = edges(&grid, |line, span| {
@@ -75,11 +81,13 @@ impl<'p> PatternTexels<'p> {
     /// The integral over the azimuth along a great circle, whose foot lies in the plane `foot_rad`; counted from the nearer pole.
     fn edge(&self, arc: &Arc, foot_rad: f64, span: [f64; 2], is_behind: bool) -> Integral {
         let gammas_rad = &self.pattern.gammas_rad;
-        let ends = [gammas_rad[0], gammas_rad[gammas_rad.len() - 1]];
+        let ends = [gammas_rad[0], self.pattern.widest_rad()];
         let turned = |psi_rad: f64| (foot_rad + psi_rad).rem_euclid(TAU);
         let up_to = |gamma_rad: f64, plane_rad: f64| {
             let clipped = gamma_rad.clamp(ends[0], ends[1]);
-            let solid_angle = ends[0].cos() - clipped.cos();
+            // The difference of their cosines, as a product: nothing cancels in narrow beams.
+            let half_sines = [0.5 * (clipped + ends[0]), 0.5 * (clipped - ends[0])].map(f64::sin);
+            let solid_angle = 2.0 * half_sines[0] * half_sines[1];
             DVec2::new(solid_angle, self.integral.within(gamma_rad, plane_rad))
         };
         // Nodes that the edge crosses: of γ between its ends and its foot, of C within its turn.

@@ -223,9 +223,16 @@ fn in_cone(position: DVec3, axis: DVec3, outer_rad: f64, u: [f64; 2]) -> (DVec3,
     (position + clearance(position) * direction, direction)
 }
 
-/// Beyond it there is no light.
+/// Beyond it there is no light: the node behind the last one that any plane is lit at.
 fn widest_rad(pattern: &Pattern) -> f64 {
-    pattern.gammas_rad.last().map_or(0.0, |&last| last.min(PI))
+    let rows = pattern.gammas_rad.len();
+    let mut widest = 1;
+    for (i, &value) in pattern.intensities.iter().enumerate() {
+        if value > 0.0 {
+            widest = widest.max((i % rows + 1).min(rows - 1));
+        }
+    }
+    pattern.gammas_rad[widest].min(PI)
 }
 
 /// The pattern in a direction by its components along C = 0, C = 90° and γ = 0: between the nodes linear in both angles.

@@ -166,6 +166,14 @@ impl Pattern {
         }
     }
 
+    /// γ beyond which there is no light.
+    pub fn widest_rad(&self) -> f64 {
+        let rows = self.gammas_rad.len();
+        let is_lit = |row: &usize| (0..self.planes_rad.len()).any(|c| self.plane(c)[*row] > 0.0);
+        let last_lit = (0..rows).rev().find(is_lit).unwrap_or(0);
+        self.gammas_rad[(last_lit + 1).min(rows - 1)]
+    }
+
     /// Angles and intensities.
     pub(crate) fn number_count(&self) -> u32 {
         (self.gammas_rad.len() + self.planes_rad.len() + self.intensities.len()) as u32

@@ -307,6 +307,48 @@ fn the_integral_is_the_closed_form() {
     }
 }
 
+/// A beam of 25 degrees has one face, whatever zeros its file goes on with; its light lies where the pattern has it.
+#[test]
+fn a_narrow_beam_has_one_face() {
+    let file = WHOLE
+        .replace("0 45 90\n", "0 25 90\n")
+        .replace("10 8 0", "10 0 0");
+    let file = file
+        .replace("10 6 0", "8 0 0")
+        .replace("10 4 0", "6 0 0")
+        .replace("10 2 0", "4 0 0");
+    let mut light = load("a.ies", &file, "power_w = 3").expect("it loads");
+    let Light::Pattern { pattern, .. } = &light else {
+        panic!("it has a pattern");
+    };
+    assert!((pattern.widest_rad().to_degrees() - 25.0).abs() < 1e-12);
+    *light.position_m_mut().expect("it has one") = DVec3::ZERO;
+    let sphere = BoundingSphere {
+        centre_m: DVec3::ZERO,
+        radius_m: 1.0,
+    };
+    for size in [1, 5, 16] {
+        let domain = EmissionDomain::new(&light, size, &sphere);
+        assert_eq!(domain.faces.len(), 1);
+        let powers = domain.texels.iter().map(|t| domain.incident_power_w(t)[0]);
+        assert!((powers.sum::<f64>() - 3.0).abs() < 1e-11);
+        let cap = TAU * (1.0 - f64::to_radians(25.0).cos());
+        assert!((domain.total_measure() / cap - 1.0).abs() < 1e-12);
+        // A texel's mean is near the intensity in its middle.
+        for (i, texel) in domain.texels.iter().enumerate().filter(|_| size == 16) {
+            let direction =
+                texel_direction(&domain, &domain.faces[0], i as u32 % 16, i as u32 / 16);
+            let [intensity] = [radiant_intensity(&light, direction).unwrap()[0]];
+            let mean = domain.axial_intensity[0] * texel.falloff;
+            let is_whole = direction.angle_between(DVec3::NEG_Y) < f64::to_radians(22.0);
+            assert!(
+                !is_whole || (mean - intensity).abs() < 0.03 * domain.axial_intensity[0],
+                "{i}"
+            );
+        }
+    }
+}
+
 /// Each texel against a sum over a fine grid in it, and all of them against the whole.
 #[test]
 fn texels_hold_the_pattern_exactly() {
