@@ -53,65 +53,6 @@ fn a_job_becomes_a_data_set() {
     assert_eq!(dataset["engine_hash"].as_str().unwrap().len(), 64);
 }
 
-/// The camera's light is where it is in the camera's axes, the mesh's where it is in the mesh's, in every frame.
-#[test]
-fn lights_go_with_what_carries_them() {
-    let job = r#"
-        [job]
-        scene = "scene.toml"
-        [camera]
-        poses = [
-            { position = [0.0, 0.0, 3.0], look_at = [0.0, 0.0, 0.0] },
-            { position = [0.5, 0.25, 4.0], look_at = [0.0, 0.5, 0.0], up = [1.0, 1.0, 0.0] },
-        ]
-        [[mesh]]
-        index = 0
-        poses = [
-            { position = [0.0, 0.0, 0.0] },
-            { position = [0.125, 0.25, -0.5], rotation = [0.0, 0.0, 1.0, 0.0] },
-        ]
-    "#;
-    let jobs = Jobs::new(job);
-    let carried = |carrier: &str, position: &str| {
-        format!("[[light]]\nkind = \"point\"\n{carrier}\nposition = {position}\npower_w = 50\n")
-    };
-    let by_camera = carried("relative_to = \"camera\"", "[0.1, -0.2, 0.3]");
-    let by_mesh = carried("relative_to = \"mesh\"\nmesh = 0", "[0.5, 0.25, 1.0]");
-    let scene = format!("{SCENE}{by_camera}{by_mesh}");
-    jobs.write("scene.toml", &scene);
-    jobs.succeed("set", &[]);
-    let moved = scene
-        .replace("[0.0, 0.0, 3.0]", "[0.5, 0.25, 4.0]")
-        .replace("look_at = [0.0, 0.0, 0.0]", "look_at = [0.0, 0.5, 0.0]")
-        .replace("up = [0.0, 1.0, 0.0]", "up = [1.0, 1.0, 0.0]")
-        .replace(
-            "[[mesh]]",
-            "[[mesh]]\nrotate_deg = [0.0, 0.0, 180.0]\ntranslate = [0.125, 0.25, -0.5]",
-        );
-    for (frame, scene) in [scene.clone(), moved].into_iter().enumerate() {
-        jobs.write("one.toml", &scene);
-        let render = ["render", "one.toml", "-o", "one.exr"];
-        let output = jobs.program(&render).output().unwrap();
-        assert!(output.status.success(), "{output:?}");
-        let file = format!("set/frames/{frame:06}.exr");
-        let [of_batch, of_render] = [file.as_str(), "one.exr"].map(|file| {
-            let image = camlux::output::LayeredImage::read(jobs.path(file)).unwrap();
-            image.total_radiance().unwrap()
-        });
-        assert!(of_render.iter().any(|&value| value > 0.0));
-        for (a, b) in of_batch.iter().zip(&of_render) {
-            assert!((a - b).abs() <= 1e-5 * b, "{a} {b}");
-        }
-    }
-
-    jobs.write("job.toml", &job.replace("[[mesh]]", "[[light]]\nindex = 1\nposes = [{ position = [0, 0, 1] }, { position = [0, 0, 1] }]\n[[mesh]]"));
-    let stderr = jobs.fail("other", &[]);
-    assert!(
-        stderr.contains("[[light]] 1 of this job has a motion"),
-        "{stderr}"
-    );
-}
-
 /// Each frame as the scene file that says the same.
 #[test]
 fn frames_are_the_images_of_camlux_render() {
