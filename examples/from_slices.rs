@@ -29,6 +29,7 @@ fn main() -> Result<(), camlux::Error> {
             look_at_m: [0.0, 0.5, 0.0].into(),
             up: [0.0, 1.0, 0.0].into(),
             lens: Lens::FovY { fov_y_deg: 40.0 },
+            pixel_sampling: None,
         },
         sensor: None,
         tof: None,

@@ -257,6 +257,12 @@
 /** The same, with the distortion of OpenCV's fisheye: k1, k2, k3, k4. */
 #define CAMLUX_LENS_FISHEYE 3
 
+/** All points of a pixel count alike. */
+#define CAMLUX_FILTER_BOX 0
+
+/** By a Gaussian of a standard deviation of 0.5 pixels, which ends 1.5 pixels from the pixel's centre. */
+#define CAMLUX_FILTER_GAUSSIAN 1
+
 /** Final gathering by rays from both ends: converges to the true single bounce, and meets a target error. */
 #define CAMLUX_ESTIMATOR_FINAL_GATHER 0
 
@@ -397,6 +403,12 @@
 
 /** Standard error of the indirect light, W/sr/m^2, channels R, G, B; with stderr_layer of camlux_indirect. */
 #define CAMLUX_LAYER_STDERR 10
+
+/** Mean depth of a pixel's samples that show a surface, m; with samples of camlux_camera. */
+#define CAMLUX_LAYER_DEPTH_MEAN 12
+
+/** Least depth of a pixel's samples, m; with samples of camlux_camera. */
+#define CAMLUX_LAYER_DEPTH_NEAREST 13
 
 /** The version of this header is CAMLUX_VERSION_MAJOR.CAMLUX_VERSION_MINOR.CAMLUX_VERSION_PATCH. */
 #define CAMLUX_VERSION_MAJOR 0
@@ -561,6 +573,10 @@ typedef struct camlux_camera {
   double cy_px;
   /** Coefficients of CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE, which has four. An image that they fold over is refused. */
   double distortion[8];
+  /** Points of a pixel whose light is averaged, 2 to 4096; 0 or 1: a pixel shows what lies at its centre. */
+  uint32_t samples;
+  /** How much they count: CAMLUX_FILTER_BOX or CAMLUX_FILTER_GAUSSIAN. */
+  int32_t filter;
 } camlux_camera;
 
 /**
@@ -887,7 +903,7 @@ typedef struct camlux_exr_options {
   /** 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 are stored as 65504 then. */
   int32_t half;
   /**
-   * Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_HALF_PATH. Where this and tof_layers are 0:
+   * Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_DEPTH_NEAREST. Where this and tof_layers are 0:
    * all that the frame has.
    */
   uint32_t layers;
@@ -1614,7 +1630,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_DEVICE_INFO_INIT { (uint32_t)sizeof(camlux_device_info), 0, 0, 0, 0, 0, 0, {0}, {0}, {0}, {0}, {0}, {0} }
 
-#define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0} }
+#define CAMLUX_CAMERA_INIT { (uint32_t)sizeof(camlux_camera), 640, 480, 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 1.0}, {0.0, -1.0, 0.0}, 45.0, 0.0, 0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0}, 0, 0 }
 
 #define CAMLUX_SENSOR_INIT { (uint32_t)sizeof(camlux_sensor), 0, {0.0, 0.0}, 0.0, 1.0, 0.0, 0.0, 0.0 }
 

@@ -18,6 +18,12 @@
 struct DirectParameters {
     // C
     camera_position: vec3<f32>,
+    // What the light of the G-buffer counts in the image.
+    share: f32,
+    // The distance of C from the local origin, turns of each frequency.
+    camera_turns: vec4<f32>,
+    // 1: phasors are to take the way to C, 0: they are not.
+    has_way_to_camera: f32,
 }
 
 var position_mesh: texture_2d<f32>;
@@ -34,7 +40,7 @@ fn pattern_number(light: Light, at: u32) -> f32 {
 #endif
 var direct_radiance: texture_storage_2d<rgba32float, read_write>;
 #if PHASORS
-// Z but for the way to C.
+// Z, but for the way to C where each pixel shows one point.
 var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
 #endif
 var<immediate> parameters: DirectParameters;
@@ -98,12 +104,13 @@ fn add_light(place: vec2<u32>, pixel: Pixel) {
     brdf.shininess = specular.w;
 #endif
     let to_camera = normalize(parameters.camera_position - pixel.position);
-    let reflected = eval_brdf(brdf, pixel.normal, pixel.to_light, to_camera) * pixel.irradiance;
+    let reflected = parameters.share * (eval_brdf(brdf, pixel.normal, pixel.to_light, to_camera) * pixel.irradiance);
     let sum = textureLoad(direct_radiance, place).rgb + reflected;
     textureStore(direct_radiance, place, vec4<f32>(sum, 0.0));
 #if PHASORS
     let seen = dot(modulation.band_weights, reflected);
-    let path = phasors_of(turns_from_light(light, pixel.position));
+    let way_to_camera = turns_between(parameters.camera_position, parameters.camera_turns, pixel.position);
+    let path = phasors_of(turns_from_light(light, pixel.position) + parameters.has_way_to_camera * way_to_camera);
     for (var layer = 0u; layer < modulation.pair_count; layer++) {
         let pair = select(vec4<f32>(path.re.xy, path.im.xy), vec4<f32>(path.re.zw, path.im.zw), layer == 1u).xzyw;
         textureStore(direct_phasors, place, layer, textureLoad(direct_phasors, place, layer) + seen * pair);

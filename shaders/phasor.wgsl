@@ -27,13 +27,18 @@ struct Phasors {
 
 // Turns of the path from a light to a point.
 fn turns_from_light(light: Light, position: vec3<f32>) -> vec4<f32> {
-    return fract(light.origin_turns + modulation.turns_per_unit * excess_length(light, position));
+    return turns_between(light.position, light.origin_turns, position);
 }
 
-// |LP| less the light's distance from the origin: |v| − |L| = (v² − L²)/(|v| + |L|), v = P − L, without cancellation.
-fn excess_length(light: Light, position: vec3<f32>) -> f32 {
-    let from_light = position - light.position;
-    return dot(position, from_light - light.position) / max(length(from_light) + length(light.position), 1e-30);
+// Turns of the way between a point A and another one; `origin_turns` are those from A to the local origin.
+fn turns_between(a: vec3<f32>, origin_turns: vec4<f32>, position: vec3<f32>) -> vec4<f32> {
+    return fract(origin_turns + modulation.turns_per_unit * excess_length(a, position));
+}
+
+// |AP| less the distance of A from the origin: |v| − |A| = (v² − A²)/(|v| + |A|), v = P − A, without cancellation.
+fn excess_length(a: vec3<f32>, position: vec3<f32>) -> f32 {
+    let from_a = position - a;
+    return dot(position, from_a - a) / max(length(from_a) + length(a), 1e-30);
 }
 
 // e^{i·2π·turns} of each frequency that there is, within 5e-7; Vulkan's own sin and cos promise 2^-11. Minimax polynomials on half a turn to

@@ -15,6 +15,8 @@ struct PrimaryRayParameters {
     // Those of the list stand twice, with and without texture.
     material_count: u32,
     mesh_count: u32,
+    // Where in their pixels the rays go through, from the centre.
+    offset_px: vec2<f32>,
 }
 
 #if LENS
@@ -39,9 +41,23 @@ fn pixel_index(place: vec2<u32>) -> u32 {
     return place.y * parameters.resolution_px.x + place.x;
 }
 
+#if LENS
+fn lens_ray(place: vec2<u32>) -> vec3<f32> {
+    return lens_rays[pixel_index(place)].xyz;
+}
+#endif
+
 fn ray_direction(place: vec2<u32>) -> vec3<f32> {
 #if LENS
-    return view.ray_direction * lens_rays[pixel_index(place)].xyz;
+    // Between the pixels' centres the rays lie on a plane, to 1e-3 of a pixel.
+    let last = parameters.resolution_px - 1u;
+    let left = lens_ray(vec2<u32>(max(place.x, 1u) - 1u, place.y));
+    let right = lens_ray(vec2<u32>(min(place.x + 1u, last.x), place.y));
+    let above = lens_ray(vec2<u32>(place.x, max(place.y, 1u) - 1u));
+    let below = lens_ray(vec2<u32>(place.x, min(place.y + 1u, last.y)));
+    let is_inside = vec2<f32>(select(vec2<u32>(1u), vec2<u32>(2u), (place > vec2<u32>(0u)) & (place < last)));
+    let steps = parameters.offset_px / is_inside;
+    return view.ray_direction * (lens_ray(place) + steps.x * (right - left) + steps.y * (below - above));
 #else
     return view.ray_direction * vec3<f32>(1.0, vec2<f32>(place) + 0.5);
 #endif

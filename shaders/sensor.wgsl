@@ -14,6 +14,10 @@ var indirect_radiance: texture_2d<f32>;
 #if APERTURE
 var position_mesh: texture_2d<f32>;
 #endif
+#if SAMPLED
+// As the pixel_filter pass fills it.
+var footprint: texture_2d<f32>;
+#endif
 var energy: texture_storage_2d<rgba32float, write>;
 var<immediate> parameters: SensorParameters;
 
@@ -27,6 +31,10 @@ fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
     var radiance = textureLoad(direct_radiance, pixel, 0).rgb;
 #if INDIRECT
     radiance += textureLoad(indirect_radiance, pixel, 0).rgb;
+#endif
+#if SAMPLED
+    let squared_cosine = textureLoad(footprint, pixel, 0).w;
+    radiance *= squared_cosine * squared_cosine;
 #endif
 #if APERTURE
     let offset = textureLoad(position_mesh, pixel, 0).xyz - parameters.camera_position;

@@ -18,11 +18,17 @@ const _: () = {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct DirectParameters {
     pub camera_position: [f32; 3],
-    pub _pad0: [u32; 1],
+    pub share: f32,
+    pub camera_turns: [f32; 4],
+    pub has_way_to_camera: f32,
+    pub _pad0: [u32; 3],
 }
 const _: () = {
-    assert!(size_of::<DirectParameters>() == 16);
+    assert!(size_of::<DirectParameters>() == 48);
     assert!(std::mem::offset_of!(DirectParameters, camera_position) == 0);
+    assert!(std::mem::offset_of!(DirectParameters, share) == 12);
+    assert!(std::mem::offset_of!(DirectParameters, camera_turns) == 16);
+    assert!(std::mem::offset_of!(DirectParameters, has_way_to_camera) == 32);
 };
 
 #[repr(C)]
@@ -261,6 +267,31 @@ const _: () = {
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct PixelFilterParameters {
+    pub camera_position: [f32; 3],
+    pub share: f32,
+    pub forward: [f32; 3],
+    pub first_receiver: u32,
+    pub camera_turns: [f32; 4],
+    pub step_px: [f32; 2],
+    pub offset_px: [f32; 2],
+    pub receiver_count: u32,
+    pub _pad0: [u32; 3],
+}
+const _: () = {
+    assert!(size_of::<PixelFilterParameters>() == 80);
+    assert!(std::mem::offset_of!(PixelFilterParameters, camera_position) == 0);
+    assert!(std::mem::offset_of!(PixelFilterParameters, share) == 12);
+    assert!(std::mem::offset_of!(PixelFilterParameters, forward) == 16);
+    assert!(std::mem::offset_of!(PixelFilterParameters, first_receiver) == 28);
+    assert!(std::mem::offset_of!(PixelFilterParameters, camera_turns) == 32);
+    assert!(std::mem::offset_of!(PixelFilterParameters, step_px) == 48);
+    assert!(std::mem::offset_of!(PixelFilterParameters, offset_px) == 56);
+    assert!(std::mem::offset_of!(PixelFilterParameters, receiver_count) == 64);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct PredictParameters {
     pub reach: u32,
     pub pattern: u32,
@@ -287,12 +318,14 @@ pub struct PrimaryRayParameters {
     pub resolution_px: [u32; 2],
     pub material_count: u32,
     pub mesh_count: u32,
+    pub offset_px: [f32; 2],
 }
 const _: () = {
-    assert!(size_of::<PrimaryRayParameters>() == 16);
+    assert!(size_of::<PrimaryRayParameters>() == 24);
     assert!(std::mem::offset_of!(PrimaryRayParameters, resolution_px) == 0);
     assert!(std::mem::offset_of!(PrimaryRayParameters, material_count) == 8);
     assert!(std::mem::offset_of!(PrimaryRayParameters, mesh_count) == 12);
+    assert!(std::mem::offset_of!(PrimaryRayParameters, offset_px) == 16);
 };
 
 #[repr(C)]
@@ -595,7 +628,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -609,7 +642,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -623,7 +656,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -637,7 +670,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -651,7 +684,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_lens_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -666,7 +699,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_lens_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -681,7 +714,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_lens_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -696,7 +729,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_lens_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -711,7 +744,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
@@ -724,7 +757,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_trace_lens_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
@@ -738,7 +771,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lambert_flat",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -757,7 +790,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lambert_flat_textured",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "texels", kind: DescriptorType::STORAGE_IMAGE },
@@ -777,7 +810,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lambert_smooth",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -796,7 +829,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lambert_smooth_textured",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "texels", kind: DescriptorType::STORAGE_IMAGE },
@@ -816,7 +849,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_phong_flat",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -836,7 +869,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_phong_flat_textured",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "texels", kind: DescriptorType::STORAGE_IMAGE },
@@ -857,7 +890,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_phong_smooth",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -877,7 +910,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_phong_smooth_textured",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "texels", kind: DescriptorType::STORAGE_IMAGE },
@@ -898,7 +931,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lens_lambert_flat",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -918,7 +951,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lens_lambert_flat_textured",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "texels", kind: DescriptorType::STORAGE_IMAGE },
@@ -939,7 +972,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lens_lambert_smooth",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -959,7 +992,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lens_lambert_smooth_textured",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "texels", kind: DescriptorType::STORAGE_IMAGE },
@@ -980,7 +1013,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lens_phong_flat",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1001,7 +1034,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lens_phong_flat_textured",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "texels", kind: DescriptorType::STORAGE_IMAGE },
@@ -1023,7 +1056,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lens_phong_smooth",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1044,7 +1077,7 @@ pub static MODULES: &[Module] = &[
         name: "primary_rays_shade_lens_phong_smooth_textured",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 24,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "texels", kind: DescriptorType::STORAGE_IMAGE },
@@ -1376,7 +1409,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1394,7 +1427,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1413,7 +1446,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1431,7 +1464,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1450,7 +1483,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_lambert",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1468,7 +1501,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_phong",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1487,7 +1520,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1506,7 +1539,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1526,7 +1559,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1543,7 +1576,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1560,7 +1593,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1577,7 +1610,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1594,7 +1627,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1612,7 +1645,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1630,7 +1663,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1648,7 +1681,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1666,7 +1699,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1683,7 +1716,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1700,7 +1733,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1717,7 +1750,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1734,7 +1767,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1752,7 +1785,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1770,7 +1803,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1788,7 +1821,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1806,7 +1839,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_lambert_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1823,7 +1856,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_lambert_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1840,7 +1873,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_lambert_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1857,7 +1890,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_lambert_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1874,7 +1907,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_phong_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1892,7 +1925,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_phong_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1910,7 +1943,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_phong_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1928,7 +1961,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_phong_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1946,7 +1979,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1964,7 +1997,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -1982,7 +2015,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2000,7 +2033,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2018,7 +2051,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2037,7 +2070,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2056,7 +2089,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2075,7 +2108,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2094,7 +2127,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2111,7 +2144,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2129,7 +2162,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2146,7 +2179,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2164,7 +2197,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_lambert_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2181,7 +2214,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_directional_phong_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2199,7 +2232,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2217,7 +2250,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 1, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
@@ -2236,7 +2269,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_phasors",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
@@ -2256,7 +2289,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_phasors",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
@@ -2277,7 +2310,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_phasors",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
@@ -2297,7 +2330,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_phasors",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
@@ -2318,7 +2351,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_phasors",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
@@ -2339,7 +2372,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_phasors",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "light_map", kind: DescriptorType::SAMPLED_IMAGE },
@@ -2361,7 +2394,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_phasors_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2380,7 +2413,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_phasors_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2399,7 +2432,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_phasors_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2418,7 +2451,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_phasors_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2437,7 +2470,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_phasors_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2457,7 +2490,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_phasors_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2477,7 +2510,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_phasors_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2497,7 +2530,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_phasors_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2517,7 +2550,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_phasors_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2536,7 +2569,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_phasors_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2555,7 +2588,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_phasors_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2574,7 +2607,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_phasors_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2593,7 +2626,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_phasors_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2613,7 +2646,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_phasors_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2633,7 +2666,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_phasors_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2653,7 +2686,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_phasors_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2673,7 +2706,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_phasors_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2693,7 +2726,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_phasors_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2713,7 +2746,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_phasors_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2733,7 +2766,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_phasors_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2753,7 +2786,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_phasors_packet",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2774,7 +2807,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_phasors_packet_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2795,7 +2828,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_phasors_single",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2816,7 +2849,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_phasors_single_tree",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_boxes", kind: DescriptorType::STORAGE_IMAGE },
@@ -2837,7 +2870,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_lambert_phasors_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
@@ -2856,7 +2889,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_point_phong_phasors_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
@@ -2876,7 +2909,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_lambert_phasors_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
@@ -2895,7 +2928,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_spot_phong_phasors_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
@@ -2915,7 +2948,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_lambert_phasors_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
@@ -2935,7 +2968,7 @@ pub static MODULES: &[Module] = &[
         name: "direct_pattern_phong_phasors_query",
         entry: c"compute_main",
         workgroup_size: [64, 1, 1],
-        immediate_bytes: 16,
+        immediate_bytes: 48,
         bindings: &[
             Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
@@ -4165,6 +4198,230 @@ pub static MODULES: &[Module] = &[
         spirv: include_bytes!("gather_tile_radiosity_phong_glossy_phasors_four.spv"),
     },
     Module {
+        name: "pixel_filter_depths",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 1, name: "footprint", kind: DescriptorType::STORAGE_IMAGE },
+        ],
+        constants: &[],
+        spirv: include_bytes!("pixel_filter_depths.spv"),
+    },
+    Module {
+        name: "pixel_filter_interpolate_lambert",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 2, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "centre_position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 5, name: "centre_normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 6, name: "gathered", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 7, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("PLACES", 9), ],
+        spirv: include_bytes!("pixel_filter_interpolate_lambert.spv"),
+    },
+    Module {
+        name: "pixel_filter_interpolate_lambert_phasors",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
+            Binding { binding: 1, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 4, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "indirect_phasors", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "centre_position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 7, name: "centre_normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 8, name: "gathered", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 9, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("MAX_FACES", 6), ("PLACES", 9), ],
+        spirv: include_bytes!("pixel_filter_interpolate_lambert_phasors.spv"),
+    },
+    Module {
+        name: "pixel_filter_interpolate_phong",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 0, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 3, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 4, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "centre_position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 6, name: "centre_normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 7, name: "centre_ks_shininess", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 8, name: "gathered", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 9, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("PLACES", 9), ],
+        spirv: include_bytes!("pixel_filter_interpolate_phong.spv"),
+    },
+    Module {
+        name: "pixel_filter_interpolate_phong_phasors",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
+            Binding { binding: 1, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "indirect_phasors", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 7, name: "centre_position_mesh", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 8, name: "centre_normal_geometric", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 9, name: "centre_ks_shininess", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 10, name: "gathered", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 11, name: "candidates", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("MAX_FACES", 6), ("PLACES", 9), ],
+        spirv: include_bytes!("pixel_filter_interpolate_phong_phasors.spv"),
+    },
+    Module {
+        name: "pixel_filter_gathered_lambert_exact",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 5, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        spirv: include_bytes!("pixel_filter_gathered_lambert_exact.spv"),
+    },
+    Module {
+        name: "pixel_filter_gathered_lambert_exact_phasors",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
+            Binding { binding: 1, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 4, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "indirect_phasors", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 7, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("MAX_FACES", 6), ],
+        spirv: include_bytes!("pixel_filter_gathered_lambert_exact_phasors.spv"),
+    },
+    Module {
+        name: "pixel_filter_gathered_lambert_noisy",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 4, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 6, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 7, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
+        spirv: include_bytes!("pixel_filter_gathered_lambert_noisy.spv"),
+    },
+    Module {
+        name: "pixel_filter_gathered_lambert_noisy_phasors",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
+            Binding { binding: 1, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "indirect_phasors", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 7, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 8, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 9, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("MAX_FACES", 6), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
+        spirv: include_bytes!("pixel_filter_gathered_lambert_noisy_phasors.spv"),
+    },
+    Module {
+        name: "pixel_filter_gathered_phong_exact",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 4, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 6, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ],
+        spirv: include_bytes!("pixel_filter_gathered_phong_exact.spv"),
+    },
+    Module {
+        name: "pixel_filter_gathered_phong_exact_phasors",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
+            Binding { binding: 1, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "indirect_phasors", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 7, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 8, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("MAX_FACES", 6), ],
+        spirv: include_bytes!("pixel_filter_gathered_phong_exact_phasors.spv"),
+    },
+    Module {
+        name: "pixel_filter_gathered_phong_noisy",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 1, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 2, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 5, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 7, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 8, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
+        spirv: include_bytes!("pixel_filter_gathered_phong_noisy.spv"),
+    },
+    Module {
+        name: "pixel_filter_gathered_phong_noisy_phasors",
+        entry: c"compute_main",
+        workgroup_size: [64, 1, 1],
+        immediate_bytes: 80,
+        bindings: &[
+            Binding { binding: 0, name: "modulation", kind: DescriptorType::UNIFORM_BUFFER },
+            Binding { binding: 1, name: "position_mesh", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "kd_material", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 6, name: "indirect_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 7, name: "indirect_phasors", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 8, name: "receivers", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 9, name: "results", kind: DescriptorType::STORAGE_BUFFER },
+            Binding { binding: 10, name: "sample_ranges", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[("LOBE_LAYERS", 1), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("MAX_FACES", 6), ("SAMPLED", 0), ("SUMS_DIFFUSE", 1), ("SUMS_SPECULAR", 2), ],
+        spirv: include_bytes!("pixel_filter_gathered_phong_noisy_phasors.spv"),
+    },
+    Module {
         name: "sensor",
         entry: c"compute_main",
         workgroup_size: [8, 8, 1],
@@ -4188,6 +4445,19 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[],
         spirv: include_bytes!("sensor_aperture.spv"),
+    },
+    Module {
+        name: "sensor_sampled",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 32,
+        bindings: &[
+            Binding { binding: 0, name: "direct_radiance", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 2, name: "footprint", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "energy", kind: DescriptorType::STORAGE_IMAGE },
+        ],
+        constants: &[],
+        spirv: include_bytes!("sensor_sampled.spv"),
     },
     Module {
         name: "sensor_indirect",
@@ -4215,6 +4485,20 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[],
         spirv: include_bytes!("sensor_indirect_aperture.spv"),
+    },
+    Module {
+        name: "sensor_indirect_sampled",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 32,
+        bindings: &[
+            Binding { binding: 0, name: "direct_radiance", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 1, name: "indirect_radiance", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 2, name: "footprint", kind: DescriptorType::SAMPLED_IMAGE },
+            Binding { binding: 3, name: "energy", kind: DescriptorType::STORAGE_IMAGE },
+        ],
+        constants: &[],
+        spirv: include_bytes!("sensor_indirect_sampled.spv"),
     },
     Module {
         name: "light_rays_trace_central_packet",

@@ -206,7 +206,12 @@ impl Renderer {
             recorded: &recorded,
         };
         let report = options.progress.as_mut().map(|report| &mut **report as _);
-        let mut progress = ProgressReport::new(report, plan.lights.len(), plan.indirect.is_some());
+        let mut progress = ProgressReport::new(
+            report,
+            plan.lights.len(),
+            plan.indirect.is_some(),
+            plan.pixel_sampling.is_some(),
+        );
         // To be observed, everything is to be made.
         let mut nothing = FrameCache::default();
         let cache = match observe {

@@ -84,6 +84,8 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
 
     if "distortion" in toml["camera"] or "fisheye" in toml["camera"]:
         raise Unsupported("the camera has a lens with distortion, which the peers do not know")
+    if toml["camera"].get("samples", 1) != 1:
+        raise Unsupported("the camera averages over the pixels, which the peers do not")
     for keys in toml["light"]:
         if keys["kind"] == "pattern" or "relative_to" in keys:
             raise Unsupported("a light is measured, or relative to what carries it, which the peers do not know")

@@ -59,6 +59,8 @@ enum class layer : std::int32_t {
     material_id = CAMLUX_LAYER_MATERIAL_ID,
     standard_error = CAMLUX_LAYER_STDERR,
     half_path = CAMLUX_LAYER_HALF_PATH,
+    depth_mean = CAMLUX_LAYER_DEPTH_MEAN,
+    depth_nearest = CAMLUX_LAYER_DEPTH_NEAREST,
     tof_phasor = CAMLUX_LAYER_TOF_PHASOR,
     tof_phasor_direct = CAMLUX_LAYER_TOF_PHASOR_DIRECT,
     tof_phasor_indirect = CAMLUX_LAYER_TOF_PHASOR_INDIRECT,
@@ -110,6 +112,11 @@ enum class lens_model : std::int32_t {
     fisheye = CAMLUX_LENS_FISHEYE,
 };
 
+enum class pixel_filter : std::int32_t {
+    box = CAMLUX_FILTER_BOX,
+    gaussian = CAMLUX_FILTER_GAUSSIAN,
+};
+
 /** The lens of a camera by its focal lengths and principal point, pixels, and by OpenCV's coefficients. */
 struct intrinsics {
     double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;
@@ -125,6 +132,8 @@ struct camera {
     vec3 up = {0, -1, 0};
     double fov_y_deg = 45;
     std::optional<intrinsics> lens;
+    std::uint32_t samples = 0;
+    pixel_filter filter = pixel_filter::box;
 };
 
 /** camlux_sensor. */
@@ -413,6 +422,8 @@ inline camlux_camera raw_of(const camera &from) noexcept
         to.cy_px = from.lens->cy_px;
         std::copy(from.lens->distortion.begin(), from.lens->distortion.end(), to.distortion);
     }
+    to.samples = from.samples;
+    to.filter = static_cast<std::int32_t>(from.filter);
     return to;
 }
 
@@ -429,6 +440,8 @@ inline camera camera_of(const camlux_camera &from)
         to.lens = intrinsics{from.fx_px, from.fy_px, from.cx_px, from.cy_px, static_cast<lens_model>(from.lens)};
         std::copy(std::begin(from.distortion), std::end(from.distortion), to.lens->distortion.begin());
     }
+    to.samples = from.samples;
+    to.filter = static_cast<pixel_filter>(from.filter);
     return to;
 }
 

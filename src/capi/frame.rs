@@ -38,7 +38,12 @@ pub const CAMLUX_LAYER_MATERIAL_ID: i32 = 9;
 /// Standard error of the indirect light, W/sr/m^2, channels R, G, B; with stderr_layer of camlux_indirect.
 pub const CAMLUX_LAYER_STDERR: i32 = 10;
 
-const LAYERS: [(i32, &str, Layer); 12] = args::choices![
+/// Mean depth of a pixel's samples that show a surface, m; with samples of camlux_camera.
+pub const CAMLUX_LAYER_DEPTH_MEAN: i32 = 12;
+/// Least depth of a pixel's samples, m; with samples of camlux_camera.
+pub const CAMLUX_LAYER_DEPTH_NEAREST: i32 = 13;
+
+const LAYERS: [(i32, &str, Layer); 14] = args::choices![
     CAMLUX_LAYER_RADIANCE => Layer::Radiance,
     CAMLUX_LAYER_DIRECT => Layer::Direct,
     CAMLUX_LAYER_INDIRECT => Layer::Indirect,
@@ -51,6 +56,8 @@ const LAYERS: [(i32, &str, Layer); 12] = args::choices![
     CAMLUX_LAYER_MATERIAL_ID => Layer::MaterialId,
     CAMLUX_LAYER_STDERR => Layer::StandardError,
     CAMLUX_LAYER_HALF_PATH => Layer::HalfPath,
+    CAMLUX_LAYER_DEPTH_MEAN => Layer::MeanDepth,
+    CAMLUX_LAYER_DEPTH_NEAREST => Layer::NearestDepth,
 ];
 
 /// A layer as it lies in the frame's memory. Begin with CAMLUX_VIEW_INIT.
@@ -90,7 +97,7 @@ pub struct camlux_exr_options {
     pub struct_size: u32,
     /// 1: radiance, direct, indirect and normals in 16 bits. Values above 65504 are stored as 65504 then.
     pub half: i32,
-    /// Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_HALF_PATH. Where this and tof_layers are 0:
+    /// Which layers: the sum of 1 << CAMLUX_LAYER_RADIANCE and so on, up to CAMLUX_LAYER_DEPTH_NEAREST. Where this and tof_layers are 0:
     /// all that the frame has.
     pub layers: u32,
     /// And which of time of flight, of every frequency: the sum of 1 << (CAMLUX_LAYER_TOF_RANGE - CAMLUX_LAYER_TOF_PHASOR) and so on.

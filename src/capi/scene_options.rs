@@ -7,7 +7,7 @@ use crate::{
     Error,
     scene::{
         Camera, DEFAULT_TARGET_ERROR, Direct, Distortion, ErrorNorm, IndirectLight, Intrinsics,
-        Lens, Photodetector, Sensor, Shadow,
+        Lens, Photodetector, PixelFilter, PixelSampling, Sensor, Shadow,
     },
 };
 
@@ -19,6 +19,11 @@ pub const CAMLUX_LENS_INTRINSICS: i32 = 1;
 pub const CAMLUX_LENS_RATIONAL: i32 = 2;
 /// The same, with the distortion of OpenCV's fisheye: k1, k2, k3, k4.
 pub const CAMLUX_LENS_FISHEYE: i32 = 3;
+
+/// All points of a pixel count alike.
+pub const CAMLUX_FILTER_BOX: i32 = 0;
+/// By a Gaussian of a standard deviation of 0.5 pixels, which ends 1.5 pixels from the pixel's centre.
+pub const CAMLUX_FILTER_GAUSSIAN: i32 = 1;
 
 /// A camera. Begin with CAMLUX_CAMERA_INIT: 640 x 480 pixels, at the origin, looking along +z with y down, 45 degrees.
 ///
@@ -53,6 +58,10 @@ pub struct camlux_camera {
     pub cy_px: f64,
     /// Coefficients of CAMLUX_LENS_RATIONAL or CAMLUX_LENS_FISHEYE, which has four. An image that they fold over is refused.
     pub distortion: [f64; 8],
+    /// Points of a pixel whose light is averaged, 2 to 4096; 0 or 1: a pixel shows what lies at its centre.
+    pub samples: u32,
+    /// How much they count: CAMLUX_FILTER_BOX or CAMLUX_FILTER_GAUSSIAN.
+    pub filter: i32,
 }
 
 /// What turns the irradiance on a pixel into energy: Q = E * pixel area * duty cycle * exposure time. Begin with
@@ -276,12 +285,19 @@ pub(super) fn camera_from_c(camera: camlux_camera) -> Outcome<Camera> {
         CAMLUX_LENS_RATIONAL => distorted(Distortion::Rational(coefficients)),
         CAMLUX_LENS_FISHEYE => distorted(Distortion::Fisheye([k1, k2, k3, k4])),
     ];
+    let filters = args::choices![
+        CAMLUX_FILTER_BOX => PixelFilter::Box,
+        CAMLUX_FILTER_GAUSSIAN => PixelFilter::Gaussian,
+    ];
+    let filter = args::one_of("filter", camera.filter, &filters)?;
+    let samples = camera.samples;
     Ok(Camera {
         resolution_px: [camera.width_px, camera.height_px],
         position_m: DVec3::from(camera.position_m),
         look_at_m: DVec3::from(camera.look_at_m),
         up: DVec3::from(camera.up),
         lens: args::one_of("lens", camera.lens, &lenses)?,
+        pixel_sampling: (samples > 1).then_some(PixelSampling { samples, filter }),
     })
 }
 
@@ -294,6 +310,13 @@ fn camera_to_c(camera: &Camera) -> camlux_camera {
         up: camera.up.to_array(),
         ..Default::default()
     };
+    if let Some(PixelSampling { samples, filter }) = camera.pixel_sampling {
+        found.samples = samples;
+        found.filter = match filter {
+            PixelFilter::Box => CAMLUX_FILTER_BOX,
+            PixelFilter::Gaussian => CAMLUX_FILTER_GAUSSIAN,
+        };
+    }
     if let Lens::FovY { fov_y_deg } = camera.lens {
         found.fov_y_deg = fov_y_deg;
         return found;

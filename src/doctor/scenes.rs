@@ -36,6 +36,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
                 DVec3::Y
             },
             lens: Lens::FovY { fov_y_deg: 70.0 },
+            pixel_sampling: None,
         },
         sensor: None,
         tof: None,

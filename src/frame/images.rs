@@ -2,7 +2,7 @@
 
 use crate::{
     Result,
-    passes::gbuffer::GBuffer,
+    passes::{Context, gbuffer::GBuffer, pixel_filter::PixelSample, refinement::gathered_shape},
     plan::{Plan, TofPlan},
     vulkan::{Allocate, Device, ImageShape, Recorder},
 };
@@ -20,10 +20,63 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
     pub indirect_phasors: Option<A::Image>,
     /// Standard error of `indirect` per band, W/sr/m²; where it is wanted.
     pub indirect_stderr: Option<A::Image>,
+    /// Where pixels are averaged over their area.
+    pub sampled: Option<SampledImages<A>>,
     /// With a sensor.
     pub energy: Option<A::Image>,
     /// Direct and indirect together: for a host alone.
     pub radiance: Option<A::Image>,
+}
+
+/// What averaging pixels takes. The images of a frame then hold the means, but for the G-buffer, which shows their centres.
+pub(crate) struct SampledImages<A: Allocate = Device> {
+    /// What one sample of each pixel shows.
+    pub gbuffer: GBuffer<A>,
+    /// As the pixel_filter pass fills it: depths in local units.
+    pub footprint: A::Image,
+    /// With indirect light: that of the pixels' centres, and what their lobes reflect for k_d = k_s = 1; and its phasors.
+    pub centre_indirect: Option<A::Image>,
+    pub gathered: Option<A::Image>,
+    pub centre_phasors: Option<A::Image>,
+}
+
+impl SampledImages {
+    /// All samples of a pixel, each of which is seen in the same G-buffer.
+    pub fn samples<'s>(&'s self, context: &Context) -> impl Iterator<Item = PixelSample<'s>> {
+        let sampling = context.plan.pixel_sampling;
+        let offsets_px = sampling.map_or_else(Vec::new, |sampling| sampling.offsets_px());
+        let share = (offsets_px.len() as f64).recip();
+        offsets_px.into_iter().map(move |offset_px| PixelSample {
+            offset_px,
+            share,
+            gbuffer: &self.gbuffer,
+        })
+    }
+}
+
+impl<A: Allocate> SampledImages<A> {
+    fn new(allocate: &A, plan: &Plan) -> Result<SampledImages<A>> {
+        let image = |name, shape| allocate.image(name, shape);
+        let shape = ImageShape::plain(plan.resolution_px);
+        let phasors = plan.bounced_tof().map(|tof| ImageShape {
+            layers: Some(tof.pair_count()),
+            ..shape
+        });
+        let has_indirect = plan.indirect.is_some();
+        Ok(SampledImages {
+            gbuffer: GBuffer::new(allocate, plan)?,
+            footprint: image("footprints of pixels", shape)?,
+            centre_indirect: has_indirect
+                .then(|| image("indirect radiance of centres", shape))
+                .transpose()?,
+            gathered: has_indirect
+                .then(|| image("gathered light of centres", gathered_shape(plan)))
+                .transpose()?,
+            centre_phasors: phasors
+                .map(|shape| image("indirect phasors of centres", shape))
+                .transpose()?,
+        })
+    }
 }
 
 /// Which images there are, and how large.
@@ -38,6 +91,9 @@ pub(crate) struct FrameImagesKey {
     has_indirect_stderr: bool,
     has_energy: bool,
     has_radiance: bool,
+    is_sampled: bool,
+    /// With `is_sampled`, that of what is gathered.
+    gathered_shape: ImageShape,
 }
 
 impl FrameImagesKey {
@@ -52,6 +108,8 @@ impl FrameImagesKey {
             has_indirect_stderr: plan.has_stderr_layer(),
             has_energy: plan.joule_per_irradiance.is_some(),
             has_radiance: stays_on_device,
+            is_sampled: plan.pixel_sampling.is_some(),
+            gathered_shape: gathered_shape(plan),
         }
     }
 }
@@ -82,6 +140,10 @@ impl<A: Allocate> FrameImages<A> {
                 .then(|| image("standard error of indirect radiance"))
                 .transpose()?,
             energy: key.has_energy.then(|| image("energy")).transpose()?,
+            sampled: key
+                .is_sampled
+                .then(|| SampledImages::new(allocate, plan))
+                .transpose()?,
             radiance: key.has_radiance.then(|| image("radiance")).transpose()?,
             key,
         })
@@ -93,6 +155,14 @@ impl FrameImages {
     pub fn record_clears(&self, recorder: &mut Recorder) {
         let others = self.indirect.iter().chain(&self.indirect_stderr);
         let others = others.chain(&self.indirect_phasors);
+        let sampled = self.sampled.iter();
+        let sampled = sampled.flat_map(|images| {
+            let of_centres = images.centre_indirect.iter().chain(&images.gathered);
+            of_centres
+                .chain(&images.centre_phasors)
+                .chain([&images.footprint])
+        });
+        let others = others.chain(sampled);
         let direct = [&self.direct].into_iter().chain(&self.direct_phasors);
         for image in others.chain(direct) {
             recorder.prepare_images(&[image]);

@@ -7,20 +7,26 @@ mod forecast;
 mod images;
 mod indirect;
 mod lights;
+mod pixel_samples;
 mod progress;
 mod readback;
 mod requirements;
 mod scene_resources;
 
+use glam::DVec2;
+
 use crate::{
     Result,
     passes::{
         Context,
-        direct::{self, DirectImages},
-        gbuffer, primary_rays, rsm, sensor, shadow,
-        surface::upload_view,
+        direct::{self, DirectImages, SeenAt},
+        gbuffer::{self, GBuffer},
+        light::DeviceLight,
+        primary_rays, rsm, sensor, shadow,
+        surface::{Surfaces, upload_view},
         view, vpl,
     },
+    vulkan::Recorder,
 };
 
 pub(crate) use buffer_pool::BufferPool;
@@ -32,9 +38,10 @@ pub(crate) use images::FrameImages;
 use images::FrameImagesKey;
 pub(crate) use indirect::ErrorEstimates;
 pub(crate) use lights::Lights;
-use lights::LightsKey;
+use lights::{Dirty, LightsKey};
 pub use progress::Progress;
 pub(crate) use progress::ProgressReport;
+use scene_resources::SceneResources;
 
 /// Is called for each light once its maps are drawn and its VPLs are listed, with its number.
 pub(crate) type Observer<'o> = dyn FnMut(&Context, &Lights, usize) -> Result<()> + 'o;
@@ -66,21 +73,12 @@ pub(crate) fn draw(
     } = &*images;
 
     progress.report("gbuffer", 0.0)?;
-    let camera = view::of_camera(&context.scene.camera, context.space);
-    let camera = upload_view(context.device, &camera)?;
     context.record(|r| {
         if lights_are_new {
             lights.record_clears(r);
         }
         images.record_clears(r);
-        match context.plan.primary_rays {
-            None => gbuffer::draw(r, context, surfaces, &camera, gbuffer),
-            Some(kernel) => {
-                let hit = (scene.ray_tree()?, scene.hit_surfaces()?);
-                let rays = (&camera, scene.lens_rays());
-                primary_rays::draw(r, context, kernel, hit, rays, gbuffer)
-            }
-        }
+        see(r, context, scene, DVec2::ZERO, gbuffer)
     })?;
 
     let direct_images = DirectImages {
@@ -91,21 +89,12 @@ pub(crate) fn draw(
         progress.begin_light(index, "direct")?;
         let (light, dirty) = lights.update(context, index, scene)?;
         context.submit(|r| {
-            if let Some(map) = dirty.rsm {
-                rsm::draw(r, context, surfaces, light, map)?;
+            draw_maps(r, context, surfaces, light, &dirty)?;
+            if context.plan.pixel_sampling.is_none() {
+                let seen = (gbuffer, SeenAt::Centres);
+                let light = (light, dirty.occluders);
+                direct::shade(r, context, surfaces, seen, light, direct_images)?;
             }
-            if let Some(map) = dirty.shadow_map {
-                shadow::draw(r, context, surfaces, light, map)?;
-            }
-            direct::shade(
-                r,
-                context,
-                surfaces,
-                gbuffer,
-                light,
-                dirty.occluders,
-                direct_images,
-            )?;
             if let Some((rsm, vpls)) = dirty.vpls {
                 vpl::extract(r, context, light, rsm, vpls)?;
             }
@@ -124,12 +113,18 @@ pub(crate) fn draw(
         None => ErrorEstimates::default(),
     };
 
+    pixel_samples::average(context, scene, lights, images, progress)?;
+
     // Radiance is the same sum as energy, for a host that reads it on the device.
     let plan = context.plan;
     let (joule, aperture) = (plan.joule_per_irradiance, plan.irradiance_per_radiance);
     let energy_factor = joule.map(|joule| joule * aperture.unwrap_or(1.0));
+    let seen = match &images.sampled {
+        Some(sampled) => ("sampled", "footprint", &sampled.footprint),
+        None => ("aperture", "position_mesh", &gbuffer.position_mesh),
+    };
     for (factor, seen, sum) in [
-        (energy_factor, aperture.map(|_| gbuffer), &images.energy),
+        (energy_factor, aperture.map(|_| seen), &images.energy),
         (Some(1.0), None, &images.radiance),
     ] {
         if let (Some(factor), Some(sum)) = (factor, sum) {
@@ -146,4 +141,41 @@ pub(crate) fn draw(
     context.finish()?;
     let vpl_count = lights.vpl_count() + context.cost.borrow().work_of("light_rays");
     Ok((estimates, vpl_count))
+}
+
+/// Fills a G-buffer with what the camera sees through points of the pixels that lie so far from their centres.
+fn see(
+    recorder: &mut Recorder,
+    context: &Context,
+    scene: &SceneResources,
+    offset_px: DVec2,
+    gbuffer: &GBuffer,
+) -> Result<()> {
+    let camera = view::of_camera(&context.scene.camera, context.space, offset_px);
+    let camera = upload_view(context.device, &camera)?;
+    match context.plan.primary_rays {
+        None => gbuffer::draw(recorder, context, scene.surfaces()?, &camera, gbuffer),
+        Some(kernel) => {
+            let hit = (scene.ray_tree()?, scene.hit_surfaces()?);
+            let rays = (&camera, scene.lens_rays(), offset_px);
+            primary_rays::draw(recorder, context, kernel, hit, rays, gbuffer)
+        }
+    }
+}
+
+/// Draws what a light sees, where that is not there.
+fn draw_maps(
+    recorder: &mut Recorder,
+    context: &Context,
+    surfaces: &Surfaces,
+    light: &DeviceLight,
+    dirty: &Dirty,
+) -> Result<()> {
+    if let Some(map) = dirty.rsm {
+        rsm::draw(recorder, context, surfaces, light, map)?;
+    }
+    if let Some(map) = dirty.shadow_map {
+        shadow::draw(recorder, context, surfaces, light, map)?;
+    }
+    Ok(())
 }

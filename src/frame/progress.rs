@@ -20,12 +20,16 @@ pub(crate) struct ProgressReport<'a> {
     light_count: usize,
     /// Share of the work that is done light by light.
     lights_share: f64,
+    /// Share of all work that the pixels' samples take.
+    samples_share: f64,
     attempt: i32,
     is_last: bool,
 }
 
 /// Of that share, where indirect light is gathered, for all lights together.
 const LIGHTS_SHARE_BEFORE_GATHER: f64 = 0.05;
+/// Of a frame, where pixels are averaged over samples.
+const SAMPLES_SHARE: f64 = 0.3;
 /// Attempts that need another one.
 const FAILED_ATTEMPTS: f64 = 0.2;
 
@@ -34,6 +38,7 @@ impl<'a> ProgressReport<'a> {
         report: Option<&'a mut dyn FnMut(Progress) -> ControlFlow<()>>,
         light_count: usize,
         has_indirect: bool,
+        has_samples: bool,
     ) -> Self {
         ProgressReport {
             report,
@@ -44,6 +49,7 @@ impl<'a> ProgressReport<'a> {
             } else {
                 1.0
             },
+            samples_share: if has_samples { SAMPLES_SHARE } else { 0.0 },
             attempt: 0,
             is_last: false,
         }
@@ -87,7 +93,21 @@ impl<'a> ProgressReport<'a> {
         )
     }
 
+    /// `fraction` is the share of the pixels' samples that is done.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] where the caller wants no more.
+    pub fn report_sample(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
+        let before = 1.0 - self.samples_share;
+        self.report_share(pass, before + self.samples_share * fraction)
+    }
+
+    /// `fraction` is that of what comes before the pixels' samples.
     fn tell(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
+        self.report_share(pass, (1.0 - self.samples_share) * fraction)
+    }
+
+    fn report_share(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
         let Some(report) = &mut self.report else {
             return Ok(());
         };

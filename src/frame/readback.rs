@@ -33,7 +33,18 @@ pub(crate) fn read_layers(
         mesh_ids,
     } = Geometry::of(pixels, &description.camera, space, &mut pool);
     let tof = description.time_of_flight();
-    let paths = tof.map(|camera| Paths::of(pixels, description, camera.tof, space));
+    let mut paths = tof.map(|camera| Paths::of(pixels, description, camera.tof, space));
+    if let (Some(paths), true) = (&mut paths, images.sampled.is_some()) {
+        // Each sample has gone its own way.
+        paths.to_camera_m.fill(0.0);
+    }
+
+    let footprints = images.sampled.as_ref();
+    let footprints = footprints.map(|sampled| readback.pixels(&sampled.footprint));
+    let depths = footprints
+        .transpose()?
+        .map(|pixels| sample_depths(pixels, space));
+    let (mean_depth, nearest_depth) = depths.unzip();
 
     let mut rgb = |image: &Image| -> Result<Vec<f32>> {
         let pixels = readback.pixels(image)?;
@@ -68,6 +79,8 @@ pub(crate) fn read_layers(
         (Layer::Normal, Some(LayerData::Float(normal))),
         (Layer::Depth, Some(LayerData::Float(depth))),
         (Layer::Range, Some(LayerData::Float(range))),
+        (Layer::MeanDepth, mean_depth.map(LayerData::Float)),
+        (Layer::NearestDepth, nearest_depth.map(LayerData::Float)),
         (Layer::InstanceId, Some(LayerData::Id(mesh_ids))),
         (Layer::MaterialId, Some(LayerData::Id(material_ids))),
     ];
@@ -88,6 +101,21 @@ pub(crate) fn read_layers(
         add_time_of_flight(&mut layers, tof, &paths, (direct, indirect), has_indirect);
     }
     Ok(layers)
+}
+
+/// Mean and least depth of each pixel's samples, metres, from what the pixel_filter pass has found.
+fn sample_depths(footprints: &[[f32; 4]], space: &LocalSpace) -> (Vec<f32>, Vec<f32>) {
+    let in_metres = |depth: f64| (depth * space.metres_per_unit) as f32;
+    let depths = footprints
+        .iter()
+        .map(|&[sum, nearest, count, _]| match count {
+            0.0 => (f32::INFINITY, f32::INFINITY),
+            _ => {
+                let mean = f64::from(sum) / f64::from(count);
+                (in_metres(mean), in_metres(nearest.into()))
+            }
+        });
+    depths.unzip()
 }
 
 /// What time of flight has to know of each pixel's geometry, in f64: a wavelength of modulation may be much shorter than the scene.
@@ -169,6 +197,7 @@ fn add_time_of_flight(
         let parts = FrameParts {
             has_sensor: true,
             has_indirect,
+            has_samples: false,
             has_stderr: false,
             tof: FrameParts::of_tof(Some(tof)),
         };

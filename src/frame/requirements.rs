@@ -2,7 +2,7 @@
 
 use super::{
     images::{FrameImages, FrameImagesKey},
-    indirect::RefinementResources,
+    indirect::{RefinementResources, SampleResources},
 };
 use crate::{
     Result,
@@ -70,6 +70,7 @@ impl Plan {
         let parts = FrameParts {
             has_sensor: self.joule_per_irradiance.is_some(),
             has_indirect: self.indirect.is_some(),
+            has_samples: self.pixel_sampling.is_some(),
             has_stderr: self.has_stderr_layer(),
             tof: self.tof.map(|tof| [tof.frequency_count, tof.phase_count]),
         };
@@ -125,6 +126,9 @@ fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
     let stride = indirect.refinement.coarsest_stride;
     let is_exact = !indirect.is_final_gather();
     RefinementResources::new(&images, plan, stride, is_exact)?;
+    if plan.pixel_sampling.is_some() {
+        SampleResources::new(&images, plan)?;
+    }
     images.buffer("sample of pixels", SAMPLE_BYTES, BufferUse::Device)?;
     if indirect.is_final_gather() {
         images.buffer("pilot", PILOT_BYTES, BufferUse::Readback)?;

@@ -6,9 +6,10 @@ use super::tof_layers::{TOF_LAYERS, TofQuantity, describe_tof};
 use crate::error::Result;
 use crate::scene::{Camera, ChargeUnit, IndirectLight, Light, Scene, Sensor, TimeOfFlight};
 
-/// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre.
+/// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre. Where pixels are averaged
+/// over [samples](crate::scene::PixelSampling), light is the mean over them, and P, normals, ids, `depth` and `range` are still the centre's.
 ///
-/// Background pixels (no P) hold 0, except `depth` and `range`, which hold +∞.
+/// Background pixels (no P) hold 0, except depths and `range`, which hold +∞.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Layer {
     /// L*_{P→C} = direct + indirect, W/sr/m², channels R, G, B. Numerically also E_C, the irradiance at the pixel, W/m².
@@ -32,6 +33,11 @@ pub enum Layer {
     Depth,
     /// |P − C|, metres.
     Range,
+    /// Mean of the depths of a pixel's samples, metres; of those that show a surface. Only where pixels are averaged over
+    /// [samples](crate::scene::PixelSampling).
+    MeanDepth,
+    /// The least depth of a pixel's samples, metres. As [`Layer::MeanDepth`].
+    NearestDepth,
     /// 0: background, else 1 + index into [`Scene::meshes`].
     InstanceId,
     /// 0: background, else 1 + index into [`Scene::materials`].
@@ -54,7 +60,7 @@ pub enum Layer {
 
 impl Layer {
     /// Every layer but those of a frequency of time of flight, in the order of the documentation.
-    const PLAIN: [Layer; 15] = [
+    const PLAIN: [Layer; 17] = [
         Layer::Radiance,
         Layer::Direct,
         Layer::Indirect,
@@ -64,6 +70,8 @@ impl Layer {
         Layer::Normal,
         Layer::Depth,
         Layer::Range,
+        Layer::MeanDepth,
+        Layer::NearestDepth,
         Layer::InstanceId,
         Layer::MaterialId,
         Layer::Edge,
@@ -135,6 +143,8 @@ impl Layer {
             Layer::Normal => ("N", &["N.X", "N.Y", "N.Z"], "1"),
             Layer::Depth => ("depth", &["depth.Z"], "m"),
             Layer::Range => ("range", &["range.Z"], "m"),
+            Layer::MeanDepth => ("depth_mean", &["depth_mean.Z"], "m"),
+            Layer::NearestDepth => ("depth_nearest", &["depth_nearest.Z"], "m"),
             Layer::InstanceId => ("id.instance", &["id.instance"], "1"),
             Layer::MaterialId => ("id.material", &["id.material"], "1"),
             Layer::Edge => ("edge", &["edge"], "1"),
@@ -171,6 +181,7 @@ impl Layer {
         self.is_made_with(FrameParts {
             has_sensor: scene.sensor.is_some(),
             has_indirect: scene.indirect.is_some(),
+            has_samples: scene.camera.pixel_sampling.is_some(),
             has_stderr: stderr.unwrap_or(false),
             tof: FrameParts::of_tof(scene.tof.as_ref()),
         })
@@ -184,6 +195,7 @@ impl Layer {
             Layer::StandardError => parts.has_stderr,
             Layer::Energy => parts.has_sensor,
             Layer::Indirect => parts.has_indirect,
+            Layer::MeanDepth | Layer::NearestDepth => parts.has_samples,
             Layer::HalfPath => parts.tof.is_some(),
             Layer::Tof(frequency, quantity) => {
                 has_frequency(frequency)
@@ -207,6 +219,8 @@ impl Layer {
 pub(crate) struct FrameParts {
     pub has_sensor: bool,
     pub has_indirect: bool,
+    /// Of pixels.
+    pub has_samples: bool,
     pub has_stderr: bool,
     /// Of time of flight: how many frequencies, and how many phase images of each.
     pub tof: Option<[u32; 2]>,

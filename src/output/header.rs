@@ -9,8 +9,8 @@ use super::frame::{Frame, FrameDescription};
 use crate::{
     model::PhaseSampling,
     scene::{
-        Camera, CameraBasis, Intrinsics, Parameter, Photodetector, Sensor, SensorNoise,
-        TimeOfFlight,
+        Camera, CameraBasis, Intrinsics, Parameter, Photodetector, PixelSampling, Sensor,
+        SensorNoise, TimeOfFlight,
     },
 };
 
@@ -211,6 +211,13 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
         add("camera.distortion_model", distortion.model().into());
         let coefficients = format!("{:?}", distortion.coefficients());
         add("camera.distortion", Attribute::Text(coefficients));
+    }
+    if let Some(PixelSampling { samples, filter }) = camera.pixel_sampling {
+        add("camera.filter", filter.name().into());
+        // A reference has samples of its own.
+        if reference.is_none() {
+            add("camera.samples", count(samples));
+        }
     }
     add("camera.position_m", camera.position_m.into());
     add("camera.look_at_m", camera.look_at_m.into());

@@ -19,8 +19,18 @@ pub(crate) enum Occluders<'o> {
 #[derive(Clone, Copy)]
 pub(crate) struct DirectImages<'i> {
     pub radiance: &'i Image,
-    /// With time of flight: Z but for the way to C.
+    /// With time of flight: Z, of centres but for the way to C.
     pub phasors: Option<&'i Image>,
+}
+
+/// Which points of the pixels a G-buffer shows.
+#[derive(Clone, Copy)]
+pub(crate) enum SeenAt {
+    Centres,
+    /// Each counts this much in its pixel.
+    Samples {
+        share: f64,
+    },
 }
 
 /// Shades the G-buffer.
@@ -28,9 +38,8 @@ pub(crate) fn shade(
     recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
-    gbuffer: &GBuffer,
-    light: &DeviceLight,
-    occluders: Occluders,
+    (gbuffer, seen_at): (&GBuffer, SeenAt),
+    (light, occluders): (&DeviceLight, Occluders),
     direct: DirectImages,
 ) -> Result<()> {
     let plan = context.plan;
@@ -46,9 +55,19 @@ pub(crate) fn shade(
         resources.push(("direct_phasors", Resource::Image(phasors)));
         resources.extend(context.modulation());
     }
-    let parameters = DirectParameters {
+    let centres = DirectParameters {
         camera_position: context.camera_position(),
+        share: 1.0,
         ..DirectParameters::default()
+    };
+    let parameters = match seen_at {
+        SeenAt::Centres => centres,
+        SeenAt::Samples { share } => DirectParameters {
+            share: share as f32,
+            camera_turns: context.camera_turns(),
+            has_way_to_camera: 1.0,
+            ..centres
+        },
     };
     match occluders {
         Occluders::Map(map) => {

@@ -45,7 +45,6 @@ const PACKET_ITERATIONS: f64 = 800.0;
 /// What the pass works with.
 pub(crate) struct FinalGather<'b> {
     pub context: &'b Context<'b>,
-    pub gbuffer: &'b GBuffer,
     pub tree: &'b RayTriangles,
     pub surfaces: &'b HitSurfaces,
     lights: Vec<&'b DeviceLight>,
@@ -120,7 +119,6 @@ fn list_of(lights: &[&DeviceLight]) -> Result<Vec<[f32; 4]>> {
 impl<'b> FinalGather<'b> {
     pub fn new(
         context: &'b Context<'b>,
-        gbuffer: &'b GBuffer,
         (tree, surfaces): (&'b RayTriangles, &'b HitSurfaces),
         lights: Vec<&'b DeviceLight>,
         kernel: RayKernel,
@@ -130,7 +128,6 @@ impl<'b> FinalGather<'b> {
         let points = points.map(|[x, y]| [x, y, 0.0, 0.0]);
         Ok(FinalGather {
             context,
-            gbuffer,
             tree,
             surfaces,
             light_list: TexelList::new(context.commands, "lights", list_of(&lights)?)?,
@@ -248,7 +245,7 @@ impl Gatherer for FinalGather<'_> {
     /// With packets of samples of each technique.
     fn gather(
         &mut self,
-        (receivers, range): (&Receivers, ReceiverRange),
+        (gbuffer, receivers, range): (&GBuffer, &Receivers, ReceiverRange),
         results: Results,
         samples: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
@@ -297,7 +294,7 @@ impl Gatherer for FinalGather<'_> {
         // Directions are followed anew for other lights.
         let direction_rays = light_count.div_ceil(lights_at_once as u32);
         let rays_per_sample = u64::from(lobes * (direction_rays + light_count) + 1);
-        let mut resources = self.gbuffer.resources();
+        let mut resources = gbuffer.resources();
         resources.extend(self.tree.resources());
         resources.extend(self.surfaces.resources());
         resources.extend(table.resources());

@@ -38,7 +38,6 @@ pub(crate) struct Gather<'g> {
     pub context: &'g Context<'g>,
     pub sum: VplSum,
     pub kernel: GatherKernel,
-    pub gbuffer: &'g GBuffer,
     pub vpls: &'g VplLists,
     /// With the light itself.
     pub lights: Vec<(&'g DeviceLight, ListedVpls)>,
@@ -90,7 +89,7 @@ impl<'g> Gather<'g> {
     fn add(
         &self,
         list: &VplList,
-        (receivers, range): (&Receivers, ReceiverRange),
+        (gbuffer, receivers, range): (&GBuffer, &Receivers, ReceiverRange),
         results: Results,
         is_first: bool,
         proceed: &mut dyn FnMut(u64) -> Result<()>,
@@ -113,7 +112,7 @@ impl<'g> Gather<'g> {
         )?;
         let module = pipeline.module;
         let group_receivers = module.workgroup_size[0] * module.constant("RECEIVERS")?;
-        let mut resources = self.gbuffer.resources();
+        let mut resources = gbuffer.resources();
         resources.extend([
             ("receivers", Resource::Buffer(&receivers.pixels)),
             ("vpls", Resource::Image(list.image)),
@@ -193,7 +192,7 @@ impl Gatherer for Gather<'_> {
 
     fn gather(
         &mut self,
-        (receivers, range): (&Receivers, ReceiverRange),
+        (gbuffer, receivers, range): (&GBuffer, &Receivers, ReceiverRange),
         results: Results,
         _: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,
@@ -204,7 +203,8 @@ impl Gatherer for Gather<'_> {
         let mut done = 0;
         for (index, list) in lists.iter().enumerate() {
             let is_first = index == 0;
-            self.add(list, (receivers, range), results, is_first, &mut |pairs| {
+            let at = (gbuffer, receivers, range);
+            self.add(list, at, results, is_first, &mut |pairs| {
                 done += pairs;
                 proceed(done as f64 / total as f64)
             })?;

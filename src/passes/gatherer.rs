@@ -1,6 +1,7 @@
 //! What gathers indirect light at a list of receivers: one implementation for each estimator.
 
 use super::{
+    gbuffer::GBuffer,
     light_rays::MAX_RAYS,
     receivers::{ReceiverRange, Receivers},
     sample_counts::SampleCounts,
@@ -38,11 +39,11 @@ pub(crate) trait Gatherer {
         Ok(0.0)
     }
 
-    /// Gathers at receivers of a list. `proceed` is called between submissions with the share of the work that is done; its
+    /// Gathers at receivers of a list, which are pixels of a G-buffer. `proceed` is called between submissions with the share of the work that is done; its
     /// error ends the gather.
     fn gather(
         &mut self,
-        receivers: (&Receivers, ReceiverRange),
+        receivers: (&GBuffer, &Receivers, ReceiverRange),
         results: Results,
         samples: Option<Samples>,
         proceed: &mut dyn FnMut(f64) -> Result<()>,

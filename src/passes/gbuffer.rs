@@ -65,6 +65,17 @@ impl GBuffer {
         self.images().map(|(_, image)| image).collect()
     }
 
+    /// Under the names that they have beside those of samples: what the pixels' centres show but k_d.
+    pub fn resources_of_centres(&self) -> Vec<(&'static str, Resource<'_>)> {
+        let images = [
+            ("centre_position_mesh", Some(&self.position_mesh)),
+            ("centre_normal_geometric", Some(&self.normal_geometric)),
+            ("centre_ks_shininess", self.ks_shininess.as_ref()),
+        ];
+        let resource = |(name, image): (_, Option<_>)| Some((name, Resource::Image(image?)));
+        images.into_iter().filter_map(resource).collect()
+    }
+
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let resource = |(name, image)| (name, Resource::Image(image));
         self.images().map(resource).collect()

@@ -6,6 +6,7 @@ use bytemuck::Pod;
 
 use crate::{
     Error, LocalSpace, Plan, Result, Scene,
+    scene::MAX_FREQUENCIES,
     vulkan::{Buffer, CommandPool, Device, Pipelines, Recorder, Resource, groups_in_rows},
 };
 
@@ -23,6 +24,7 @@ pub(crate) mod hits;
 pub(crate) mod light;
 pub(crate) mod light_rays;
 pub(crate) mod modulation;
+pub(crate) mod pixel_filter;
 pub(crate) mod predict;
 pub(crate) mod primary_rays;
 pub(crate) mod random;
@@ -129,6 +131,11 @@ impl Context<'_> {
     pub fn camera_position(&self) -> [f32; 3] {
         self.space.to_local(self.scene.camera.position_m)
     }
+
+    /// The distance of C from the local origin, turns of each frequency of time of flight.
+    pub fn camera_turns(&self) -> [f32; MAX_FREQUENCIES] {
+        modulation::turns_to_origin(self.scene, self.space, self.scene.camera.position_m)
+    }
 }
 
 #[cfg(test)]
@@ -153,6 +160,9 @@ mod tests {
             ("sensor", vec!["indirect", ""]),
             ("sensor", vec!["", "aperture"]),
             ("sensor", vec!["indirect", "aperture"]),
+            ("pixel_filter", vec!["depths"]),
+            ("sensor", vec!["", "sampled"]),
+            ("sensor", vec!["indirect", "sampled"]),
         ];
         let trees = ["", "tree"];
         let kernels = RayKernel::ALL
@@ -214,6 +224,9 @@ mod tests {
                 }
             }
             for phasors in ["", "phasors"] {
+                requested.push(("pixel_filter", vec!["interpolate", brdf, phasors]));
+                let words = |noise| ("pixel_filter", vec!["gathered", brdf, noise, phasors]);
+                requested.extend(["exact", "noisy"].map(words));
                 let words = |pass| (pass, vec![brdf, phasors]);
                 requested.extend(["sample_counts", "smooth"].map(words));
                 for pass in ["predict", "scatter", "resolve", "error_estimate"] {

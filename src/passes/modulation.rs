@@ -1,5 +1,7 @@
 //! What the shaders know of a time-of-flight camera's modulation.
 
+use glam::DVec3;
+
 use crate::{
     LocalSpace, Result, Scene,
     model::SPEED_OF_LIGHT_M_S,
@@ -42,11 +44,23 @@ pub(crate) fn origin_turns(
     space: &LocalSpace,
     light: usize,
 ) -> Option<[f32; MAX_FREQUENCIES]> {
-    let tof = scene.tof.as_ref().filter(|tof| tof.is_modulated(light))?;
-    let distance_m = scene.lights[light].position_m()?.distance(space.origin_m);
-    Some(per_frequency(tof, |per_metre| {
-        (per_metre * distance_m).fract()
-    }))
+    let is_modulated = scene.tof.as_ref()?.is_modulated(light);
+    let position_m = scene.lights[light].position_m()?;
+    is_modulated.then(|| turns_to_origin(scene, space, position_m))
+}
+
+/// The distance of a point from the local origin, turns of each frequency; 0 without time of flight.
+pub(super) fn turns_to_origin(
+    scene: &Scene,
+    space: &LocalSpace,
+    point_m: DVec3,
+) -> [f32; MAX_FREQUENCIES] {
+    let distance_m = point_m.distance(space.origin_m);
+    let turns = |per_metre: f64| (per_metre * distance_m).fract();
+    scene
+        .tof
+        .as_ref()
+        .map_or([0.0; MAX_FREQUENCIES], |tof| per_frequency(tof, turns))
 }
 
 /// A value of each frequency from its turns per metre; 0 where there are fewer.

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::DVec2;
+
 use super::{Context, gbuffer::GBuffer, hits::HitSurfaces, rays::RayTriangles};
 use crate::{
     Error, RayKernel, Result,
@@ -36,13 +38,13 @@ pub(crate) fn upload_lens(commands: &CommandPool, camera: &Camera) -> Result<Arc
     commands.upload("rays of the lens", &rays)
 }
 
-/// Fills the G-buffer with the surfaces as seen from `view`.
+/// Fills the G-buffer with the surfaces as seen from `view`, through points of the pixels that lie so far from their centres.
 pub(crate) fn draw(
     recorder: &mut Recorder,
     context: &Context,
     kernel: RayKernel,
     (tree, surfaces): (&RayTriangles, &HitSurfaces),
-    (view, lens): (&Buffer, Option<&Buffer>),
+    (view, lens, offset_px): (&Buffer, Option<&Buffer>, DVec2),
     gbuffer: &GBuffer,
 ) -> Result<()> {
     let (plan, pipelines) = (context.plan, context.pipelines);
@@ -75,6 +77,7 @@ pub(crate) fn draw(
         resolution_px: [width, height],
         material_count: context.scene.materials.len() as u32,
         mesh_count: context.scene.meshes.len() as u32,
+        offset_px: offset_px.as_vec2().to_array(),
     };
     recorder.prepare_images(&gbuffer.colors());
     recorder.pass("primary_rays", |recorder| {

@@ -4,7 +4,7 @@ use crate::{
     Result,
     metrics::LOCAL_FLOOR,
     plan::Plan,
-    vulkan::{Allocate, Buffer, Device, ImageShape, Recorder, Resource},
+    vulkan::{Allocate, Buffer, Device, Image, ImageShape, Recorder, Resource},
 };
 
 /// What is known of each pixel.
@@ -18,6 +18,19 @@ pub(crate) struct RefinementImages<A: Allocate = Device> {
     pub modulation: Option<Buffer>,
 }
 
+/// That of what is gathered of each pixel.
+pub(crate) fn gathered_shape(plan: &Plan) -> ImageShape {
+    let lobes = 1 + u32::from(plan.is_specular);
+    let phasors = match plan.bounced_tof() {
+        Some(tof) => lobes * tof.pair_count() * tof.band_count,
+        None => 0,
+    };
+    ImageShape {
+        layers: Some(lobes + phasors),
+        ..ImageShape::plain(plan.resolution_px)
+    }
+}
+
 impl<A: Allocate> RefinementImages<A> {
     pub fn new(allocate: &A, plan: &Plan, is_noisy: bool) -> Result<RefinementImages<A>> {
         let lobes = 1 + u32::from(plan.is_specular);
@@ -28,15 +41,13 @@ impl<A: Allocate> RefinementImages<A> {
             };
             allocate.image(name, shape)
         };
-        let phasors = match plan.bounced_tof() {
-            Some(tof) => lobes * tof.pair_count() * tof.band_count,
-            None => 0,
-        };
+        let gathered = gathered_shape(plan);
+        let phasors = gathered.layer_count() - lobes;
         // Variances around, and squares.
         let of_phasor_samples = if phasors > 0 { 1 + lobes } else { 0 };
         let samples = || image("sums over samples", 1 + lobes + phasors + of_phasor_samples);
         Ok(RefinementImages {
-            gathered: image("gathered light", lobes + phasors)?,
+            gathered: allocate.image("gathered light", gathered)?,
             samples: is_noisy.then(samples).transpose()?,
             modulation: None,
         })
@@ -48,6 +59,11 @@ impl RefinementImages {
     pub fn clear(&self, recorder: &mut Recorder) {
         recorder.prepare_images(&[&self.gathered]);
         recorder.clear_image(&self.gathered);
+    }
+
+    /// Keeps what was gathered for the pixel_filter pass.
+    pub fn copy_gathered(&self, recorder: &mut Recorder, to: &Image) {
+        recorder.copy_image(&self.gathered, to);
     }
 
     /// Nothing was sampled.

@@ -1,6 +1,6 @@
 //! Sensor pass: energy on each pixel in the exposure.
 
-use super::{Context, gbuffer::GBuffer};
+use super::Context;
 use crate::{
     Result,
     vulkan::{Image, Recorder, Resource, shaders::SensorParameters},
@@ -10,8 +10,8 @@ use crate::{
 pub(crate) struct Exposure<'e> {
     /// Of what each pixel gets, over its radiance along the axis.
     pub factor: f64,
-    /// Where the pixels look, for those behind an aperture.
-    pub seen: Option<&'e GBuffer>,
+    /// Where the pixels look, for those behind an aperture: the kernel's word, and an image by its name there.
+    pub seen: Option<(&'static str, &'static str, &'e Image)>,
     pub direct: &'e Image,
     pub indirect: Option<&'e Image>,
     pub sum: &'e Image,
@@ -32,14 +32,14 @@ pub(crate) fn expose(
     } = *exposure;
     let words = [
         indirect.map_or("", |_| "indirect"),
-        seen.map_or("", |_| "aperture"),
+        seen.map_or("", |(word, ..)| word),
     ];
     let mut resources = vec![
         ("direct_radiance", Resource::Image(direct)),
         ("energy", Resource::Image(sum)),
     ];
     resources.extend(indirect.map(|image| ("indirect_radiance", Resource::Image(image))));
-    resources.extend(seen.map(|seen| ("position_mesh", Resource::Image(&seen.position_mesh))));
+    resources.extend(seen.map(|(_, name, image)| (name, Resource::Image(image))));
     let forward = context.scene.camera.basis().forward;
     let parameters = SensorParameters {
         camera_position: context.camera_position(),

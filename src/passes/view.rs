@@ -1,6 +1,6 @@
 //! Cameras and lights as views that the rasteriser draws.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::{
     emission::{EmissionDomain, EmissionFace, Projection},
@@ -12,12 +12,13 @@ use crate::{
 /// Distance of the near plane, local units. With reversed depth it costs no precision to have it this near.
 const NEAR: f32 = 1.0 / (1 << 20) as f32;
 
-/// The camera's view: C, and a ray through each pixel's centre.
-pub(crate) fn of_camera(camera: &Camera, space: &LocalSpace) -> View {
+/// The camera's view: C, and a ray through each pixel at this offset from its centre.
+pub(crate) fn of_camera(camera: &Camera, space: &LocalSpace, offset_px: DVec2) -> View {
     let [width, height] = camera.resolution_px.map(f64::from);
     let intrinsics = camera.intrinsics_px();
     let basis = camera.basis();
-    let (fx, fy, cx, cy) = (intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy);
+    let (fx, fy) = (intrinsics.fx, intrinsics.fy);
+    let (cx, cy) = (intrinsics.cx - offset_px.x, intrinsics.cy - offset_px.y);
     let row_x = basis.right * (2.0 * fx / width) + basis.forward * (2.0 * cx / width - 1.0);
     let row_y = basis.down * (2.0 * fy / height) + basis.forward * (2.0 * cy / height - 1.0);
     // Of a lens with distortion the rays are listed, in these axes.

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use super::{GatherPlan, LightPlan, Plan, RayKernel, ShadowPlan, TofPlan};
-use crate::scene::ErrorNorm;
+use crate::scene::{ErrorNorm, PixelSampling};
 
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
@@ -94,6 +94,13 @@ impl fmt::Display for Plan {
             if target.is_some() {
                 writeln!(f, "  error_estimate  on a sample of pixels")?;
             }
+        }
+        if let Some(PixelSampling { samples, filter }) = self.pixel_sampling {
+            let filter = filter.name();
+            writeln!(
+                f,
+                "  pixel_filter  {samples} samples a pixel, {filter}: gbuffer and direct of each, and the gather where no pixel's centre shows its surface"
+            )?;
         }
         if let Some(tof) = self.tof {
             let TofPlan {

@@ -11,7 +11,9 @@ pub(crate) use steps::GridStep;
 use crate::{
     Result,
     emission::EmissionDomain,
-    scene::{ErrorNorm, IndirectLight, Light, Material, Mesh, Scene, Shadow, VplSum},
+    scene::{
+        ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling, Scene, Shadow, VplSum,
+    },
     vulkan::{DeviceInfo, shaders::most_storage_images},
 };
 
@@ -41,6 +43,8 @@ pub struct Plan {
     pub is_textured: bool,
     /// The camera's lens distorts the image.
     pub has_distortion: bool,
+    /// How light is averaged over the pixels.
+    pub pixel_sampling: Option<PixelSampling>,
     /// How rays find what the camera sees; `None`: the rasteriser does.
     pub primary_rays: Option<RayKernel>,
     pub lights: Vec<LightPlan>,
@@ -228,6 +232,7 @@ impl Plan {
             is_smooth: meshes().any(|mesh| !mesh.normals.is_empty()),
             is_textured: meshes().any(|mesh| is_textured(mesh)),
             has_distortion: scene.camera.distortion().is_some(),
+            pixel_sampling: scene.camera.pixel_sampling,
             primary_rays,
             lights: lights.collect(),
             map_sets: 1,

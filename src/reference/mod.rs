@@ -6,6 +6,7 @@
 
 mod brdf;
 mod edge;
+mod footprint;
 mod goal;
 mod light;
 mod path;
@@ -22,6 +23,7 @@ use rayon::prelude::*;
 
 pub use self::goal::Goal;
 use self::{
+    footprint::DIRECT_SAMPLES,
     path::Transport,
     pixel::{Moments, Pixel},
     pooling::Pooling,
@@ -32,7 +34,7 @@ use crate::{
         Frame, FrameDescription, FrameStats, Layer, LayerData, LayeredImage, PixelPhasors,
         ReferenceSamples, TofQuantity,
     },
-    scene::{Bands, ChargeUnit, Direct, TimeOfFlight},
+    scene::{Bands, Camera, ChargeUnit, Direct, PixelSampling, TimeOfFlight},
 };
 
 /// Paths between two calls of the progress function: a fifth of a second on two cores.
@@ -40,7 +42,7 @@ const PATHS_PER_STEP: usize = 1 << 20;
 
 /// A path-sampled image that can be refined without end.
 ///
-/// Direct light needs no samples: pixels are points, and so are lights. Indirect light is the mean of rounds. A round gives
+/// Direct light needs no samples where pixels are points, as lights are; where the camera averages over them, it has 1 024. Indirect light is the mean of rounds. A round gives
 /// each pixel the points of a net (Sobol', Owen-scrambled) that fall evenly into the directions; rounds are
 /// independent of each other, so their spread, with that of the pixels around, gives the standard error of each pixel.
 #[derive(Debug)]
@@ -68,6 +70,13 @@ impl Reference {
         let scene = Scene {
             direct: Direct::default(),
             indirect: None,
+            camera: Camera {
+                pixel_sampling: scene.camera.pixel_sampling.map(|sampling| PixelSampling {
+                    samples: DIRECT_SAMPLES,
+                    ..sampling
+                }),
+                ..scene.camera
+            },
             sensor: scene.sensor.filter(|_| scene.tof.is_some()),
             tof: scene.tof.clone().map(|tof| TimeOfFlight {
                 output: ChargeUnit::Electrons,
@@ -215,7 +224,8 @@ impl Reference {
     /// Paths of a round, over all pixels that see a surface: one from the pixel for each sample, and one more from each
     /// light. Each takes two rays: to the next surface, and to see whether light gets through.
     pub fn paths_per_round(&self) -> u64 {
-        let seen = self.pixels.iter().filter(|pixel| pixel.point.is_some());
+        let seen = self.pixels.iter();
+        let seen = seen.filter(|pixel| pixel.point.is_some() || pixel.footprint.is_some());
         seen.count() as u64
             * u64::from(self.samples_per_round)
             * (1 + self.scene.lights.len() as u64)
@@ -267,7 +277,7 @@ impl Reference {
 
     fn is_sampled(&self) -> Vec<bool> {
         let pixels = self.pixels.iter();
-        pixels.map(|pixel| pixel.receiver().is_some()).collect()
+        pixels.map(Pixel::is_sampled).collect()
     }
 
     /// Adds a round to every pixel, and reports the share of it that is done, 0 to 1. The image does not depend on the number of
@@ -329,6 +339,18 @@ impl Reference {
             (Layer::MaterialId, self.ids(|pixel| pixel.material_id)),
             (Layer::Edge, self.ids(|pixel| pixel.is_edge.into())),
         ];
+        if self.scene.camera.pixel_sampling.is_some() {
+            let depths = |pixel: &Pixel| {
+                let footprint = pixel.footprint.as_ref();
+                footprint.map_or([f64::INFINITY; 2], |(_, seen)| {
+                    [seen.mean_depth_m, seen.nearest_depth_m]
+                })
+            };
+            layers.extend([
+                (Layer::MeanDepth, self.floats(|pixel| [depths(pixel)[0]])),
+                (Layer::NearestDepth, self.floats(|pixel| [depths(pixel)[1]])),
+            ]);
+        }
         if self.rounds >= 2 {
             let variances = self.variances(&|pixel| pixel.indirect);
             let values = variances.iter().flat_map(|variance| variance.to_array());

@@ -3,9 +3,10 @@
 use sobol_burley::sample_4d;
 
 use super::edge::{SUB_PIXEL_BITS, is_edge};
+use super::footprint::{Footprint, drawn_px, receiver_at};
 use super::path::{Arrived, Draws, Receiver, Transport};
 use super::view_ray::view_ray;
-use crate::model::Phasor;
+use crate::{model::Phasor, scene::PixelFilter};
 
 /// One pixel of a reference.
 #[derive(Debug, Clone)]
@@ -21,6 +22,9 @@ pub struct Pixel {
     /// Whether [another surface](is_edge) is so near that it might as well be seen.
     pub is_edge: bool,
     pub direct: Arrived,
+    /// Where the camera averages over pixels: P and what follows it are the centre's.
+    pub footprint: Option<(PixelFilter, Footprint)>,
+    centre_px: [f64; 2],
     /// Statistics over rounds: of the bands, W/sr/m², and of re and im of each phasor.
     pub indirect: [Moments; 3],
     pub indirect_phasors: Vec<[Moments; 2]>,
@@ -69,6 +73,10 @@ impl Pixel {
         let origin = transport.to_local(scene.camera.position_m);
         let hit = transport.trace(origin, direction);
         let is_edge = is_edge(transport, [x_px, y_px], hit.as_ref(), SUB_PIXEL_BITS);
+        let footprint = scene.camera.pixel_sampling.map(|sampling| {
+            let footprint = Footprint::of(transport, sampling.filter, [x_px, y_px]);
+            (sampling.filter, footprint)
+        });
         let background = Pixel {
             point: None,
             mesh_id: 0,
@@ -76,7 +84,9 @@ impl Pixel {
             depth_m: f64::INFINITY,
             range_m: f64::INFINITY,
             is_edge,
-            direct: Arrived::default(),
+            direct: footprint.map_or_else(Arrived::default, |(_, footprint)| footprint.direct),
+            footprint,
+            centre_px: [x_px, y_px],
             indirect: [Moments::default(); 3],
             indirect_phasors: vec![Default::default(); transport.frequency_count()],
         };
@@ -93,7 +103,10 @@ impl Pixel {
             material_id: 1 + material,
             depth_m: range_m / per_depth,
             range_m,
-            direct: transport.direct(&receiver),
+            direct: match footprint {
+                Some((_, footprint)) => footprint.direct,
+                None => transport.direct(&receiver),
+            },
             ..background
         }
     }
@@ -106,9 +119,17 @@ impl Pixel {
         self.is_edge = is_edge(transport, [x_px, y_px], hit.as_ref(), bits);
     }
 
+    /// Whether it reflects light.
+    pub fn is_sampled(&self) -> bool {
+        match &self.footprint {
+            Some((_, footprint)) => footprint.has_receiver,
+            None => self.receiver().is_some(),
+        }
+    }
+
     /// P where it reflects light.
-    pub fn receiver(&self) -> Option<&Receiver> {
-        self.point.as_ref().filter(|p| !p.surface.brdf.is_black())
+    fn receiver(&self) -> Option<Receiver> {
+        self.point.filter(|p| !p.surface.brdf.is_black())
     }
 
     /// Mean of a round of samples of the indirect radiance. Depends on nothing but these arguments.
@@ -120,12 +141,26 @@ impl Pixel {
         round: u32,
     ) -> Arrived {
         let mut mean = Arrived::default();
-        let Some(receiver) = self.receiver() else {
+        if !self.is_sampled() {
             return mean;
-        };
+        }
+        let centre = self.receiver();
         let seed = mix(index, round);
         for sample in 0..samples {
             let draw = |set: u32, seed: u32| sample_4d(sample, set, seed).map(f64::from);
+            let drawn = |filter: PixelFilter| {
+                let [u, v, ..] = draw(2, seed);
+                let at_px = drawn_px(filter, self.centre_px, [u, v]);
+                let (receiver, _) = receiver_at(transport, at_px)?;
+                (!receiver.surface.brdf.is_black()).then_some(receiver)
+            };
+            let receiver = match self.footprint {
+                Some((filter, _)) => drawn(filter),
+                None => centre,
+            };
+            let Some(receiver) = receiver else {
+                continue;
+            };
             let [u0, u1, lobe, _] = draw(0, seed);
             // Two lights share a set of four dimensions; another seed is another sequence.
             let emission = |light: usize| {
@@ -138,7 +173,7 @@ impl Pixel {
                 emission: &emission,
             };
             mean.add(
-                &transport.indirect(receiver, &draws),
+                &transport.indirect(&receiver, &draws),
                 1.0 / f64::from(samples),
             );
         }
@@ -170,7 +205,7 @@ impl Pixel {
 }
 
 /// A well mixed number from two: multiplications and shifts with constants of SplitMix64 and MurmurHash3.
-fn mix(a: u32, b: u32) -> u32 {
+pub fn mix(a: u32, b: u32) -> u32 {
     let mut bits = (u64::from(a) << 32 | u64::from(b)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     bits ^= bits >> 33;
     bits = bits.wrapping_mul(0xff51_afd7_ed55_8ccd);

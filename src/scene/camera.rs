@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Distortion;
+use super::{Distortion, PixelSampling};
 
 /// A camera. Pixel (0, 0) is the upper left one and its centre lies at (0.5, 0.5).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,6 +14,8 @@ pub struct Camera {
     pub look_at_m: DVec3,
     pub up: DVec3,
     pub lens: Lens,
+    /// How light is averaged over a pixel; `None`: a pixel shows what lies at its centre.
+    pub pixel_sampling: Option<PixelSampling>,
 }
 
 /// How the camera maps directions to pixels.

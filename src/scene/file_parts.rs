@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{
     Camera, Carrier, Direct, Distortion, Intrinsics, Lens, Light, Material, Pattern,
-    PatternIntegral, Photodetector, Sensor, Shadow, SpotCone,
+    PatternIntegral, Photodetector, PixelFilter, PixelSampling, Sensor, Shadow, SpotCone,
 };
 use crate::Result;
 use crate::keys::{Keys, Value};
@@ -19,6 +19,8 @@ pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
         "intrinsics_px",
         "distortion",
         "fisheye",
+        "samples",
+        "filter",
     ])?;
     let resolution = keys.need("resolution", "resolution = [800, 800]")?;
     Ok(Camera {
@@ -27,7 +29,29 @@ pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
         look_at_m: keys.need("look_at", "look_at = [x, y, z]")?.vec3()?,
         up: keys.need("up", "up = [0.0, 1.0, 0.0]")?.vec3()?,
         lens: lens(&mut keys)?,
+        pixel_sampling: pixel_sampling(&mut keys)?,
     })
+}
+
+fn pixel_sampling(keys: &mut Keys) -> Result<Option<PixelSampling>> {
+    let samples = keys.optional("samples", Value::count)?.unwrap_or(1);
+    let filter = keys.take("filter");
+    if samples == 1 {
+        return match filter {
+            None => Ok(None),
+            Some(filter) => Err(filter.error(
+                "is given without samples to filter",
+                "give samples = 16, too, or leave it out",
+            )),
+        };
+    }
+    Ok(Some(PixelSampling {
+        samples,
+        filter: match filter {
+            None => PixelFilter::default(),
+            Some(filter) => filter.choice(&PixelFilter::ALL, PixelFilter::name)?,
+        },
+    }))
 }
 
 fn lens(keys: &mut Keys) -> Result<Lens> {

@@ -2,7 +2,7 @@
 
 use super::{
     Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Mesh, Parameter, Pattern,
-    Photodetector, Scene, Sensor, SensorNoise, Shadow, Texture, TimeOfFlight,
+    Photodetector, PixelSampling, Scene, Sensor, SensorNoise, Shadow, Texture, TimeOfFlight,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -83,6 +83,11 @@ impl Scene {
                 [wavelength_nm, quantum_efficiency]
             });
         }
+        // And cameras whose pixels are points.
+        if let Some(PixelSampling { samples, filter }) = camera.pixel_sampling {
+            bytes.name(filter.name());
+            bytes.numbers([f64::from(samples)]);
+        }
         bytes.0.finalize().to_hex().to_string()
     }
 }
@@ -121,6 +126,8 @@ impl Bytes {
             look_at_m,
             up,
             lens,
+            // At the end of the scene's bytes.
+            pixel_sampling: _,
         } = *camera;
         self.numbers(resolution_px.map(f64::from));
         for vector in [position_m, look_at_m, up] {

@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
-use super::{Camera, Distortion, Intrinsics, Lens, Light, Scene, Sensor};
+use super::{Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene, Sensor};
 use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
@@ -178,6 +178,14 @@ impl Camera {
             format_args!("up {up} is parallel to the view from {from} to {to}"),
             "give an up that is at an angle to the view",
         )?;
+        if let Some(PixelSampling { samples, .. }) = self.pixel_sampling {
+            let most = PixelSampling::MAX_SAMPLES;
+            part.require(
+                (2..=most).contains(&samples),
+                format_args!("samples is {samples}"),
+                format!("give 1 for the pixels' centres, or up to {most}"),
+            )?;
+        }
         match self.lens {
             Lens::FovY { fov_y_deg } => part.require(
                 fov_y_deg > 0.0 && fov_y_deg < 180.0,

@@ -118,6 +118,34 @@ impl Recorder {
         self.transition(from, layout, vk::ImageLayout::GENERAL);
     }
 
+    /// Copies all of an image to one of its shape.
+    pub fn copy_image(&mut self, from: &Image, to: &Image) {
+        let layout = vk::ImageLayout::GENERAL;
+        let from_layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        let to_layout = vk::ImageLayout::TRANSFER_DST_OPTIMAL;
+        self.transition(from, layout, from_layout);
+        self.transition(to, layout, to_layout);
+        let all = image_copy(from).image_subresource;
+        let regions = [vk::ImageCopy::default()
+            .src_subresource(all)
+            .dst_subresource(all)
+            .extent(from.shape.extent())];
+        let (raw, source, target) = (self.device.raw(), from.handles().raw, to.handles().raw);
+        // SAFETY: the images have the same shape and these layouts, and the transitions have kept both.
+        unsafe {
+            raw.cmd_copy_image(
+                self.commands,
+                source,
+                from_layout,
+                target,
+                to_layout,
+                &regions,
+            )
+        };
+        self.transition(from, from_layout, layout);
+        self.transition(to, to_layout, layout);
+    }
+
     /// Copies the first `bytes` bytes of a buffer to the start of another.
     pub fn copy_buffer(&mut self, from: &Buffer, to: &Buffer, bytes: u64) {
         self.kept.extend([from.keep(), to.keep()]);

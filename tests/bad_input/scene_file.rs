@@ -101,6 +101,27 @@ fn unknown_keys_name_the_nearest_one_and_the_line() {
             ],
         ),
         (
+            camera_with("fov_y_deg", "filter = \"box\"\nfov_y_deg"),
+            [
+                "scene.toml:6: \"filter\" in [camera] is given without samples to filter",
+                "give samples = 16, too",
+            ],
+        ),
+        (
+            camera_with("fov_y_deg", "samples = 16\nfilter = \"tent\"\nfov_y_deg"),
+            [
+                "scene.toml:7: unknown filter \"tent\" in [camera]",
+                "gaussian",
+            ],
+        ),
+        (
+            camera_with("fov_y_deg", "samples = 0\nfov_y_deg"),
+            [
+                "samples is 0",
+                "give 1 for the pixels' centres, or up to 4096",
+            ],
+        ),
+        (
             camera_with("fov_y_deg", "fov"),
             [
                 "scene.toml:6: unknown key \"fov\" in [camera]",

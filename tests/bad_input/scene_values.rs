@@ -2,7 +2,8 @@
 
 use camlux::scene::{
     Camera, ChargeUnit, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
-    Photodetector, Scene, Sensor, SensorNoise, SpotCone, Texels, Texture, TimeOfFlight, VplSum,
+    Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise, SpotCone, Texels,
+    Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
 
@@ -15,6 +16,7 @@ fn scene() -> Scene {
             look_at_m: DVec3::ZERO,
             up: DVec3::Y,
             lens: Lens::FovY { fov_y_deg: 50.0 },
+            pixel_sampling: None,
         },
         sensor: Some(Sensor {
             pixel_pitch_um: [12.0, 12.0],
@@ -50,6 +52,11 @@ fn scene() -> Scene {
         direct: Direct::default(),
         indirect: Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8)),
     }
+}
+
+fn pixel_sampling(samples: u32) -> Option<PixelSampling> {
+    let filter = PixelFilter::Box;
+    Some(PixelSampling { samples, filter })
 }
 
 fn tof() -> TimeOfFlight {
@@ -183,6 +190,14 @@ fn scenes_from_slices_are_validated() {
         (
             Box::new(|s| s.camera.up = DVec3::new(1e-9, 0.0, -2.0)),
             "is parallel to the view",
+        ),
+        (
+            Box::new(|s| s.camera.pixel_sampling = pixel_sampling(1)),
+            "camera: samples is 1",
+        ),
+        (
+            Box::new(|s| s.camera.pixel_sampling = pixel_sampling(5000)),
+            "camera: samples is 5000",
         ),
         (
             Box::new(|s| s.camera.lens = Lens::FovY { fov_y_deg: 0.0 }),

@@ -12,7 +12,7 @@ use camlux::{
     RenderOptions, Renderer, Scene,
     capi::*,
     glam::{DQuat, DVec3},
-    scene::{Distortion, IndirectLight, Lens, Light, Mesh, VplSum},
+    scene::{Distortion, IndirectLight, Lens, Light, Mesh, PixelFilter, PixelSampling, VplSum},
 };
 
 const SIZE_PX: [u32; 2] = [24, 20];
@@ -112,6 +112,8 @@ fn a_lens_from_c_is_that_of_the_engine() {
         let is_fisheye = matches!(distortion, Distortion::Fisheye(_));
         let sensor = expected.sensor.as_mut().expect("the scene has one");
         sensor.f_number = (!is_fisheye).then_some(2.0);
+        let (samples, filter) = (3, PixelFilter::Gaussian);
+        expected.camera.pixel_sampling = is_fisheye.then_some(PixelSampling { samples, filter });
         let built = from_arrays(&expected);
         let frame = render(renderer, built);
         assert!(layers(frame) == engine_frame(&expected), "{distortion:?}");
@@ -119,6 +121,13 @@ fn a_lens_from_c_is_that_of_the_engine() {
         let mut camera = init!(camlux_camera {});
         // SAFETY: it points to a struct of that size.
         ok(unsafe { camlux_scene_get_camera(built, &mut camera) });
+        let sampling = (camera.samples, camera.filter);
+        let due = if is_fisheye {
+            (3, CAMLUX_FILTER_GAUSSIAN)
+        } else {
+            (0, 0)
+        };
+        assert_eq!(sampling, due);
         let coefficients = distortion.coefficients();
         assert_eq!(camera.distortion[..coefficients.len()], *coefficients);
         ok(camlux_frame_release(frame));

@@ -9,7 +9,10 @@ use std::{
 use camlux::{
     capi::*,
     output::{Layer, LayerData, TofQuantity},
-    scene::{ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light, TimeOfFlight},
+    scene::{
+        ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light, PixelFilter, PixelSampling,
+        TimeOfFlight,
+    },
 };
 
 pub fn last_error() -> String {
@@ -181,6 +184,8 @@ pub fn layers_of(frame: &camlux::output::Frame) -> Vec<(i32, Vec<u32>)> {
         Layer::MaterialId => CAMLUX_LAYER_MATERIAL_ID,
         Layer::StandardError => CAMLUX_LAYER_STDERR,
         Layer::HalfPath => CAMLUX_LAYER_HALF_PATH,
+        Layer::MeanDepth => CAMLUX_LAYER_DEPTH_MEAN,
+        Layer::NearestDepth => CAMLUX_LAYER_DEPTH_NEAREST,
         Layer::Tof(frequency, quantity) => {
             CAMLUX_TOF_NEXT_FREQUENCY * i32::from(frequency)
                 + match quantity {
@@ -277,6 +282,13 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
             (c_camera.fx_px, c_camera.fy_px) = (lens.fx, lens.fy);
             (c_camera.cx_px, c_camera.cy_px) = (lens.cx, lens.cy);
         }
+    }
+    if let Some(PixelSampling { samples, filter }) = camera.pixel_sampling {
+        c_camera.samples = samples;
+        c_camera.filter = match filter {
+            PixelFilter::Box => CAMLUX_FILTER_BOX,
+            PixelFilter::Gaussian => CAMLUX_FILTER_GAUSSIAN,
+        };
     }
     match camera.distortion() {
         None => {}

@@ -78,6 +78,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
             look_at_m,
             up: DVec3::Y,
             lens: Lens::FovY { fov_y_deg: 70.0 },
+            pixel_sampling: None,
         },
         sensor: None,
         tof: None,

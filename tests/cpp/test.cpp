@@ -104,8 +104,11 @@ void values_come_back()
     CHECK(back.width_px == 7 && back.position_m.y == 2 && back.look_at_m.z == 5);
     CHECK(back.lens && back.lens->fy_px == 11 && back.lens->cy_px == 4.5);
     camera.lens = camlux::intrinsics{300, 310, 3.5, 240, camlux::lens_model::fisheye, {0.01, 0.002}};
+    camera.samples = 16;
+    camera.filter = camlux::pixel_filter::gaussian;
     scene.set_camera(camera);
     const camlux::camera distorted = scene.camera();
+    CHECK(distorted.samples == 16 && distorted.filter == camlux::pixel_filter::gaussian);
     CHECK(distorted.lens->model == camlux::lens_model::fisheye && distorted.lens->distortion[1] == 0.002);
 
     const std::uint32_t light = scene.add_light(camlux::light::spot({0, 1, 0}, {0, -1, 0}, {1, 2, 3}, 10, 20));

@@ -32,6 +32,7 @@ fn closed_room(estimator: VplSum, rsm_size: u32) -> Scene {
             look_at_m: DVec3::new(-0.2, -0.1, -0.4),
             up: DVec3::Y,
             lens: Lens::FovY { fov_y_deg: 80.0 },
+            pixel_sampling: None,
         },
         sensor: None,
         tof: None,

@@ -12,6 +12,7 @@ fn camera(resolution_px: [u32; 2], lens: Lens) -> Camera {
         look_at_m: DVec3::Z,
         up: -DVec3::Y,
         lens,
+        pixel_sampling: None,
     }
 }
 

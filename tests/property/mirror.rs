@@ -35,6 +35,7 @@ fn room(light_m: DVec3) -> Scene {
             look_at_m: DVec3::Y,
             up: DVec3::Y,
             lens: Lens::FovY { fov_y_deg: 50.0 },
+            pixel_sampling: None,
         },
         sensor: None,
         tof: None,

@@ -22,6 +22,7 @@ fn camera() -> Camera {
         look_at_m: DVec3::new(0.0, 0.8, -1.0),
         up: DVec3::Y,
         lens: Lens::FovY { fov_y_deg: 50.0 },
+        pixel_sampling: None,
     }
 }
 

@@ -2,10 +2,14 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, IndirectLight, Lens, Light, Scene, Shadow, SpotCone,
-    Texels, VplSum,
+    DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, IndirectLight, Lens, Light, PixelFilter,
+    PixelSampling, Scene, Shadow, SpotCone, Texels, VplSum,
 };
 use glam::DVec3;
+
+fn pixel_sampling(samples: u32, filter: PixelFilter) -> Option<PixelSampling> {
+    Some(PixelSampling { samples, filter })
+}
 
 const FULL: &str = "[sensor]
 pixel_pitch_um = [12, 12]
@@ -41,12 +45,15 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 44] = [
+    let edits: [fn(&mut Scene); 47] = [
         |s| s.camera.resolution_px = [6, 8],
         |s| s.camera.position_m.x += 1e-15,
         |s| s.camera.look_at_m.y += 1e-9,
         |s| s.camera.up.z += 1e-9,
         |s| s.camera.lens = Lens::FovY { fov_y_deg: 50.1 },
+        |s| s.camera.pixel_sampling = pixel_sampling(16, PixelFilter::Box),
+        |s| s.camera.pixel_sampling = pixel_sampling(17, PixelFilter::Box),
+        |s| s.camera.pixel_sampling = pixel_sampling(16, PixelFilter::Gaussian),
         |s| s.camera.lens = Lens::Intrinsics(s.camera.intrinsics_px()),
         |s| s.sensor = None,
         |s| s.sensor.as_mut().unwrap().pixel_pitch_um[1] = 11.0,

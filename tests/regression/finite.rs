@@ -23,6 +23,7 @@ fn square(light_position_m: DVec3) -> Scene {
             look_at_m: DVec3::ZERO,
             up: DVec3::Y,
             lens: Lens::FovY { fov_y_deg: 40.0 },
+            pixel_sampling: None,
         },
         sensor: None,
         tof: None,

@@ -118,6 +118,7 @@ mod tests {
             look_at_m: DVec3::Z,
             up: DVec3::Y,
             lens,
+            pixel_sampling: None,
         }
     }
 

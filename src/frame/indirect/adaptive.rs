@@ -40,19 +40,19 @@ const FIRST_AIM: f64 = 1.3;
 
 /// Fills the indirect radiance and estimates its relRMSE. No estimate where every pixel is gathered, and where the light is too
 /// dark to be estimated: final gathering then leaves the image as it is.
-pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<ErrorEstimates> {
+pub(super) fn gather(refiner: &mut Refiner, plan: RefinementPlan) -> Result<ErrorEstimates> {
     let is_exact = refiner.gatherer.is_exact();
     let may_interpolate = refiner.gatherer.may_interpolate();
     let Some(target) = plan.target_error.filter(|_| may_interpolate) else {
-        gather_every_pixel(&mut refiner)?;
+        gather_every_pixel(refiner)?;
         return Ok(ErrorEstimates::default());
     };
-    let limits = Limits::new(&refiner, plan);
-    let mut samples = vec![PixelSample::new(&refiner, plan.error_norm, 0)?];
-    let mut pilot = pilot(&mut refiner, &mut samples[0], FIRST_AIM * target)?;
+    let limits = Limits::new(refiner, plan);
+    let mut samples = vec![PixelSample::new(refiner, plan.error_norm, 0)?];
+    let mut pilot = pilot(refiner, &mut samples[0], FIRST_AIM * target)?;
     if pilot.is_dark() {
         if is_exact {
-            gather_every_pixel(&mut refiner)?;
+            gather_every_pixel(refiner)?;
         }
         return Ok(ErrorEstimates::default());
     }
@@ -77,7 +77,7 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
         } else {
             SampleBudget::for_rays(aim, pilot.hardest())
         };
-        let spent_before = Spent::so_far(&refiner);
+        let spent_before = Spent::so_far(refiner);
         let criteria = budget.criteria(pilot.light().radiance, plan.error_norm);
         let is_complete = refiner.refine(
             &mut resources,
@@ -93,7 +93,7 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
             return Ok(found);
         }
         let estimate = judge(
-            &mut refiner,
+            refiner,
             &mut samples,
             plan,
             &resources.images,
@@ -126,10 +126,10 @@ pub(super) fn gather(mut refiner: Refiner, plan: RefinementPlan) -> Result<Error
             let next = SampleBudget::for_rays(aim, pilot.hardest());
             // What was sampled counts on.
             let growth = next.mean_packets / budget.mean_packets - 1.0;
-            let spent = Spent::so_far(&refiner).since(&spent_before);
+            let spent = Spent::so_far(refiner).since(&spent_before);
             if limits
                 .as_ref()
-                .is_some_and(|limits| !limits.allow(&refiner, &spent, growth))
+                .is_some_and(|limits| !limits.allow(refiner, &spent, growth))
             {
                 found.stop = Some(StopReason::BudgetSpent);
                 return Ok(found);

@@ -4,9 +4,11 @@ mod adaptive;
 mod error_estimate;
 mod image_estimate;
 mod pixel_sample;
+mod pixel_samples;
 mod refine;
 mod sample_budget;
 
+pub(crate) use pixel_samples::SampleResources;
 pub(crate) use refine::RefinementResources;
 use refine::Refiner;
 
@@ -40,21 +42,35 @@ pub(super) fn gather(
     images: &FrameImages,
     progress: &mut ProgressReport,
 ) -> Result<ErrorEstimates> {
-    let indirect_radiance = images.indirect.as_ref();
+    let sampled = images.sampled.as_ref();
+    let (indirect_radiance, indirect_phasors) = match sampled {
+        None => (images.indirect.as_ref(), images.indirect_phasors.as_ref()),
+        Some(sampled) => (
+            sampled.centre_indirect.as_ref(),
+            sampled.centre_phasors.as_ref(),
+        ),
+    };
     let no_room = || Error::internal("there is no room for indirect light");
     let indirect_radiance = indirect_radiance.ok_or_else(no_room)?;
     let gbuffer = &images.gbuffer;
+    let gathered = sampled.and_then(|sampled| sampled.gathered.as_ref());
     let mut run = |gatherer: &mut dyn Gatherer| {
-        let refiner = Refiner {
+        let mut refiner = Refiner {
             context,
             gbuffer,
             indirect_radiance,
-            indirect_phasors: images.indirect_phasors.as_ref(),
+            indirect_phasors,
             indirect_stderr: images.indirect_stderr.as_ref(),
+            gathered,
+            samples_of_pixel: None,
             gatherer,
             progress,
         };
-        adaptive::gather(refiner, plan.refinement)
+        let estimates = adaptive::gather(&mut refiner, plan.refinement)?;
+        if let Some(averaged) = gathered.zip(images.indirect.as_ref()) {
+            pixel_samples::average(&mut refiner, scene, images, averaged)?;
+        }
+        Ok(estimates)
     };
     match plan.gather {
         GatherPlan::VplSum { sum, kernel } => {
@@ -71,7 +87,6 @@ pub(super) fn gather(
                     context,
                     sum,
                     kernel,
-                    gbuffer,
                     vpls,
                     lights,
                 })?
@@ -87,7 +102,7 @@ pub(super) fn gather(
         GatherPlan::FinalGather { kernel } => {
             let rays = (scene.ray_tree()?, scene.hit_surfaces()?);
             let lights = lights.on_device();
-            let mut gatherer = FinalGather::new(context, gbuffer, rays, lights, kernel)?;
+            let mut gatherer = FinalGather::new(context, rays, lights, kernel)?;
             run(&mut gatherer)
         }
     }

@@ -183,7 +183,7 @@ impl PixelSample {
                     first: gather * self.count + range.first,
                     adds: with.is_some_and(|with| with.adds),
                 };
-                let receivers = (&self.receivers, range);
+                let receivers = (refiner.gbuffer, &self.receivers, range);
                 refiner
                     .gatherer
                     .gather(receivers, results, samples, &mut proceed)?;

@@ -27,7 +27,7 @@ use crate::{
 /// expected.
 const GRID_STEPS: usize = 3;
 /// Vectors of results that there is room for.
-const MAX_RESULT_VECTORS: u32 = 1 << 21;
+pub(super) const MAX_RESULT_VECTORS: u32 = 1 << 21;
 
 /// Fills the indirect radiance from what a gatherer gathers.
 pub(super) struct Refiner<'a, 'p> {
@@ -36,6 +36,10 @@ pub(super) struct Refiner<'a, 'p> {
     pub indirect_radiance: &'a Image,
     pub indirect_phasors: Option<&'a Image>,
     pub indirect_stderr: Option<&'a Image>,
+    /// Where pixels are averaged over their area: what was gathered in the last attempt that was complete.
+    pub gathered: Option<&'a Image>,
+    /// Of a gather in that attempt, about; `None`: there was none.
+    pub samples_of_pixel: Option<u32>,
     pub gatherer: &'a mut dyn Gatherer,
     pub progress: &'a mut ProgressReport<'p>,
 }
@@ -174,8 +178,13 @@ impl Refiner<'_, '_> {
                 images,
                 (radiance, self.indirect_phasors),
                 attempt.criteria,
-            )
+            )?;
+            if let Some(kept) = self.gathered {
+                images.copy_gathered(recorder, kept);
+            }
+            Ok(())
         })?;
+        self.samples_of_pixel = Some(attempt.samples);
         Ok(true)
     }
 
@@ -272,7 +281,7 @@ impl Refiner<'_, '_> {
                 progress.report_attempt(pass, (step as f64 + of_step) / steps)
             };
             self.gatherer
-                .gather((receivers, range), results, samples, &mut proceed)?;
+                .gather((gbuffer, receivers, range), results, samples, &mut proceed)?;
             context.record(|recorder| {
                 let receivers = (receivers, range);
                 let results = (&resources.results, counts.as_ref());

@@ -238,6 +238,8 @@ impl Frames {
                 "up": scene.camera.up.to_array(),
                 "resolution_px": scene.camera.resolution_px,
                 "intrinsics_px": { "fx": fx, "fy": fy, "cx": cx, "cy": cy },
+                "samples": scene.camera.pixel_sampling.map_or(1, |sampling| sampling.samples),
+                "filter": scene.camera.pixel_sampling.map(|sampling| sampling.filter.name()),
                 "distortion": scene.camera.distortion().map(|distortion| json!({
                     "model": distortion.model(),
                     "coefficients": distortion.coefficients(),

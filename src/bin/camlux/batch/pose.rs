@@ -140,6 +140,7 @@ mod tests {
             look_at_m: DVec3::NEG_Z,
             up: DVec3::Y,
             lens: Lens::FovY { fov_y_deg: 50.0 },
+            pixel_sampling: None,
         }
     }
 

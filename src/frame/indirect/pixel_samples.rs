@@ -1,0 +1,113 @@
+//! The bounce over the pixels' area: most samples of a pixel show what the centre of one around it does, and take their light from what was
+//! gathered there. The others are gathered.
+
+use super::refine::{MAX_RESULT_VECTORS, Refiner};
+use crate::{
+    Result,
+    frame::{FrameImages, SceneResources, see},
+    passes::{
+        gatherer::{GatheredFor, LightRaySets, Results, Samples},
+        pixel_filter::FilteredImages,
+        receivers::{self, Receivers},
+        sample_counts::{PACKET_SAMPLES, SampleCounts},
+    },
+    plan::Plan,
+    vulkan::{Allocate, Device, Image},
+};
+
+/// Seeds of these gathers, which are neither those of images nor those of estimates.
+const FIRST_SEED: u32 = 0x4000_0000;
+
+/// What it works with.
+pub(crate) struct SampleResources<A: Allocate = Device> {
+    receivers: Receivers<A>,
+    results: A::Buffer,
+    /// Receivers whose results that holds.
+    max_results: u32,
+}
+
+impl<A: Allocate> SampleResources<A> {
+    pub fn new(allocate: &A, plan: &Plan) -> Result<SampleResources<A>> {
+        let pixels: u32 = plan.resolution_px.iter().product();
+        let max_results = pixels.min(MAX_RESULT_VECTORS / Results::vectors(plan)?);
+        Ok(SampleResources {
+            receivers: Receivers::new(allocate, pixels, pixels)?,
+            results: Results::room(allocate, plan, max_results)?,
+            max_results,
+        })
+    }
+}
+
+/// Fills the images of the bounce from what the refiner has gathered at the pixels' centres.
+pub(super) fn average(
+    refiner: &mut Refiner,
+    scene: &SceneResources,
+    images: &FrameImages,
+    (gathered, indirect): (&Image, &Image),
+) -> Result<()> {
+    let (Some(sampled), Some(samples_of_pixel)) = (&images.sampled, refiner.samples_of_pixel)
+    else {
+        // Nothing was gathered: there is no light.
+        return Ok(());
+    };
+    let context = refiner.context;
+    let SampleResources {
+        mut receivers,
+        results,
+        max_results,
+    } = SampleResources::new(context.device, context.plan)?;
+    let pixels: u32 = context.plan.resolution_px.iter().product();
+    receivers.set_candidate_count(pixels)?;
+    let filtered = FilteredImages {
+        indirect,
+        phasors: images.indirect_phasors.as_ref(),
+    };
+    let all: Vec<_> = sampled.samples(context).collect();
+    // So many that a pixel whose samples are all gathered has twice those of another.
+    let packets = (2 * samples_of_pixel / PACKET_SAMPLES).div_ceil(all.len() as u32);
+    let counts = (!refiner.gatherer.is_exact())
+        .then(|| SampleCounts::even(context, pixels, packets))
+        .transpose()?;
+    let pass = refiner.gatherer.pass();
+    for (index, sample) in all.iter().enumerate() {
+        context.submit(|r| {
+            see(r, context, scene, sample.offset_px, sample.gbuffer)?;
+            let centres = (&images.gbuffer, gathered);
+            sample.interpolate(r, context, centres, &receivers, filtered)?;
+            receivers::list(r, context, sample.gbuffer, &receivers, None)
+        })?;
+        let ranges = receivers.ranges()?;
+        let most = match &counts {
+            Some(_) => LightRaySets::max_receivers(PACKET_SAMPLES * packets).min(max_results),
+            None => max_results,
+        };
+        let parts = ranges.into_iter().flat_map(|range| range.split(most));
+        for (part, range) in parts.enumerate() {
+            let seed = FIRST_SEED + ((index as u32) << 16);
+            let samples = counts.as_ref().map(|counts| Samples {
+                counts,
+                seed,
+                light_rays: LightRaySets {
+                    seed: seed + part as u32,
+                    gathered_for: GatheredFor::Image,
+                    samples: PACKET_SAMPLES * packets,
+                    set_count: 1,
+                },
+            });
+            let into = Results {
+                buffer: &results,
+                first: 0,
+                adds: false,
+            };
+            let progress = &mut *refiner.progress;
+            let mut proceed = |_| progress.report_sample(pass, sample.share * index as f64);
+            let at = (sample.gbuffer, &receivers, range);
+            refiner.gatherer.gather(at, into, samples, &mut proceed)?;
+            context.record(|r| {
+                let results = (&results, counts.as_ref());
+                sample.add_gathered(r, context, (&receivers, range), results, filtered)
+            })?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,143 @@
+//! Pixel filter pass: averages over the pixels what one sample of each shows.
+
+use glam::DVec2;
+
+use super::{
+    Context,
+    gbuffer::GBuffer,
+    receivers::{ReceiverRange, Receivers},
+    sample_counts::SampleCounts,
+};
+use crate::{
+    Result,
+    vulkan::{Buffer, Image, Recorder, Resource, shaders::PixelFilterParameters},
+};
+
+/// A sample of each pixel.
+#[derive(Clone, Copy)]
+pub(crate) struct PixelSample<'s> {
+    /// From the pixel's centre.
+    pub offset_px: DVec2,
+    /// Of the pixel.
+    pub share: f64,
+    /// What it shows.
+    pub gbuffer: &'s GBuffer,
+}
+
+/// Where the bounce is averaged.
+#[derive(Clone, Copy)]
+pub(crate) struct FilteredImages<'i> {
+    pub indirect: &'i Image,
+    /// With time of flight of the bounce.
+    pub phasors: Option<&'i Image>,
+}
+
+impl<'i> FilteredImages<'i> {
+    fn resources(self, context: &'i Context) -> Vec<(&'static str, Resource<'i>)> {
+        let mut resources = vec![("indirect_radiance", Resource::Image(self.indirect))];
+        if let Some(phasors) = self.phasors {
+            resources.push(("indirect_phasors", Resource::Image(phasors)));
+            resources.extend(context.modulation());
+        }
+        resources
+    }
+}
+
+impl PixelSample<'_> {
+    fn parameters(&self, context: &Context) -> PixelFilterParameters {
+        let forward = context.scene.camera.basis().forward;
+        let step_px = (self.offset_px + 0.5).floor();
+        PixelFilterParameters {
+            camera_position: context.camera_position(),
+            share: self.share as f32,
+            forward: forward.as_vec3().to_array(),
+            camera_turns: context.camera_turns(),
+            step_px: step_px.as_vec2().to_array(),
+            offset_px: (self.offset_px - step_px).as_vec2().to_array(),
+            ..PixelFilterParameters::default()
+        }
+    }
+
+    /// Adds the depth of the sample.
+    pub fn add_depth(
+        &self,
+        recorder: &mut Recorder,
+        context: &Context,
+        footprint: &Image,
+    ) -> Result<()> {
+        let resources = [
+            (
+                "position_mesh",
+                Resource::Image(&self.gbuffer.position_mesh),
+            ),
+            ("footprint", Resource::Image(footprint)),
+        ];
+        let kernel = ("pixel_filter", &["depths"][..]);
+        let size_px = context.plan.resolution_px;
+        context.dispatch(
+            recorder,
+            kernel,
+            &resources,
+            &self.parameters(context),
+            size_px,
+        )
+    }
+
+    /// Adds what a sample reflects of the light that was gathered at pixels' centres, and proposes those pixels for receivers whose sample
+    /// shows what no centre around it does.
+    pub fn interpolate(
+        &self,
+        recorder: &mut Recorder,
+        context: &Context,
+        (centres, gathered): (&GBuffer, &Image),
+        receivers: &Receivers,
+        images: FilteredImages,
+    ) -> Result<()> {
+        let mut resources = self.gbuffer.resources();
+        resources.extend(centres.resources_of_centres());
+        resources.extend(images.resources(context));
+        resources.extend([
+            ("gathered", Resource::Image(gathered)),
+            ("candidates", Resource::Buffer(&receivers.candidates)),
+        ]);
+        let plan = context.plan;
+        let words = ["interpolate", plan.brdf_word(), plan.phasor_word()];
+        let kernel = ("pixel_filter", &words[..]);
+        let size_px = plan.resolution_px;
+        context.dispatch(
+            recorder,
+            kernel,
+            &resources,
+            &self.parameters(context),
+            size_px,
+        )
+    }
+
+    /// Adds the first results, which are those of a range of receivers.
+    pub fn add_gathered(
+        &self,
+        recorder: &mut Recorder,
+        context: &Context,
+        (receivers, range): (&Receivers, ReceiverRange),
+        (results, counts): (&Buffer, Option<&SampleCounts>),
+        images: FilteredImages,
+    ) -> Result<()> {
+        let mut resources = self.gbuffer.resources();
+        resources.extend(images.resources(context));
+        resources.extend([
+            ("receivers", Resource::Buffer(&receivers.pixels)),
+            ("results", Resource::Buffer(results)),
+        ]);
+        resources.extend(counts.map(|counts| ("sample_ranges", Resource::Buffer(&counts.ranges))));
+        let plan = context.plan;
+        let noise = counts.map_or("exact", |_| "noisy");
+        let words = ["gathered", plan.brdf_word(), noise, plan.phasor_word()];
+        let parameters = PixelFilterParameters {
+            first_receiver: range.first,
+            receiver_count: range.count,
+            ..self.parameters(context)
+        };
+        let kernel = ("pixel_filter", &words[..]);
+        context.dispatch(recorder, kernel, &resources, &parameters, [range.count, 1])
+    }
+}

@@ -1,0 +1,87 @@
+//! A pixel's area, where the camera averages light over it.
+
+use std::f64::consts::TAU;
+
+use sobol_burley::sample;
+
+use super::{
+    path::{Arrived, Receiver, Transport},
+    pixel::mix,
+    view_ray::view_ray,
+};
+use crate::scene::PixelFilter;
+
+/// Points of a pixel at which its direct light is computed.
+pub const DIRECT_SAMPLES: u32 = 1024;
+/// Of all random numbers of a pixel, those of its direct light.
+const DIRECT_SEED: u32 = 0x00d1_4ec7;
+
+/// What a pixel shows over its area.
+#[derive(Debug, Clone, Copy)]
+pub struct Footprint {
+    pub direct: Arrived,
+    /// Over the points that show a surface; infinite where none does.
+    pub mean_depth_m: f64,
+    pub nearest_depth_m: f64,
+    /// Whether some point reflects light.
+    pub has_receiver: bool,
+}
+
+/// A point of the image plane, drawn around a pixel's centre as often as the filter has it count.
+pub fn drawn_px(filter: PixelFilter, centre_px: [f64; 2], [u, v]: [f64; 2]) -> [f64; 2] {
+    let [x, y] = match filter {
+        PixelFilter::Box => [u - 0.5, v - 0.5],
+        PixelFilter::Gaussian => {
+            // The share of a Gaussian within radius r is 1 − exp(−r²/2σ²), with σ = 1/2 and r up to 3/2.
+            let within = |radius_squared: f64| 1.0 - (-2.0 * radius_squared).exp();
+            let radius = (-(1.0 - u * within(2.25)).ln() / 2.0).sqrt();
+            let (sin, cos) = (TAU * v).sin_cos();
+            [radius * cos, radius * sin]
+        }
+    };
+    [centre_px[0] + x, centre_px[1] + y]
+}
+
+/// What a point of the image plane shows, and its depth, metres; `None`: background.
+pub fn receiver_at(transport: &Transport, [x_px, y_px]: [f64; 2]) -> Option<(Receiver, f64)> {
+    let camera = &transport.surfaces.scene.camera;
+    let (direction, per_depth) = view_ray(camera, x_px, y_px);
+    let hit = transport.trace(transport.to_local(camera.position_m), direction)?;
+    let surface = transport.surfaces.at(&hit, direction);
+    let receiver = Receiver::new(surface, -direction, hit.distance);
+    let depth_m = hit.distance * transport.metres_per_unit / per_depth;
+    Some((receiver, depth_m))
+}
+
+impl Footprint {
+    pub fn of(transport: &Transport, filter: PixelFilter, centre_px: [f64; 2]) -> Footprint {
+        let seed = mix(centre_px[0] as u32, mix(centre_px[1] as u32, DIRECT_SEED));
+        let mut direct = Arrived::default();
+        let mut depths = Vec::new();
+        let mut has_receiver = false;
+        for index in 0..DIRECT_SAMPLES {
+            let uv = [0, 1].map(|dimension| f64::from(sample(index, dimension, seed)));
+            let at_px = drawn_px(filter, centre_px, uv);
+            let Some((receiver, depth_m)) = receiver_at(transport, at_px) else {
+                continue;
+            };
+            depths.push(depth_m);
+            has_receiver |= !receiver.surface.brdf.is_black();
+            let share = f64::from(DIRECT_SAMPLES).recip();
+            direct.add(&transport.direct(&receiver), share);
+        }
+        let (mean_depth_m, nearest_depth_m) = match depths.len() {
+            0 => (f64::INFINITY, f64::INFINITY),
+            count => (
+                depths.iter().sum::<f64>() / count as f64,
+                depths.iter().copied().fold(f64::INFINITY, f64::min),
+            ),
+        };
+        Footprint {
+            direct,
+            mean_depth_m,
+            nearest_depth_m,
+            has_receiver,
+        }
+    }
+}
