@@ -167,7 +167,7 @@ impl FrameObject {
         let (_, data) = found.ok_or_else(|| {
             let name = kind.name();
             Failure::argument(format!(
-                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr its stderr_layer, those of time of flight camlux_scene_set_tof, with as many frequencies and phase images"
+                "the frame has no layer {name}; energy needs camlux_scene_set_sensor, indirect needs camlux_scene_set_indirect, stderr its stderr_layer, depth_mean and depth_nearest samples of the camera, those of time of flight camlux_scene_set_tof, with as many frequencies and phase images"
             ))
         })?;
         Ok((kind, data))

@@ -538,9 +538,9 @@ fn frames_are_checked() {
             "no layer tof0.range",
         );
         fails(
-            camlux_frame_view(frame, 12, &mut view),
+            camlux_frame_view(frame, 14, &mut view),
             ARGUMENT,
-            "layer is 12",
+            "layer is 14",
         );
         fails(
             camlux_frame_view(frame, -1, &mut view),

@@ -148,8 +148,8 @@ fn every_layer_comes_back_bit_for_bit() {
     let frame = frame();
     let image = write(&frame, &ExrOptions::default(), &folder.path().join("a.exr"));
     assert_eq!(image.layer_data[0].size.0, WIDTH as usize);
-    // Those of a frame, of half the path, of a sequence, and of four frequencies.
-    assert_eq!(channel_names(&image).len(), 26 + 1 + 5 + 4 * 29);
+    // Those of a frame, of depths of samples, of half the path, of a sequence, and of four frequencies.
+    assert_eq!(channel_names(&image).len(), 26 + 2 + 1 + 5 + 4 * 29);
     for layer in Layer::all() {
         let names = layer.channel_names();
         for (offset, name) in names.iter().enumerate() {
