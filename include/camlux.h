@@ -368,6 +368,9 @@
 /** A lamp with a measured pattern, which comes from a scene file: camlux_scene_get_light tells it, camlux_scene_set_pose moves it. */
 #define CAMLUX_LIGHT_PATTERN 3
 
+/** A projector, which comes from a scene file like CAMLUX_LIGHT_PATTERN. */
+#define CAMLUX_LIGHT_PROJECTOR 4
+
 /**
  * Radiance towards the camera, direct + indirect, W/sr/m^2, channels R, G, B; numerically also the irradiance at the pixel,
  * W/m^2. Pixels without a surface hold 0, here and elsewhere, except in depth and range.
@@ -816,7 +819,10 @@ typedef struct camlux_pose {
 typedef struct camlux_light {
   /** sizeof(camlux_light) */
   uint32_t struct_size;
-  /** CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL; of a light that is read also CAMLUX_LIGHT_PATTERN. */
+  /**
+   * CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL; of a light that is read also CAMLUX_LIGHT_PATTERN
+   * or CAMLUX_LIGHT_PROJECTOR.
+   */
   int32_t kind;
   /** In world space, m. */
   double position_m[3];

@@ -3,7 +3,7 @@
 #import brdf
 #import light
 #import hit
-#if PATTERN
+#if PATTERN PROJECTOR
 #import pattern
 #endif
 #if PHASORS
@@ -31,7 +31,7 @@ var normal_geometric: texture_2d<f32>;
 var kd_material: texture_2d<f32>;
 var ks_shininess: texture_2d<f32>;
 var<uniform> light: Light;
-#if PATTERN
+#if PATTERN PROJECTOR
 var<storage, read> pattern: array<f32>;
 
 fn pattern_number(light: Light, at: u32) -> f32 {
@@ -73,7 +73,10 @@ fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
     illumination.irradiance *= spot_falloff(light, -illumination.to_light);
 #endif
 #if PATTERN
-    illumination.irradiance *= pattern_intensity(light, -illumination.to_light);
+    illumination.irradiance *= measured_intensity(light, -illumination.to_light);
+#endif
+#if PROJECTOR
+    illumination.irradiance *= projected_intensity(light, -illumination.to_light);
 #endif
     return illumination;
 #endif

@@ -249,7 +249,7 @@ fn follow_directions() {
             set_ray(i, end, select(NOT_WANTED, 1.0, is_lit));
         }
         // Apart, so that other lights do not pay for it: a branch above would be taken for every ray on drivers that compute both sides.
-        for (var i = 0u; i < select(0u, RAYS, light.gamma_count > 0u); i++) {
+        for (var i = 0u; i < select(0u, RAYS, light.pattern_columns > 0u); i++) {
             var direction = met_direction[0];
             var met = met_hit[0];
 #repeat SLOT 8

@@ -23,7 +23,7 @@ struct Light {
     position: vec3<f32>,
     // Tangent of the half opening of a face; directional: half the edge of the map's plane.
     half_extent: f32,
-    // Unit vector: axis of the cone (spot) or of the pattern, direction in which the light travels (directional).
+    // Unit vector: axis of the cone (spot), of the pattern or of the projector, direction in which the light travels (directional).
     axis: vec3<f32>,
     // θ_o, rad; spot only.
     outer_half_angle: f32,
@@ -48,10 +48,13 @@ struct Light {
     is_modulated: u32,
     // Phase at the local origin of each frequency of the modulation.
     origin_turns: vec4<f32>,
-    // The plane C = 0 of a pattern: a unit vector. Its nodes of γ and of C; 0 without one.
+    // The plane C = 0 of a pattern, or up in the image of a projector: a unit vector. Nodes of γ and of C, or pixels of a row and rows; 0 without a
+    // pattern.
     plane_0: vec3<f32>,
-    gamma_count: u32,
-    plane_count: u32,
+    pattern_columns: u32,
+    pattern_rows: u32,
+    // 1 for a projector, else 0.
+    is_projected: u32,
     // Where it begins in a list of lights, texels.
     first_pattern: u32,
 }

@@ -14,9 +14,17 @@ fn pattern_number(light: Light, at: u32) -> f32 {
     return textureLoad(lights, list_place(light.first_pattern + at / 4u))[at % 4u];
 }
 
+// p in a direction, a unit vector.
+fn pattern_intensity(light: Light, direction: vec3<f32>) -> f32 {
+    if (light.is_projected == 1u) {
+        return projected_intensity(light, direction);
+    }
+    return measured_intensity(light, direction);
+}
+
 fn illuminate(light: Light, position: vec3<f32>) -> Illumination {
     var illumination = illuminate_without_pattern(light, position);
-    if (light.gamma_count > 0u) {
+    if (light.pattern_columns > 0u) {
         illumination.irradiance *= pattern_intensity(light, -illumination.to_light);
     }
     return illumination;

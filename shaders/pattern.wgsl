@@ -1,5 +1,7 @@
-// A light's measured radiation pattern, interpolated linearly in γ and C: its numbers are the nodes of γ, those of C, and for each node of C an
-// intensity for each of γ. Who imports this has a function pattern_number for them.
+// How a light spreads its power over the directions. Who imports this has a function pattern_number for the numbers of its pattern.
+//
+// A measured radiation pattern is interpolated linearly in γ and C: its numbers are the nodes of γ, those of C, and for each node of C an
+// intensity for each of γ. Those of a projector are fx, fy, cx, cy and its pixels.
 
 // Nodes of γ and of C in the list, and where a value lies between two of them.
 struct PatternPlace {
@@ -26,9 +28,9 @@ fn pattern_place(light: Light, first: u32, count: u32, value: f32) -> PatternPla
 }
 
 // p in a direction, a unit vector: 0 to 1.
-fn pattern_intensity(light: Light, direction: vec3<f32>) -> f32 {
-    let gamma_count = light.gamma_count;
-    let plane_count = light.plane_count;
+fn measured_intensity(light: Light, direction: vec3<f32>) -> f32 {
+    let gamma_count = light.pattern_columns;
+    let plane_count = light.pattern_rows;
     let along = dot(direction, light.axis);
     let x = dot(direction, light.plane_0);
     let y = dot(direction, cross(light.plane_0, light.axis));
@@ -42,4 +44,18 @@ fn pattern_intensity(light: Light, direction: vec3<f32>) -> f32 {
     let a = mix(pattern_number(light, first), pattern_number(light, first + 1u), row.share);
     let b = mix(pattern_number(light, first + gamma_count), pattern_number(light, first + gamma_count + 1u), row.share);
     return select(0.0, mix(a, b, column.share), is_within);
+}
+
+// The same of a projector: each pixel lights a screen across the axis evenly, so that I = E/cos³θ. More than 1 off the axis.
+fn projected_intensity(light: Light, direction: vec3<f32>) -> f32 {
+    let along = dot(direction, light.axis);
+    let right = dot(direction, cross(light.axis, light.plane_0)) / along;
+    let down = -dot(direction, light.plane_0) / along;
+    let place = vec2<f32>(pattern_number(light, 0u) * right + pattern_number(light, 2u), pattern_number(light, 1u) * down + pattern_number(light, 3u));
+    let size = vec2<f32>(f32(light.pattern_columns), f32(light.pattern_rows));
+    let is_inside = along > 0.0 && all(place >= vec2<f32>(0.0)) && all(place < size);
+    let pixel = vec2<u32>(select(vec2<f32>(0.0), place, is_inside));
+    let value = pattern_number(light, 4u + pixel.y * light.pattern_columns + pixel.x);
+    let squared = 1.0 + right * right + down * down;
+    return select(0.0, value * squared * sqrt(squared), is_inside);
 }

@@ -87,7 +87,7 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
     if toml["camera"].get("samples", 1) != 1:
         raise Unsupported("the camera averages over the pixels, which the peers do not")
     for keys in toml["light"]:
-        if keys["kind"] == "pattern" or "relative_to" in keys:
+        if keys["kind"] in ("pattern", "projector") or "relative_to" in keys:
             raise Unsupported("a light is measured, or relative to what carries it, which the peers do not know")
     scene = Scene(size_px, vector(toml["camera"]["position"]), ray_directions(toml["camera"], size_px), [], [])
     for name, keys in toml.get("material", {}).items():

@@ -1,6 +1,6 @@
-//! Two diffuse textures that repeat without a seam. Whole numbers only, so that every machine makes the same pixels.
+//! Two diffuse textures that repeat without a seam, and the image of a projector. Whole numbers only, so that every machine makes the same pixels.
 
-use image::{Rgb, RgbImage};
+use image::{GrayImage, Luma, Rgb, RgbImage};
 
 /// Edge of both textures.
 const SIZE_PX: u32 = 256;
@@ -41,6 +41,17 @@ pub fn bricks() -> RgbImage {
             [168, 92, 68],
             grain(shifted / LENGTH_PX, row, 44) + grain(x, y, 16),
         )
+    })
+}
+
+/// Stripes of a structured-light projector: a Gray code, whose bits lie one above the other from the coarsest to the finest.
+pub fn stripes() -> GrayImage {
+    const BITS: u32 = 5;
+    const COLUMNS: u32 = 1 << BITS;
+    GrayImage::from_fn(COLUMNS, 4 * BITS, |x, y| {
+        let code = x ^ x >> 1;
+        let bit = BITS - 1 - y / 4;
+        Luma([if code >> bit & 1 == 1 { 255 } else { 0 }])
     })
 }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::*;
-use crate::scene::{Light, SpotCone};
+use crate::scene::{Light, RadiationPattern, SpotCone};
 
 /// Emits its power evenly over the sphere: position_m, power_w.
 pub const CAMLUX_LIGHT_POINT: i32 = 0;
@@ -13,6 +13,8 @@ pub const CAMLUX_LIGHT_SPOT: i32 = 1;
 pub const CAMLUX_LIGHT_DIRECTIONAL: i32 = 2;
 /// A lamp with a measured pattern, which comes from a scene file: camlux_scene_get_light tells it, camlux_scene_set_pose moves it.
 pub const CAMLUX_LIGHT_PATTERN: i32 = 3;
+/// A projector, which comes from a scene file like CAMLUX_LIGHT_PATTERN.
+pub const CAMLUX_LIGHT_PROJECTOR: i32 = 4;
 
 /// A light. Begin with CAMLUX_LIGHT_INIT: a point light without power at the origin; members that its kind does not have are
 /// not looked at.
@@ -21,7 +23,8 @@ pub const CAMLUX_LIGHT_PATTERN: i32 = 3;
 pub struct camlux_light {
     /// sizeof(camlux_light)
     pub struct_size: u32,
-    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL; of a light that is read also CAMLUX_LIGHT_PATTERN.
+    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL; of a light that is read also CAMLUX_LIGHT_PATTERN
+    /// or CAMLUX_LIGHT_PROJECTOR.
     pub kind: i32,
     /// In world space, m.
     pub position_m: [f64; 3],
@@ -139,10 +142,14 @@ fn light_to_c(light: &Light) -> camlux_light {
         Light::Pattern {
             position_m,
             direction,
+            ref pattern,
             power_w,
             ..
         } => camlux_light {
-            kind: CAMLUX_LIGHT_PATTERN,
+            kind: match pattern {
+                RadiationPattern::Measured(_) => CAMLUX_LIGHT_PATTERN,
+                RadiationPattern::Projected(_) => CAMLUX_LIGHT_PROJECTOR,
+            },
             position_m: position_m.to_array(),
             direction: direction.to_array(),
             power_w,

@@ -5,6 +5,7 @@
 //! disc over the scene.
 
 mod pattern;
+mod projected;
 mod texels;
 
 use std::f64::consts::PI;
@@ -12,8 +13,9 @@ use std::f64::consts::PI;
 use glam::DVec3;
 
 use crate::model::{CompensatedSum, ConeIntegral, axial_intensity, peak_intensity};
-use crate::scene::{Bands, BoundingSphere, Light, Pattern, PatternAxes};
+use crate::scene::{Bands, BoundingSphere, Light, Pattern, PatternAxes, RadiationPattern};
 use pattern::PatternTexels;
+use projected::projected_face;
 use texels::ConeFace;
 
 /// Widest outer half angle for which a spot light or a pattern gets one perspective face. Beyond it, texels at the rim would be more
@@ -79,7 +81,7 @@ impl EmissionDomain {
     ///
     /// - Point: six faces along the world axes, in the order +x −x +y −y +z −z.
     /// - Spot: one face around the axis, or for wide cones those faces of a cube aligned with the axis that it reaches.
-    /// - Pattern: likewise, the faces of a cube aligned with its plane C = 0, too.
+    /// - Pattern: likewise, the faces of a cube aligned with its plane C = 0, too. Of a projector one face, which its image lies in.
     /// - Directional: one orthographic face. The domain is the disc that the bounding sphere shows to the light and not the
     ///   square of the face: `rsm-average` divides by the domain, and the square would make the result depend on how the
     ///   face is turned about the light's direction.
@@ -102,7 +104,19 @@ impl EmissionDomain {
                 power_w,
             } => {
                 let axes = PatternAxes::new(direction, up);
-                let (faces, texels) = pattern_faces(&axes, size, pattern);
+                let (faces, texels) = match pattern {
+                    RadiationPattern::Measured(pattern) => pattern_faces(&axes, size, pattern),
+                    RadiationPattern::Projected(image) => {
+                        let [across, down] = image.edges();
+                        let extents = [across, down].concat().into_iter().map(f64::abs);
+                        let half_extent = extents.fold(0.0, f64::max) * FACE_MARGIN;
+                        let texels = projected_face(image, size, half_extent);
+                        (
+                            vec![face(axes.direction, axes.plane_0, half_extent)],
+                            texels,
+                        )
+                    }
+                };
                 perspective(position_m, faces, texels, peak_intensity(power_w, pattern))
             }
             Light::Point {

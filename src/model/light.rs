@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::DVec3;
 
 use super::cone::{ConeIntegral, spot_falloff};
-use crate::scene::{Bands, Light, Pattern, PatternAxes, PatternIntegral, SpotCone};
+use crate::scene::{Bands, Light, PatternAxes, RadiationPattern, SpotCone};
 
 /// I_0 in W/sr: radiant intensity of a spot light along its axis, such that ∫ I_0·s(θ) dω = P_L.
 ///
@@ -17,8 +17,8 @@ pub fn axial_intensity(power_w: Bands, cone: SpotCone) -> Bands {
 }
 
 /// I_0 in W/sr: radiant intensity of a lamp where its pattern is 1, such that ∫ I_0·p dω = P_L.
-pub fn peak_intensity(power_w: Bands, pattern: &Pattern) -> Bands {
-    let effective_solid_angle_sr = PatternIntegral::new(pattern).total();
+pub fn peak_intensity(power_w: Bands, pattern: &RadiationPattern) -> Bands {
+    let effective_solid_angle_sr = pattern.total();
     power_w.map(|power_w| power_w / effective_solid_angle_sr)
 }
 
@@ -43,8 +43,7 @@ pub fn radiant_intensity(light: &Light, direction: DVec3) -> Option<Bands> {
             power_w,
             ..
         } => {
-            let [gamma_rad, plane_rad] = PatternAxes::new(*axis, *up).angles_rad(direction);
-            let share = pattern.intensity(gamma_rad, plane_rad);
+            let share = pattern.intensity(&PatternAxes::new(*axis, *up), direction);
             Some(peak_intensity(*power_w, pattern).map(|intensity| intensity * share))
         }
         Light::Directional { .. } => None,

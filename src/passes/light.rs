@@ -6,7 +6,7 @@ use crate::{
     emission::EmissionDomain,
     local_space::LocalSpace,
     plan::{LightPlan, Plan},
-    scene::{Light, Pattern, PatternAxes},
+    scene::{Intrinsics, Light, PatternAxes, RadiationPattern},
     vulkan::{
         Allocate, Buffer, BufferUse, Resource,
         shaders::{self, LightFace},
@@ -126,10 +126,19 @@ impl DeviceLight {
     }
 }
 
-fn pattern_numbers(pattern: &Pattern) -> Vec<f32> {
-    let nodes = pattern.gammas_rad.iter().chain(&pattern.planes_rad);
-    let values = nodes.chain(&pattern.intensities);
-    values.map(|&value| value as f32).collect()
+fn pattern_numbers(pattern: &RadiationPattern) -> Vec<f32> {
+    match pattern {
+        RadiationPattern::Measured(pattern) => {
+            let nodes = pattern.gammas_rad.iter().chain(&pattern.planes_rad);
+            let values = nodes.chain(&pattern.intensities);
+            values.map(|&value| value as f32).collect()
+        }
+        RadiationPattern::Projected(image) => {
+            let Intrinsics { fx, fy, cx, cy } = image.intrinsics;
+            let lens = [fx, fy, cx, cy].map(|number| number as f32);
+            [&lens, &image.values[..]].concat()
+        }
+    }
 }
 
 /// What the shaders know of a light, but for its maps.
@@ -161,13 +170,22 @@ fn parameters(light: &Light, domain: &EmissionDomain, space: &LocalSpace) -> sha
             ..
         } => {
             let axes = PatternAxes::new(*direction, *up);
+            let (size, is_projected) = match pattern {
+                RadiationPattern::Measured(pattern) => {
+                    ([pattern.gammas_rad.len(), pattern.planes_rad.len()], false)
+                }
+                RadiationPattern::Projected(image) => {
+                    (image.size_px.map(|size| size as usize), true)
+                }
+            };
             shaders::Light {
                 half_extent: half_extent as f32,
                 intensity: domain.axial_intensity.map(per_local_unit),
                 axis: axes.direction.as_vec3().to_array(),
                 plane_0: axes.plane_0.as_vec3().to_array(),
-                gamma_count: pattern.gammas_rad.len() as u32,
-                plane_count: pattern.planes_rad.len() as u32,
+                pattern_columns: size[0] as u32,
+                pattern_rows: size[1] as u32,
+                is_projected: is_projected.into(),
                 ..common
             }
         }

@@ -204,12 +204,12 @@ mod tests {
                     requested.extend(["", "lens"].map(words));
                 }
             }
-            for kind in ["point", "spot", "directional", "pattern"] {
+            for kind in ["point", "spot", "directional", "pattern", "projector"] {
                 let words = |&(kernel, tree)| ("direct", vec![kind, brdf, kernel, tree]);
                 requested.extend(kernels.iter().map(words));
                 requested.push(("direct", vec![kind, brdf]));
             }
-            for kind in ["point", "spot", "pattern"] {
+            for kind in ["point", "spot", "pattern", "projector"] {
                 let words = |&(kernel, tree)| ("direct", vec![kind, brdf, "phasors", kernel, tree]);
                 requested.extend(kernels.iter().map(words));
                 requested.push(("direct", vec![kind, brdf, "phasors"]));

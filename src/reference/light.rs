@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec3;
 
 use super::{brdf::around, rays::Ray};
-use crate::scene::{Bands, Light, Pattern, Shared};
+use crate::scene::{Bands, Light, Pattern, ProjectedImage, RadiationPattern};
 
 /// Radius of a sphere around the local space.
 const SCENE_RADIUS: f64 = 1.733;
@@ -36,7 +36,7 @@ pub enum Emitter {
         position: DVec3,
         /// C = 0, C = 90°, γ = 0.
         axes: [DVec3; 3],
-        pattern: Shared<Pattern>,
+        pattern: RadiationPattern,
         /// Where the pattern is 1, over the local unit squared.
         intensity: DVec3,
     },
@@ -80,7 +80,7 @@ impl Emitter {
             } => {
                 let down = direction.normalize();
                 let first = (up - up.dot(down) * down).normalize();
-                let solid_angle = measured_solid_angle(pattern) * metres_per_unit.powi(2);
+                let solid_angle = pattern_solid_angle(pattern) * metres_per_unit.powi(2);
                 Emitter::Measured {
                     position: to_local(position_m),
                     // Counterclockwise for one who looks along the direction.
@@ -139,7 +139,7 @@ impl Emitter {
                 if !to_light.is_finite() {
                     return None;
                 }
-                let share = measured_intensity(pattern, axes.map(|axis| -to_light.dot(axis)));
+                let share = pattern_intensity(pattern, axes.map(|axis| -to_light.dot(axis)));
                 (share > 0.0).then(|| Illumination {
                     to_light,
                     facing: intensity * share / distance_squared,
@@ -224,7 +224,7 @@ fn in_cone(position: DVec3, axis: DVec3, outer_rad: f64, u: [f64; 2]) -> (DVec3,
 }
 
 /// Beyond it there is no light: the node behind the last one that any plane is lit at.
-fn widest_rad(pattern: &Pattern) -> f64 {
+fn widest_measured_rad(pattern: &Pattern) -> f64 {
     let rows = pattern.gammas_rad.len();
     let mut widest = 1;
     for (i, &value) in pattern.intensities.iter().enumerate() {
@@ -233,6 +233,56 @@ fn widest_rad(pattern: &Pattern) -> f64 {
         }
     }
     pattern.gammas_rad[widest].min(PI)
+}
+
+fn widest_rad(pattern: &RadiationPattern) -> f64 {
+    match pattern {
+        RadiationPattern::Measured(pattern) => widest_measured_rad(pattern),
+        RadiationPattern::Projected(image) => {
+            let [width, height] = image.size_px.map(f64::from);
+            let lens = image.intrinsics;
+            let corners = [[0.0, 0.0], [width, 0.0], [0.0, height], [width, height]];
+            let tangents =
+                corners.map(|[x, y]| ((x - lens.cx) / lens.fx).hypot((y - lens.cy) / lens.fy));
+            tangents.into_iter().fold(0.0, f64::max).atan()
+        }
+    }
+}
+
+fn pattern_intensity(pattern: &RadiationPattern, along: [f64; 3]) -> f64 {
+    match pattern {
+        RadiationPattern::Measured(pattern) => measured_intensity(pattern, along),
+        RadiationPattern::Projected(image) => projected_intensity(image, along),
+    }
+}
+
+fn pattern_solid_angle(pattern: &RadiationPattern) -> f64 {
+    match pattern {
+        RadiationPattern::Measured(pattern) => measured_solid_angle(pattern),
+        RadiationPattern::Projected(image) => {
+            let pixel = 1.0 / image.intrinsics.fx / image.intrinsics.fy;
+            image
+                .values
+                .iter()
+                .map(|&value| f64::from(value) * pixel)
+                .sum()
+        }
+    }
+}
+
+/// The image in a direction by its components along up, left and the axis: what a screen across the axis gets of a pixel, over cos³.
+fn projected_intensity(image: &ProjectedImage, [up, left, ahead]: [f64; 3]) -> f64 {
+    let lens = image.intrinsics;
+    let column = lens.cx - lens.fx * left / ahead;
+    let row = lens.cy - lens.fy * up / ahead;
+    let [width, height] = image.size_px.map(f64::from);
+    let is_inside = ahead > 0.0 && column >= 0.0 && row >= 0.0 && column < width && row < height;
+    if !is_inside {
+        return 0.0;
+    }
+    let index = row as usize * image.size_px[0] as usize + column as usize;
+    let cosine = ahead / DVec3::new(up, left, ahead).length();
+    f64::from(image.values[index]) / cosine.powi(3)
 }
 
 /// The pattern in a direction by its components along C = 0, C = 90° and γ = 0: between the nodes linear in both angles.

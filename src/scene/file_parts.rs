@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use super::projected_image::GreyImage;
 use super::{
-    Camera, Carrier, Direct, Distortion, Intrinsics, Lens, Light, Material, Pattern,
-    PatternIntegral, Photodetector, PixelFilter, PixelSampling, Sensor, Shadow, SpotCone,
+    Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material, Pattern,
+    PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor, Shadow,
+    SpotCone,
 };
 use crate::Result;
 use crate::keys::{Keys, Value};
@@ -28,7 +30,7 @@ pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
         position_m: keys.need("position", "position = [x, y, z]")?.vec3()?,
         look_at_m: keys.need("look_at", "look_at = [x, y, z]")?.vec3()?,
         up: keys.need("up", "up = [0.0, 1.0, 0.0]")?.vec3()?,
-        lens: lens(&mut keys)?,
+        lens: lens(&mut keys, "[camera]")?,
         pixel_sampling: pixel_sampling(&mut keys)?,
     })
 }
@@ -54,7 +56,8 @@ fn pixel_sampling(keys: &mut Keys) -> Result<Option<PixelSampling>> {
     }))
 }
 
-fn lens(keys: &mut Keys) -> Result<Lens> {
+/// `table`: the one that has it.
+fn lens(keys: &mut Keys, table: &str) -> Result<Lens> {
     let distortion = distortion(keys)?;
     match keys.take_one(&["fov_y_deg", "intrinsics_px"])? {
         Some(("fov_y_deg", fov)) if distortion.is_some() => Err(fov.error(
@@ -83,7 +86,7 @@ fn lens(keys: &mut Keys) -> Result<Lens> {
             })
         }
         None => Err(keys.error(
-            "[camera] has neither \"fov_y_deg\" nor \"intrinsics_px\"",
+            format!("{table} has neither \"fov_y_deg\" nor \"intrinsics_px\""),
             "add fov_y_deg = 50.0 or intrinsics_px = { fx = .., fy = .., cx = .., cy = .. }",
         )),
     }
@@ -211,9 +214,24 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
             }
         }
         "pattern" => {
-            keys.only(&["position", "direction", "up", "pattern", "scale", "power_w"])?;
+            keys.only(&[
+                "position",
+                "direction",
+                "up",
+                "pattern",
+                "encoding",
+                INNER,
+                OUTER,
+                "scale",
+                "power_w",
+            ])?;
             let named = keys.need("pattern", "pattern = \"lamp.ies\"")?;
-            let pattern = Pattern::load(&folder.join(named.text()?), &named.at)?;
+            let encoding = encoding(&mut keys)?;
+            let whole = Pattern::load(&folder.join(named.text()?), encoding, &named.at)?;
+            let pattern = match opening(&mut keys)? {
+                None => whole.clone(),
+                Some(cone) => whole.within(cone),
+            };
             let power = keys.take_one(&["power_w", "scale"])?;
             let power_w = match power {
                 Some(("power_w", power)) => power.bands()?,
@@ -236,6 +254,47 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
                 power_w,
             }
         }
+        "projector" => {
+            keys.only(&[
+                "position",
+                "direction",
+                "up",
+                "image",
+                "encoding",
+                "fov_y_deg",
+                "intrinsics_px",
+                "power_w",
+            ])?;
+            let named = keys.need("image", "image = \"stripes.png\"")?;
+            let encoding = encoding(&mut keys)?;
+            let image = GreyImage::load(&folder.join(named.text()?), encoding, &named.at)?;
+            let (position_m, direction, up) = (
+                keys.need("position", POSITION)?.vec3()?,
+                keys.need("direction", DIRECTION)?.vec3()?,
+                keys.need("up", "up = [x, y, z], up in the image")?.vec3()?,
+            );
+            // Its lens is a camera's.
+            let camera = Camera {
+                resolution_px: image.size_px,
+                position_m,
+                look_at_m: position_m + direction,
+                up,
+                lens: lens(&mut keys, "[[light]]")?,
+                pixel_sampling: None,
+            };
+            let image = ProjectedImage {
+                size_px: image.size_px,
+                intrinsics: camera.intrinsics_px(),
+                values: image.values,
+            };
+            Light::Pattern {
+                position_m,
+                direction,
+                up,
+                pattern: image.into(),
+                power_w: keys.need("power_w", POWER)?.bands()?,
+            }
+        }
         _ => {
             keys.only(&["direction", "irradiance_w_m2"])?;
             Light::Directional {
@@ -249,6 +308,47 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
         modulated,
         carrier,
     })
+}
+
+/// How integers of an image stand for values.
+fn encoding(keys: &mut Keys) -> Result<Encoding> {
+    let chosen = keys.optional("encoding", |value| {
+        value.choice(&Encoding::ALL, Encoding::name)
+    })?;
+    Ok(chosen.unwrap_or(Encoding::Srgb))
+}
+
+/// The opening of a spot light in which a pattern lies, where one is given.
+fn opening(keys: &mut Keys) -> Result<Option<SpotCone>> {
+    let outer = keys.take("outer_half_angle_deg");
+    let inner = keys.take("inner_half_angle_deg");
+    let (Some(outer), Some(inner)) = (&outer, &inner) else {
+        return match outer.or(inner) {
+            None => Ok(None),
+            Some(one) => Err(one.error(
+                "is one of the two angles of an opening",
+                "give both inner_half_angle_deg and outer_half_angle_deg, or neither",
+            )),
+        };
+    };
+    let cone = SpotCone {
+        inner_half_angle_deg: inner.number()?,
+        outer_half_angle_deg: outer.number()?,
+    };
+    if !(0.0 <= cone.inner_half_angle_deg
+        && cone.inner_half_angle_deg <= cone.outer_half_angle_deg
+        && cone.outer_half_angle_deg <= 180.0)
+    {
+        let problem = format!(
+            "is {}, beside an inner one of {}",
+            cone.outer_half_angle_deg, cone.inner_half_angle_deg
+        );
+        return Err(outer.error(
+            problem,
+            "give degrees up to 180, of which the inner are no more than the outer",
+        ));
+    }
+    Ok(Some(cone))
 }
 
 pub(super) fn direct(mut keys: Keys) -> Result<Direct> {

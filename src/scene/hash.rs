@@ -2,7 +2,8 @@
 
 use super::{
     Camera, Direct, Distortion, Intrinsics, Lens, Light, Material, Mesh, Parameter, Pattern,
-    Photodetector, PixelSampling, Scene, Sensor, SensorNoise, Shadow, Texture, TimeOfFlight,
+    Photodetector, PixelSampling, ProjectedImage, RadiationPattern, Scene, Sensor, SensorNoise,
+    Shadow, Texture, TimeOfFlight,
 };
 
 /// Begins every hashed scene; to be changed with the form of the bytes behind it.
@@ -192,7 +193,10 @@ impl Bytes {
                 .for_each(|number| self.numbers([number]));
         }
         if let Light::Pattern { pattern, .. } = light {
-            self.0.update(&pattern.digest(digest_of_pattern));
+            self.0.update(&match pattern {
+                RadiationPattern::Measured(pattern) => pattern.digest(digest_of_pattern),
+                RadiationPattern::Projected(image) => image.digest(digest_of_image),
+            });
         }
     }
 
@@ -222,6 +226,19 @@ fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
     for numbers in [gammas_rad, planes_rad, intensities] {
         bytes.list(numbers, |&number| [number]);
     }
+    *bytes.0.finalize().as_bytes()
+}
+
+fn digest_of_image(image: &ProjectedImage) -> [u8; 32] {
+    let ProjectedImage {
+        size_px,
+        intrinsics: Intrinsics { fx, fy, cx, cy },
+        values,
+    } = image;
+    let mut bytes = Bytes::default();
+    bytes.numbers(size_px.map(f64::from));
+    bytes.numbers([*fx, *fy, *cx, *cy]);
+    bytes.list(values, |&value| [value.into()]);
     *bytes.0.finalize().as_bytes()
 }
 

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Bands, Pattern, PatternAxes, Shared};
+use super::{Bands, PatternAxes, RadiationPattern};
 
 /// A light source L.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,14 +23,14 @@ pub enum Light {
         direction: DVec3,
         irradiance_w_m2: Bands,
     },
-    /// Emits P_L as a lamp was measured to do.
+    /// Emits P_L as a lamp was measured to do, or as a projector.
     Pattern {
         position_m: DVec3,
         /// γ = 0; any length but zero.
         direction: DVec3,
         /// Towards the plane C = 0; of any length, at an angle to the direction.
         up: DVec3,
-        pattern: Shared<Pattern>,
+        pattern: RadiationPattern,
         power_w: Bands,
     },
 }
@@ -46,7 +46,7 @@ pub struct SpotCone {
 
 impl Light {
     /// The words that name kinds in scene files. A new one comes last: scene hashes count them.
-    pub const KINDS: [&str; 4] = ["point", "spot", "directional", "pattern"];
+    pub const KINDS: [&str; 5] = ["point", "spot", "directional", "pattern", "projector"];
 
     /// The word that names this kind in scene files.
     pub fn kind(&self) -> &'static str {
@@ -54,7 +54,10 @@ impl Light {
             Light::Point { .. } => "point",
             Light::Spot { .. } => "spot",
             Light::Directional { .. } => "directional",
-            Light::Pattern { .. } => "pattern",
+            Light::Pattern { pattern, .. } => match pattern {
+                RadiationPattern::Measured(_) => "pattern",
+                RadiationPattern::Projected(_) => "projector",
+            },
         }
     }
 

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use glam::DVec3;
 
-use super::{PatternIntegral, eulumdat, ies};
+use super::projected_image::GreyImage;
+use super::{Encoding, PatternIntegral, ProjectedImage, Shared, SpotCone, eulumdat, ies};
 use crate::{Error, Result, input_file};
 
 /// The radiant intensity of a lamp over all directions, relative to its largest.
@@ -25,6 +26,66 @@ pub struct Pattern {
     pub peak: f64,
 }
 
+/// How a light spreads its power over the directions.
+#[derive(Debug, Clone, PartialEq)]
+pub enum RadiationPattern {
+    /// As a lamp was measured to do.
+    Measured(Shared<Pattern>),
+    /// As a projector does: right and down in its image are against the plane C = 90° and C = 0.
+    Projected(Shared<ProjectedImage>),
+}
+
+impl From<Pattern> for RadiationPattern {
+    fn from(pattern: Pattern) -> Self {
+        RadiationPattern::Measured(pattern.into())
+    }
+}
+
+impl From<ProjectedImage> for RadiationPattern {
+    fn from(image: ProjectedImage) -> Self {
+        RadiationPattern::Projected(image.into())
+    }
+}
+
+impl RadiationPattern {
+    /// Whether it is one, or what is wrong with it.
+    pub(super) fn check(&self) -> std::result::Result<(), String> {
+        match self {
+            RadiationPattern::Measured(pattern) => pattern.check(),
+            RadiationPattern::Projected(image) => image.check(),
+        }
+    }
+
+    /// The intensity in a direction of any length but zero, relative to what [`RadiationPattern::total`] integrates.
+    pub fn intensity(&self, axes: &PatternAxes, towards: DVec3) -> f64 {
+        match self {
+            RadiationPattern::Measured(pattern) => {
+                let [gamma_rad, plane_rad] = axes.angles_rad(towards);
+                pattern.intensity(gamma_rad, plane_rad)
+            }
+            RadiationPattern::Projected(image) => image.intensity(
+                [-axes.plane_90, -axes.plane_0, axes.direction].map(|axis| towards.dot(axis)),
+            ),
+        }
+    }
+
+    /// ∫ of the intensity over all directions, sr.
+    pub fn total(&self) -> f64 {
+        match self {
+            RadiationPattern::Measured(pattern) => PatternIntegral::new(pattern).total(),
+            RadiationPattern::Projected(image) => image.total(),
+        }
+    }
+
+    /// Numbers of which it consists on the device.
+    pub(crate) fn number_count(&self) -> u32 {
+        match self {
+            RadiationPattern::Measured(pattern) => pattern.number_count(),
+            RadiationPattern::Projected(image) => 4 + image.values.len() as u32,
+        }
+    }
+}
+
 /// What a file's measurements say, before they are spread over all planes.
 pub(super) struct Measured {
     /// Degrees, increasing.
@@ -36,9 +97,13 @@ pub(super) struct Measured {
 }
 
 impl Pattern {
-    /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, which is named at a line of the scene file.
-    pub(super) fn load(path: &Path, named_at: &str) -> Result<Pattern> {
+    /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, or a map of all directions (`.png`, `.jpg`), which is named at a line of the scene file.
+    pub(super) fn load(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pattern> {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        if matches!(extension.to_str(), Some("png" | "jpg" | "jpeg")) {
+            return Pattern::of_map(&GreyImage::load(path, encoding, named_at)?)
+                .map_err(|problem| Error::scene(named_at, problem, "give another image"));
+        }
         let parse = match extension.to_str() {
             Some("ies") => ies::parse,
             Some("ldt") => eulumdat::parse,
@@ -46,7 +111,7 @@ impl Pattern {
                 return Err(Error::scene(
                     named_at,
                     format!("pattern {} is of no known format", path.display()),
-                    "give an IES file (.ies) or a EULUMDAT file (.ldt)",
+                    "give an IES file (.ies), a EULUMDAT file (.ldt), or a map of all directions (.png)",
                 ));
             }
         };
@@ -56,6 +121,85 @@ impl Pattern {
         })?;
         // Names of makers come in any encoding; all that counts is ASCII.
         parse(&String::from_utf8_lossy(&bytes), path)
+    }
+
+    /// An equirectangular map: γ runs from 0 at the upper edge to 180° at the lower, C from 0 at the left to 360° at the right. Values are those of the
+    /// pixels' centres; the poles have the mean of the row next to them.
+    fn of_map(map: &GreyImage) -> std::result::Result<Pattern, String> {
+        let [columns, rows] = map.size_px.map(|size| size as usize);
+        let centres = |count: usize, whole: f64| {
+            let at = move |i: usize| whole * (i as f64 + 0.5) / count as f64;
+            let inside = (0..count).map(at);
+            [0.0]
+                .into_iter()
+                .chain(inside)
+                .chain([whole])
+                .collect::<Vec<f64>>()
+        };
+        let value = |column: usize, row: usize| f64::from(map.values[row * columns + column]);
+        let pole = |row: usize| (0..columns).map(|c| value(c, row)).sum::<f64>() / columns as f64;
+        let of_column = |column: usize| {
+            let inside = (0..rows).map(|row| value(column, row));
+            let ends = [pole(0), pole(rows - 1)];
+            let all = [ends[0]].into_iter().chain(inside).chain([ends[1]]);
+            all.collect::<Vec<f64>>()
+        };
+        // Where the map closes, between its last column and its first.
+        let seam = of_column(0).into_iter().zip(of_column(columns - 1));
+        let seam: Vec<f64> = seam.map(|(a, b)| 0.5 * (a + b)).collect();
+        let planes = (0..columns).map(of_column);
+        let planes = [seam.clone()].into_iter().chain(planes).chain([seam]);
+        let values = planes.collect::<Vec<_>>().concat();
+        let peak = values.iter().copied().fold(0.0, f64::max);
+        let pattern = Pattern {
+            gammas_rad: centres(rows, PI),
+            planes_rad: centres(columns, TAU),
+            intensities: values.into_iter().map(|value| value / peak).collect(),
+            peak,
+        };
+        pattern.check().map(|()| pattern)
+    }
+
+    /// The pattern behind the opening of a spot light: times s(γ), which is interpolated linearly between nodes in the penumbra.
+    pub(super) fn within(&self, cone: SpotCone) -> Pattern {
+        /// Of the penumbra.
+        const PARTS: u32 = 32;
+        let inner = cone.inner_half_angle_deg.to_radians().min(PI);
+        let outer = cone.outer_half_angle_deg.to_radians().min(PI);
+        let of_penumbra =
+            (0..=PARTS).map(|part| inner + (outer - inner) * f64::from(part) / f64::from(PARTS));
+        let own = self.gammas_rad.iter().copied();
+        // Nothing lies beyond an edge that is sharp.
+        let beyond = [(outer * (1.0 + 1e-9)).min(PI)];
+        let all = own
+            .filter(|gamma| *gamma < outer)
+            .chain(of_penumbra)
+            .chain(beyond);
+        let (first, last) = (
+            self.gammas_rad[0],
+            self.gammas_rad[self.gammas_rad.len() - 1],
+        );
+        let mut gammas_rad: Vec<f64> = all.filter(|gamma| (first..=last).contains(gamma)).collect();
+        gammas_rad.sort_by(f64::total_cmp);
+        gammas_rad.dedup();
+        let falloff = |gamma: f64| match gamma {
+            gamma if gamma <= inner => 1.0,
+            gamma if gamma > outer => 0.0,
+            gamma => (0.5 * PI * (gamma - inner) / (outer - inner))
+                .cos()
+                .max(0.0),
+        };
+        let planes = self.planes_rad.iter().flat_map(|&plane_rad| {
+            let value = move |&gamma: &f64| falloff(gamma) * self.intensity(gamma, plane_rad);
+            gammas_rad.iter().map(value)
+        });
+        let intensities = planes.collect();
+        Pattern {
+            intensities,
+            planes_rad: self.planes_rad.clone(),
+            gammas_rad,
+            peak: self.peak,
+        }
     }
 
     /// Spreads measurements over all planes: one plane is that of all, planes to 90 or 180 degrees are mirrored.

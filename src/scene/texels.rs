@@ -51,6 +51,15 @@ impl Texels {
         }
     }
 
+    /// The same integers, taken for another encoding's.
+    pub(super) fn encoded_as(self, encoding: Encoding) -> Texels {
+        match self {
+            Texels::U8(texels, _) => Texels::U8(texels, encoding),
+            Texels::U16(texels, _) => Texels::U16(texels, encoding),
+            Texels::F32(texels) => Texels::F32(texels),
+        }
+    }
+
     /// The reflectances of all texels.
     pub fn reflectances(&self) -> impl Iterator<Item = [f32; 3]> {
         (0..self.len()).map(|index| self.reflectance(index))
@@ -58,6 +67,16 @@ impl Texels {
 }
 
 impl Encoding {
+    pub(crate) const ALL: [Encoding; 2] = [Encoding::Linear, Encoding::Srgb];
+
+    /// The name in scene files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Encoding::Linear => "linear",
+            Encoding::Srgb => "srgb",
+        }
+    }
+
     /// The reflectance that each 8-bit value stands for.
     pub(crate) fn decoded_u8(self) -> &'static [f32] {
         static DECODED: [OnceLock<Vec<f32>>; 2] = [const { OnceLock::new() }; 2];

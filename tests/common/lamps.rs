@@ -1,6 +1,6 @@
-//! A lamp with a measured pattern that is like itself in no other direction.
+//! A lamp with a measured pattern, and a projector, that are like themselves in no other direction.
 
-use camlux::scene::{Bands, Light, Pattern};
+use camlux::scene::{Bands, Intrinsics, Light, Pattern, ProjectedImage};
 use glam::DVec3;
 
 pub fn pattern() -> Pattern {
@@ -28,6 +28,34 @@ pub fn measured(position_m: DVec3, direction: DVec3, power_w: Bands) -> Light {
         direction,
         up: DVec3::new(0.7, 0.2, -0.5),
         pattern: pattern().into(),
+        power_w,
+    }
+}
+
+/// Five by three pixels; the axis goes through the second of the last row.
+pub fn image() -> ProjectedImage {
+    ProjectedImage {
+        size_px: [5, 3],
+        intrinsics: Intrinsics {
+            fx: 3.5,
+            fy: 2.5,
+            cx: 1.6,
+            cy: 2.2,
+        },
+        values: vec![
+            0.1, 0.9, 0.3, 1.0, 0.5, //
+            0.8, 0.0, 0.7, 0.2, 0.6, //
+            0.4, 1.0, 0.05, 0.9, 0.3,
+        ],
+    }
+}
+
+pub fn projector(position_m: DVec3, direction: DVec3, power_w: Bands) -> Light {
+    Light::Pattern {
+        position_m,
+        direction,
+        up: DVec3::new(0.7, 0.2, -0.5),
+        pattern: image().into(),
         power_w,
     }
 }

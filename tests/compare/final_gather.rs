@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, assert_is_lit, demo_scene, sub_pixel_bits};
-use crate::common::lamps::measured;
+use crate::common::lamps::{measured, projector};
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Error, Progress, RenderOptions, Scene,
@@ -404,6 +404,11 @@ fn lights_of_every_kind_and_together() {
             DVec3::new(0.2, -1.0, -0.4),
             [20.0, 10.0, 5.0],
         ),
+        projector(
+            DVec3::new(-0.3, 0.5, 0.5),
+            DVec3::new(0.3, -0.9, -0.4),
+            [20.0, 10.0, 5.0],
+        ),
     ];
     let mut gpu = Gpu::open();
     let mut scene = room();
@@ -412,6 +417,7 @@ fn lights_of_every_kind_and_together() {
         ("spot", vec![lights[1].clone()]),
         ("directional", vec![lights[2].clone()]),
         ("pattern", vec![lights[3].clone()]),
+        ("projector", vec![lights[4].clone()]),
         ("all", lights.to_vec()),
     ] {
         scene.lights = lights;

@@ -3,7 +3,7 @@
 
 use crate::common::direct::unshadowed_direct;
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene};
-use crate::common::lamps::measured;
+use crate::common::lamps::{measured, projector};
 use crate::common::rmse::relative_rmse;
 use camlux::{
     DeviceKind, GatherKernel, RenderOptions,
@@ -77,6 +77,7 @@ fn direct_light_on_every_kind_of_surface_matches_the_model() {
             irradiance_w_m2: [1.0, 2.0, 3.0],
         },
         measured(position_m, direction, power_w),
+        projector(position_m, direction, power_w),
     ];
     for light in lights {
         for (is_smooth, is_specular) in [(false, false), (true, false), (false, true), (true, true)]

@@ -30,6 +30,7 @@ mod output_file;
 mod pattern;
 #[cfg(feature = "reference")]
 mod phasor;
+mod projector;
 mod reference;
 #[cfg(feature = "reference")]
 mod relations;

@@ -8,7 +8,7 @@ use crate::common::texels::texel_direction;
 use camlux::{
     emission::EmissionDomain,
     model::radiant_intensity,
-    scene::{BoundingSphere, Light, Pattern, PatternAxes, PatternIntegral},
+    scene::{BoundingSphere, Light, Pattern, PatternAxes, PatternIntegral, RadiationPattern},
 };
 use glam::DVec3;
 
@@ -16,6 +16,10 @@ use glam::DVec3;
 fn load(name: &str, file: &str, power: &str) -> Result<Light, String> {
     let folder = SceneFolder::new();
     folder.write(name, file);
+    load_from(&folder, name, power)
+}
+
+fn load_from(folder: &SceneFolder, name: &str, power: &str) -> Result<Light, String> {
     let light = format!(
         "[[light]]\nkind = \"pattern\"\npattern = \"{name}\"\nposition = [0, 2, 0]\ndirection = [0, -1, 0]\nup = [1, 0, 0]\n{power}\n"
     );
@@ -27,8 +31,18 @@ fn load(name: &str, file: &str, power: &str) -> Result<Light, String> {
 
 fn pattern_of(name: &str, file: &str) -> Pattern {
     match load(name, file, "power_w = 10") {
-        Ok(Light::Pattern { pattern, .. }) => (*pattern).clone(),
+        Ok(light) => measured(&light).clone(),
         other => panic!("{other:?}"),
+    }
+}
+
+fn measured(light: &Light) -> &Pattern {
+    match light {
+        Light::Pattern {
+            pattern: RadiationPattern::Measured(pattern),
+            ..
+        } => pattern,
+        other => panic!("{other:?} is not measured"),
     }
 }
 
@@ -166,7 +180,7 @@ fn files_that_are_none_are_refused() {
         (
             "a.txt",
             QUADRANT.into(),
-            "give an IES file (.ies) or a EULUMDAT file (.ldt)",
+            "give an IES file (.ies), a EULUMDAT file (.ldt), or a map",
         ),
         ("a.ies", String::new(), "a.ies:1: there is no line TILT="),
         (
@@ -318,9 +332,7 @@ fn a_narrow_beam_has_one_face() {
         .replace("10 4 0", "6 0 0")
         .replace("10 2 0", "4 0 0");
     let mut light = load("a.ies", &file, "power_w = 3").expect("it loads");
-    let Light::Pattern { pattern, .. } = &light else {
-        panic!("it has a pattern");
-    };
+    let pattern = measured(&light);
     assert!((pattern.widest_rad().to_degrees() - 25.0).abs() < 1e-12);
     *light.position_m_mut().expect("it has one") = DVec3::ZERO;
     let sphere = BoundingSphere {
@@ -353,9 +365,7 @@ fn a_narrow_beam_has_one_face() {
 #[test]
 fn texels_hold_the_pattern_exactly() {
     let light = lamps::measured(DVec3::ZERO, DVec3::new(0.3, -1.0, 0.2), [1.0; 3]);
-    let Light::Pattern { pattern, .. } = &light else {
-        panic!("it has a pattern");
-    };
+    let pattern = measured(&light);
     let sphere = BoundingSphere {
         centre_m: DVec3::ZERO,
         radius_m: 1.0,

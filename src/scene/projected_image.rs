@@ -1,0 +1,127 @@
+//! The image of a projector.
+
+use std::path::Path;
+
+use super::{Encoding, Intrinsics, texture};
+use crate::{Error, Result};
+
+/// A projector that is wider, as the tangent of the angle between its axis and a corner, is refused.
+const WIDEST_TANGENT: f64 = 10.0;
+
+/// What a projector shows: on a screen across its axis each pixel is evenly lit, with no gap to the next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ProjectedImage {
+    /// Width, height.
+    pub size_px: [u32; 2],
+    /// As a camera's; the upper left pixel begins at (0, 0).
+    pub intrinsics: Intrinsics,
+    /// Irradiance of such a screen relative to its largest, 0 to 1; row by row from the top.
+    pub values: Vec<f32>,
+}
+
+impl ProjectedImage {
+    /// Whether it is one, or what is wrong with it.
+    pub(super) fn check(&self) -> std::result::Result<(), String> {
+        let [width, height] = self.size_px.map(|size| size as usize);
+        let Intrinsics { fx, fy, cx, cy } = self.intrinsics;
+        let is_positive = |value: f64| value.is_finite() && value > 0.0;
+        for (is_right, problem) in [
+            (
+                width > 0 && height > 0 && self.values.len() == width * height,
+                "the image has no pixels, or not one value for each",
+            ),
+            (
+                self.values.iter().all(|value| (0.0..=1.0).contains(value))
+                    && self.values.iter().any(|&value| value > 0.0),
+                "the image's values are not 0 to 1, with one above 0",
+            ),
+            (
+                is_positive(fx) && is_positive(fy) && cx.is_finite() && cy.is_finite(),
+                "the focal lengths fx, fy are not above 0, or cx, cy are no numbers",
+            ),
+        ] {
+            if !is_right {
+                return Err(problem.into());
+            }
+        }
+        let widest = self.corner_tangent();
+        if widest > WIDEST_TANGENT {
+            return Err(format!(
+                "a corner of the image is {:.1} degrees off the axis, and 84 are the most",
+                widest.atan().to_degrees()
+            ));
+        }
+        Ok(())
+    }
+
+    /// The image's edges on a screen at distance 1: left and right, upper and lower, to the right and downwards from the axis.
+    pub(crate) fn edges(&self) -> [[f64; 2]; 2] {
+        let [width, height] = self.size_px.map(f64::from);
+        let Intrinsics { fx, fy, cx, cy } = self.intrinsics;
+        [
+            [-cx / fx, (width - cx) / fx],
+            [-cy / fy, (height - cy) / fy],
+        ]
+    }
+
+    /// Tangent of the angle between the axis and the corner that is farthest from it.
+    pub(crate) fn corner_tangent(&self) -> f64 {
+        let [across, down] = self.edges().map(|[a, b]| a.abs().max(b.abs()));
+        across.hypot(down)
+    }
+
+    /// Radiant intensity in a direction (right, down, along the axis), relative to that along the axis of a pixel of 1.
+    pub fn intensity(&self, [right, down, along]: [f64; 3]) -> f64 {
+        if along <= 0.0 {
+            return 0.0;
+        }
+        let (u, v) = (right / along, down / along);
+        let Intrinsics { fx, fy, cx, cy } = self.intrinsics;
+        let [x, y] = [fx * u + cx, fy * v + cy].map(f64::floor);
+        let [width, height] = self.size_px.map(f64::from);
+        if !(0.0..width).contains(&x) || !(0.0..height).contains(&y) {
+            return 0.0;
+        }
+        // On the screen, E = I·cos³θ.
+        let value = self.values[y as usize * self.size_px[0] as usize + x as usize];
+        f64::from(value) * (1.0 + u * u + v * v).powf(1.5)
+    }
+
+    /// ∫ of that intensity over all directions, sr.
+    pub fn total(&self) -> f64 {
+        let sum: f64 = self.values.iter().map(|&value| f64::from(value)).sum();
+        sum / (self.intrinsics.fx * self.intrinsics.fy)
+    }
+}
+
+/// A grey image of values from 0 to 1, row by row from the top.
+pub(super) struct GreyImage {
+    pub size_px: [u32; 2],
+    pub values: Vec<f32>,
+}
+
+impl GreyImage {
+    /// Reads a PNG or JPEG file.
+    ///
+    /// # Errors
+    /// At `named_at`: as for textures, and for an image of colours.
+    pub fn load(file: &Path, encoding: Encoding, named_at: &str) -> Result<GreyImage> {
+        let image = texture::load(file, named_at)?;
+        let texels = image.texels.encoded_as(encoding);
+        let values: Option<Vec<f32>> = texels
+            .reflectances()
+            .map(|[r, g, b]| (r == g && g == b).then_some(r))
+            .collect();
+        let values = values.ok_or_else(|| {
+            Error::scene(
+                named_at,
+                format!("the image {} is not grey", file.display()),
+                "save it as a grey PNG, and give the bands by power_w; or a light for each band",
+            )
+        })?;
+        Ok(GreyImage {
+            size_px: image.size_px,
+            values,
+        })
+    }
+}
