@@ -747,6 +747,13 @@ typedef struct camlux_material {
   double shininess;
   /** For messages, UTF-8; copied; NULL: none. */
   const char *name;
+  /**
+   * The index of a texture of normals, in its linear encoding: R, G, B from 0 to 1 are the components from -1 to 1 in the directions in which
+   * u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
+   */
+  uint32_t normal_texture;
+  /** 0. */
+  uint32_t reserved;
 } camlux_material;
 
 /** Elements of memory as they lie there. */
@@ -1650,7 +1657,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_POSE_INIT { (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0} }
 
-#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL }
+#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, CAMLUX_NONE, 0 }
 
 #define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 

@@ -25,6 +25,8 @@ struct Triangle {
     normal: vec3<f32>,
     brdf: Brdf,
     texture: Texture,
+    // Of normals.
+    normal_texture: Texture,
 }
 
 // The point with these barycentric coordinates, hit from this direction.
@@ -48,24 +50,57 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
 #endif
 #if TEXTURED
+    let texcoord = b.x * c0.texcoord + b.y * c1.texcoord + b.z * c2.texcoord;
     if (triangle.texture.size.x > 0u) {
-        hit.brdf.kd *= sample_kd(triangle.texture, b.x * c0.texcoord + b.y * c1.texcoord + b.z * c2.texcoord);
+        hit.brdf.kd *= sample_texture(triangle.texture, texcoord);
+    }
+    // A loop that other surfaces do not enter: drivers that compute both sides of a branch would have them pay.
+    for (var i = 0u; i < select(0u, 1u, triangle.normal_texture.size.x > 0u); i++) {
+        let is_behind = dot(triangle.normal, direction) > 0.0;
+        hit.shading_normal = mapped_normal(triangle, texcoord, hit.geometric_normal, hit.shading_normal, is_behind);
     }
 #endif
     return hit;
 }
 
 #if TEXTURED
+// The shading normal as a map of normals turns it: the map's axes are the shading normal on the triangle's front and, across it, the directions in which
+// u and v grow.
+fn mapped_normal(triangle: Triangle, texcoord: vec2<f32>, geometric_normal: vec3<f32>, shading_normal: vec3<f32>, is_behind: bool) -> vec3<f32> {
+    let c0 = triangle.corners[0];
+    let edge1 = triangle.corners[1].position - c0.position;
+    let edge2 = triangle.corners[2].position - c0.position;
+    let uv1 = triangle.corners[1].texcoord - c0.texcoord;
+    let uv2 = triangle.corners[2].texcoord - c0.texcoord;
+    let front = select(shading_normal, -shading_normal, is_behind);
+    // Of du·dv; the sign tells whether the map is mirrored.
+    let determinant = uv1.x * uv2.y - uv1.y * uv2.x;
+    let along_u = (edge1 * uv2.y - edge2 * uv1.y) * sign(determinant);
+    let across = along_u - front * dot(front, along_u);
+    let length_squared = dot(across, across);
+    let tangent = across * inverseSqrt(max(length_squared, 1e-37));
+    let bitangent = cross(front, tangent) * sign(determinant);
+    let map = 2.0 * sample_texture(triangle.normal_texture, texcoord) - 1.0;
+    let turned = normalize(map.x * tangent + map.y * bitangent + max(map.z, 0.0) * front);
+    let normal = select(turned, -turned, is_behind);
+    // What it would turn away from the side that is seen stays.
+    let is_usable = length_squared > 0.0 && determinant != 0.0 && dot(normal, geometric_normal) > LEAST_FACING;
+    return select(shading_normal, normal, is_usable);
+}
+
+// Cosine between a mapped normal and the triangle's.
+const LEAST_FACING: f32 = 0.01;
+
 // Bilinear, repeating, v up, with full f32 weights: samplers interpolate with 8 bits.
-fn sample_kd(texture: Texture, texcoord: vec2<f32>) -> vec3<f32> {
+fn sample_texture(texture: Texture, texcoord: vec2<f32>) -> vec3<f32> {
     let size = texture.size;
     let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * vec2<f32>(size) - 0.5;
     let corner = floor(place);
     let weight = place - corner;
     let low = (vec2<u32>(vec2<i32>(corner) + vec2<i32>(size))) % size;
     let high = (low + 1u) % size;
-    let above = mix(kd_texel(texture, low), kd_texel(texture, vec2<u32>(high.x, low.y)), weight.x);
-    let below = mix(kd_texel(texture, vec2<u32>(low.x, high.y)), kd_texel(texture, high), weight.x);
+    let above = mix(texture_texel(texture, low), texture_texel(texture, vec2<u32>(high.x, low.y)), weight.x);
+    let below = mix(texture_texel(texture, vec2<u32>(low.x, high.y)), texture_texel(texture, high), weight.x);
     return mix(above, below, weight.y);
 }
 #endif

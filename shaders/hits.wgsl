@@ -6,8 +6,9 @@
 // Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of the scene: the corners' normals
 // (0: flat), their texture coordinates, the material.
 var triangle_shading: texture_storage_2d<rgba32float, read>;
-// Four a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band; the texture's columns and rows,
-// 0 for none, its words a texel, and whether it is encoded; where its texels begin, as 2^16 times the first and the second number.
+// Six a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band; the texture's columns and rows,
+// 0 for none, its words a texel, and whether it is encoded; where its texels begin, as 2^16 times the first and the second number; and the same
+// of the map of normals.
 var materials: texture_storage_2d<rgba32float, read>;
 
 // `hit_triangle` is that of ray_hit.
@@ -38,7 +39,7 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     let shading1 = textureLoad(triangle_shading, list_place(index + 1u));
     let shading2 = textureLoad(triangle_shading, list_place(index + 2u));
     let shading3 = textureLoad(triangle_shading, list_place(index + 3u));
-    let material = 4u * u32(shading3.w);
+    let material = 6u * u32(shading3.w);
     let kd_shininess = textureLoad(materials, list_place(material));
     let ks = textureLoad(materials, list_place(material + 1u)).rgb;
     var triangle: Triangle;
@@ -48,12 +49,20 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     triangle.normal = vec3<f32>(corner0.w, corner1.w, corner2.w);
     triangle.brdf = Brdf(kd_shininess.rgb, ks, kd_shininess.w);
 #if TEXTURED
-    let texture = vec4<u32>(textureLoad(materials, list_place(material + 2u)));
-    let first = vec2<u32>(textureLoad(materials, list_place(material + 3u)).xy);
-    triangle.texture = Texture(texture.xy, first.x << 16u | first.y, texture.z, texture.w);
+    triangle.texture = texture_at(material + 2u);
+    triangle.normal_texture = texture_at(material + 4u);
 #endif
     return triangle;
 }
+
+#if TEXTURED
+// That of two texels of `materials`.
+fn texture_at(index: u32) -> Texture {
+    let texture = vec4<u32>(textureLoad(materials, list_place(index)));
+    let first = vec2<u32>(textureLoad(materials, list_place(index + 1u)).xy);
+    return Texture(texture.xy, first.x << 16u | first.y, texture.z, texture.w);
+}
+#endif
 
 // The index among `materials`.
 fn material_at(hit_triangle: u32) -> u32 {

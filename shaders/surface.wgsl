@@ -13,6 +13,7 @@ struct Draw {
     // 1 + index of the material.
     material_id: f32,
     texture: Texture,
+    normal_texture: Texture,
 }
 
 #import view
@@ -55,6 +56,7 @@ fn hit_surface(raster: Raster) -> Hit {
     triangle.brdf = Brdf(draw.kd, draw.ks, draw.shininess);
 #if TEXTURED
     triangle.texture = draw.texture;
+    triangle.normal_texture = draw.normal_texture;
 #endif
     return hit_on_plane(triangle, view.origin, ray_offset, ray_direction, view.forward);
 }

@@ -19,7 +19,7 @@ fn word(index: u32) -> u32 {
     return textureLoad(texels, vec2<u32>(index & 4095u, index >> 12u & 4095u), index >> 24u).x;
 }
 
-fn kd_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
+fn texture_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
     let place = texture.first_word + texture.words * (column_row.y * texture.size.x + column_row.x);
     let first = word(place);
     var values = vec3<f32>(vec3<u32>(first & 0xffu, first >> 8u & 0xffu, first >> 16u)) * (1.0 / 255.0);

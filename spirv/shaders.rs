@@ -41,15 +41,18 @@ pub struct Draw {
     pub material_id: f32,
     pub _pad0: [u32; 1],
     pub texture: Texture,
+    pub normal_texture: Texture,
+    pub _pad1: [u32; 2],
 }
 const _: () = {
-    assert!(size_of::<Draw>() == 64);
+    assert!(size_of::<Draw>() == 96);
     assert!(std::mem::offset_of!(Draw, kd) == 0);
     assert!(std::mem::offset_of!(Draw, mesh_id) == 12);
     assert!(std::mem::offset_of!(Draw, ks) == 16);
     assert!(std::mem::offset_of!(Draw, shininess) == 28);
     assert!(std::mem::offset_of!(Draw, material_id) == 32);
     assert!(std::mem::offset_of!(Draw, texture) == 40);
+    assert!(std::mem::offset_of!(Draw, normal_texture) == 64);
 };
 
 #[repr(C)]
@@ -514,7 +517,7 @@ pub static MODULES: &[Module] = &[
         name: "gbuffer_lambert_flat",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -527,7 +530,7 @@ pub static MODULES: &[Module] = &[
         name: "gbuffer_lambert_flat_textured",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -542,7 +545,7 @@ pub static MODULES: &[Module] = &[
         name: "gbuffer_lambert_smooth",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -556,7 +559,7 @@ pub static MODULES: &[Module] = &[
         name: "gbuffer_lambert_smooth_textured",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -572,7 +575,7 @@ pub static MODULES: &[Module] = &[
         name: "gbuffer_phong_flat",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -585,7 +588,7 @@ pub static MODULES: &[Module] = &[
         name: "gbuffer_phong_flat_textured",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -600,7 +603,7 @@ pub static MODULES: &[Module] = &[
         name: "gbuffer_phong_smooth",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -614,7 +617,7 @@ pub static MODULES: &[Module] = &[
         name: "gbuffer_phong_smooth_textured",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1101,7 +1104,7 @@ pub static MODULES: &[Module] = &[
         name: "shadow",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1114,7 +1117,7 @@ pub static MODULES: &[Module] = &[
         name: "rsm_lambert_flat",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1128,7 +1131,7 @@ pub static MODULES: &[Module] = &[
         name: "rsm_lambert_flat_textured",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1144,7 +1147,7 @@ pub static MODULES: &[Module] = &[
         name: "rsm_lambert_smooth",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1159,7 +1162,7 @@ pub static MODULES: &[Module] = &[
         name: "rsm_lambert_smooth_textured",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1176,7 +1179,7 @@ pub static MODULES: &[Module] = &[
         name: "rsm_phong_flat",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1190,7 +1193,7 @@ pub static MODULES: &[Module] = &[
         name: "rsm_phong_flat_textured",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1206,7 +1209,7 @@ pub static MODULES: &[Module] = &[
         name: "rsm_phong_smooth",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },
@@ -1221,7 +1224,7 @@ pub static MODULES: &[Module] = &[
         name: "rsm_phong_smooth_textured",
         entry: c"fragment_main",
         workgroup_size: [0, 0, 0],
-        immediate_bytes: 64,
+        immediate_bytes: 96,
         bindings: &[
             Binding { binding: 0, name: "view", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 1, name: "positions", kind: DescriptorType::STORAGE_BUFFER },

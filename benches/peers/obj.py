@@ -101,7 +101,7 @@ def fan(corners: list, path: Path):
 
 
 def read_mtl(path: Path) -> dict[str, dict]:
-    """Kd, Ks, Ns and map_Kd (a path) of each material, where they are given."""
+    """Kd, Ks, Ns, map_Kd (a path), and whether there is a map of normals, of each material, where they are given."""
     materials: dict[str, dict] = {}
     properties: dict = {}
     for keyword, rest in statements(path):
@@ -114,4 +114,6 @@ def read_mtl(path: Path) -> dict[str, dict]:
             properties["Ns"] = numbers(rest)[0]
         elif keyword == "map_Kd":
             properties["map_Kd"] = path.parent / rest
+        elif keyword in ("norm", "bump", "map_Bump", "map_bump"):
+            properties["normals"] = True
     return materials

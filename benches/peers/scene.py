@@ -205,6 +205,8 @@ def rotation_matrix(rotate_deg: list[float]) -> np.ndarray:
 
 
 def material_of(properties: dict) -> Material:
+    if "normals" in properties:
+        raise Unsupported("a material has a map of normals, which the peers do not know")
     kd = properties.get("Kd", [1.0, 1.0, 1.0])
     ks = properties.get("Ks", [0.0, 0.0, 0.0])
     return Material(kd, ks, properties.get("Ns", 1.0), properties.get("map_Kd"))

@@ -43,6 +43,7 @@ fn checked_in_files() -> Result<(), Box<dyn Error>> {
     fs::write(scenes.join("knot.obj"), knot::obj())?;
     textures::tiles().save(scenes.join("tiles.png"))?;
     textures::bricks().save(scenes.join("bricks.png"))?;
+    textures::brick_heights().save(scenes.join("brick_heights.png"))?;
     textures::stripes().save(scenes.join("stripes.png"))?;
     Ok(())
 }

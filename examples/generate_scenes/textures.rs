@@ -44,6 +44,24 @@ pub fn bricks() -> RgbImage {
     })
 }
 
+/// How high the bricks stand over their mortar, with rounded edges.
+pub fn brick_heights() -> GrayImage {
+    const LENGTH_PX: u32 = SIZE_PX / 4;
+    const HEIGHT_PX: u32 = SIZE_PX / 8;
+    const MORTAR_PX: u32 = 4;
+    const EDGE_PX: u32 = 6;
+    GrayImage::from_fn(SIZE_PX, SIZE_PX, |x, y| {
+        let row = y / HEIGHT_PX;
+        let shifted = (x + row % 2 * LENGTH_PX / 2) % SIZE_PX;
+        let inside = |place: u32, length: u32| {
+            let from_mortar = (place % length).saturating_sub(MORTAR_PX);
+            from_mortar.min(length - 1 - place % length).min(EDGE_PX)
+        };
+        let edge = inside(shifted, LENGTH_PX).min(inside(y, HEIGHT_PX));
+        Luma([(edge * 200 / EDGE_PX + (24 + grain(x, y, 10)) as u32) as u8])
+    })
+}
+
 /// Stripes of a structured-light projector: a Gray code, whose bits lie one above the other from the coarsest to the finest.
 pub fn stripes() -> GrayImage {
     const BITS: u32 = 5;

@@ -22,12 +22,18 @@ pub struct camlux_material {
     pub shininess: f64,
     /// For messages, UTF-8; copied; NULL: none.
     pub name: *const c_char,
+    /// The index of a texture of normals, in its linear encoding: R, G, B from 0 to 1 are the components from -1 to 1 in the directions in which
+    /// u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
+    pub normal_texture: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 c_struct!(
     camlux_material, 72,
     kd_texture: CAMLUX_NONE,
     shininess: -1.0,
+    normal_texture: CAMLUX_NONE,
 );
 
 /// Adds a material.
@@ -85,7 +91,10 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     let name = unsafe { args::text(raw.name, "name") }?.unwrap_or_default();
     let mut material = Material::lambert(name, raw.kd);
     material.ks = raw.ks;
-    material.kd_texture = (raw.kd_texture != CAMLUX_NONE).then_some(raw.kd_texture as usize);
+    args::reserved(camlux_material::NAME, raw.reserved)?;
+    let texture = |index: u32| (index != CAMLUX_NONE).then_some(index as usize);
+    material.kd_texture = texture(raw.kd_texture);
+    material.normal_texture = texture(raw.normal_texture);
     if raw.shininess.is_nan() || raw.shininess >= 0.0 {
         material.shininess = raw.shininess;
     } else if material.is_specular() {

@@ -24,8 +24,8 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
     allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Device)?;
     allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Staging)?;
     TexelList::declare(allocate, "shading of triangles", 4 * scene.triangle_count())?;
-    // Each material with and without its texture, in four texels.
-    TexelList::declare(allocate, "materials", 8 * scene.materials.len() as u64)
+    // Each material with and without its textures, in six texels.
+    TexelList::declare(allocate, "materials", 12 * scene.materials.len() as u64)
 }
 
 impl HitSurfaces {
@@ -35,19 +35,29 @@ impl HitSurfaces {
         scene: &Scene,
         textures: &Arc<Textures>,
     ) -> Result<HitSurfaces> {
-        let mut materials: Vec<[[f32; 4]; 4]> = scene
+        let place = |texture: Option<usize>| {
+            let texture = textures.place_of(texture);
+            let [width, height] = texture.size;
+            let first = [texture.first_word >> 16, texture.first_word & 0xffff];
+            [
+                [width, height, texture.words, texture.is_srgb].map(|n| n as f32),
+                [first[0] as f32, first[1] as f32, 0.0, 0.0],
+            ]
+        };
+        let mut materials: Vec<[[f32; 4]; 6]> = scene
             .materials
             .iter()
             .map(|material| {
-                let texture = textures.place_of(material);
-                let [width, height] = texture.size;
                 let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
-                let first = [texture.first_word >> 16, texture.first_word & 0xffff];
+                let [texture, texels] = place(material.kd_texture);
+                let [normal_texture, normal_texels] = place(material.normal_texture);
                 [
                     [kd[0], kd[1], kd[2], shininess],
                     [kr, kg, kb, 0.0],
-                    [width, height, texture.words, texture.is_srgb].map(|n| n as f32),
-                    [first[0] as f32, first[1] as f32, 0.0, 0.0],
+                    texture,
+                    texels,
+                    normal_texture,
+                    normal_texels,
                 ]
             })
             .collect();
@@ -56,7 +66,7 @@ impl HitSurfaces {
         materials.extend(
             plain
                 .iter()
-                .map(|&[kd, ks, ..]| [kd, ks, [0.0; 4], [0.0; 4]]),
+                .map(|&[kd, ks, ..]| [kd, ks, [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]]),
         );
         let mut triangles: Vec<[f32; 16]> = Vec::new();
         let mut mesh_ends: Vec<u32> = Vec::new();

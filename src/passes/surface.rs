@@ -106,8 +106,9 @@ impl Surfaces {
         recorder.render(target, |recorder| {
             for range in &self.ranges {
                 let shading = if range.is_smooth { "smooth" } else { "flat" };
-                let is_textured = match range.draw.texture.size {
-                    [0, _] => "",
+                let textures = [range.draw.texture, range.draw.normal_texture];
+                let is_textured = match textures.map(|texture| texture.size[0]) {
+                    [0, 0] => "",
                     _ => "textured",
                 };
                 let words = brdf.map(|brdf| [brdf, shading, is_textured]);
@@ -184,6 +185,11 @@ impl Lists {
                     .extend(corners.map(|corner| first_vertex + corner));
             }
             let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
+            // A mesh without texture coordinates shows its materials plain.
+            let place = |texture: Option<usize>| match mesh.texcoords[..] {
+                [] => shaders::Texture::default(),
+                _ => textures.place_of(texture),
+            };
             self.ranges.push(Range {
                 first_triangle,
                 triangle_count: same.len() as u32,
@@ -194,11 +200,8 @@ impl Lists {
                     ks: [kr, kg, kb],
                     shininess,
                     material_id: (material_index + 1) as f32,
-                    texture: if mesh.texcoords.is_empty() {
-                        shaders::Texture::default()
-                    } else {
-                        textures.place_of(material)
-                    },
+                    texture: place(material.kd_texture),
+                    normal_texture: place(material.normal_texture),
                     ..Draw::default()
                 },
             });

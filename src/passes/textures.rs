@@ -2,7 +2,7 @@
 
 use crate::{
     Plan, Result, Scene,
-    scene::{Encoding, Material, Texels},
+    scene::{Encoding, Texels},
     vulkan::{CommandPool, Declarations, Resource, WordList, shaders},
 };
 
@@ -53,9 +53,9 @@ impl Textures {
         })
     }
 
-    /// Where the texels of a material's texture lie; of no columns where it has none.
-    pub fn place_of(&self, material: &Material) -> shaders::Texture {
-        let place = material.kd_texture.and_then(|index| self.places.get(index));
+    /// Where the texels of a texture of a material lie; of no columns where it has none.
+    pub fn place_of(&self, texture: Option<usize>) -> shaders::Texture {
+        let place = texture.and_then(|index| self.places.get(index));
         place.copied().unwrap_or_default()
     }
 

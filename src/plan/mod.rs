@@ -188,7 +188,7 @@ impl Plan {
         let is_specular = |mesh: &Mesh| scene.materials_of(mesh).any(Material::is_specular);
         let is_textured = |mesh: &Mesh| {
             let mut materials = scene.materials_of(mesh);
-            !mesh.texcoords.is_empty() && materials.any(|m| m.kd_texture.is_some())
+            !mesh.texcoords.is_empty() && materials.any(Material::has_texture)
         };
         let bounds = scene.bounding_sphere_or_unit();
         // The faces do not depend on the texels.

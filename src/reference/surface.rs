@@ -102,18 +102,28 @@ impl Surfaces {
         let normal = interpolated_normal(mesh, corners, hit.weights);
         let material = &scene.materials[mesh.triangle_materials[index as usize] as usize];
         let mut kd = DVec3::from(material.kd);
-        if let Some(texture) = material.kd_texture
-            && !mesh.texcoords.is_empty()
-        {
-            let uv: DVec2 = (0..3)
-                .map(|i| hit.weights[i] * DVec2::from(mesh.texcoords[corners[i]]))
-                .sum();
-            kd *= sample_bilinear(&scene.textures[texture], uv.to_array());
+        let mut normal = turned_to(normal.unwrap_or(geometric_normal), geometric_normal);
+        if !mesh.texcoords.is_empty() {
+            let uvs = corners.map(|corner| DVec2::from(mesh.texcoords[corner]));
+            let uv: DVec2 = (0..3).map(|i| hit.weights[i] * uvs[i]).sum();
+            if let Some(texture) = material.kd_texture {
+                kd *= sample_bilinear(&scene.textures[texture], uv.to_array());
+            }
+            if let Some(texture) = material.normal_texture {
+                let map = 2.0 * sample_bilinear(&scene.textures[texture], uv.to_array()) - 1.0;
+                let side = outward.dot(geometric_normal).signum();
+                let mapped = mapped_normal(map, [a, b, c], uvs, side * normal);
+                let mapped = mapped.map(|mapped| side * mapped);
+                // One that turns away from who sees the surface does not count.
+                normal = mapped
+                    .filter(|n| n.dot(geometric_normal) > 0.01)
+                    .unwrap_or(normal);
+            }
         }
         Surface {
             position: wa * a + wb * b + wc * c,
             geometric_normal,
-            normal: turned_to(normal.unwrap_or(geometric_normal), geometric_normal),
+            normal,
             triangle: hit.triangle,
             brdf: Brdf::new(material, kd),
         }
@@ -126,6 +136,28 @@ fn turned_to(normal: DVec3, side: DVec3) -> DVec3 {
     } else {
         normal
     }
+}
+
+/// What a map of normals, from −1 to 1, makes of the normal on a triangle's front. The gradients of u and v in the triangle's plane tell where they grow; `None`
+/// where the texture coordinates span no area.
+fn mapped_normal(
+    map: DVec3,
+    [a, b, c]: [DVec3; 3],
+    uvs: [DVec2; 3],
+    front: DVec3,
+) -> Option<DVec3> {
+    let (uv1, uv2) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
+    // P = a + u'·p_u + v'·p_v with (u', v') from the first corner: two equations for each of p_u, p_v.
+    let area = uv1.perp_dot(uv2);
+    if area == 0.0 {
+        return None;
+    }
+    let p_u = ((b - a) * uv2.y - (c - a) * uv1.y) / area;
+    let tangent = (p_u - front * front.dot(p_u)).try_normalize()?;
+    // Right-handed where the map is not mirrored on the surface.
+    let bitangent = front.cross(tangent) * area.signum();
+    let turned = map.x * tangent + map.y * bitangent + map.z.max(0.0) * front;
+    turned.try_normalize()
 }
 
 /// `None` for a flat mesh, and where normals cancel.

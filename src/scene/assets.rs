@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec3};
 
 use super::lines::{place, read_text, resolved};
-use super::mtl::{Library, LibraryMaterial};
+use super::mtl::{Library, LibraryMaterial, NormalMap};
 use super::obj_check::{self, CheckedObj, FaceGroup, Named};
 use super::{Material, Mesh, Texture, obj, texture};
 use crate::keys::did_you_mean;
@@ -41,7 +41,8 @@ pub(super) struct Assets {
     /// File and line of each material.
     pub material_places: Vec<String>,
     pub textures: Vec<Texture>,
-    texture_of_file: HashMap<PathBuf, usize>,
+    /// By file, and of normals by their strength and whether they may be heights.
+    texture_of_file: HashMap<(PathBuf, Option<(u64, bool)>), usize>,
 }
 
 impl Assets {
@@ -92,7 +93,7 @@ impl Assets {
     /// In a mesh where other faces have texture coordinates, a face without them would show one arbitrary texel.
     fn check_texcoords(&self, run: &FaceGroup, file: &Path, material: u32) -> Result<()> {
         let material = &self.materials[material as usize];
-        if run.form.texcoords || material.kd_texture.is_none() {
+        if run.form.texcoords || !material.has_texture() {
             return Ok(());
         }
         Err(Error::scene(
@@ -131,8 +132,14 @@ impl Assets {
         };
         let texture = properties.diffuse_texture.as_ref();
         let texture = texture.map(|path| entry.folder.join(path));
-        let kd_texture = texture.map(|file| self.texture(&file, &entry.places.texture));
+        let kd_texture = texture.map(|file| self.texture(&file, &entry.places.texture, None));
         let kd_texture = kd_texture.transpose()?;
+        let normals = entry.places.normal_map.as_ref();
+        let normal_texture = normals.map(|map| {
+            let file = entry.folder.join(&map.path);
+            self.texture(&file, &map.named_at, Some(map))
+        });
+        let normal_texture = normal_texture.transpose()?;
         let kd = properties.diffuse.or(kd_texture.map(|_| [1.0; 3]));
         let kd = kd.ok_or_else(|| {
             incomplete(
@@ -143,6 +150,7 @@ impl Assets {
         let mut material = Material::lambert(&properties.name, kd);
         material.ks = properties.specular.unwrap_or_default();
         material.kd_texture = kd_texture;
+        material.normal_texture = normal_texture;
         match properties.shininess {
             Some(shininess) => material.shininess = shininess,
             None if material.is_specular() => {
@@ -161,13 +169,22 @@ impl Assets {
         index
     }
 
-    /// The index of a texture; a file that several materials name is loaded once.
-    fn texture(&mut self, file: &Path, named_at: &str) -> Result<usize> {
-        let key = resolved(file);
+    /// The index of a texture of k_d, or of normals; a file that several materials name is loaded once.
+    fn texture(
+        &mut self,
+        file: &Path,
+        named_at: &str,
+        normals: Option<&NormalMap>,
+    ) -> Result<usize> {
+        let use_of = normals.map(|map| (map.strength.to_bits(), map.may_be_heights));
+        let key = (resolved(file), use_of);
         if let Some(&index) = self.texture_of_file.get(&key) {
             return Ok(index);
         }
-        self.textures.push(texture::load(file, named_at)?);
+        self.textures.push(match normals {
+            None => texture::load(file, named_at)?,
+            Some(map) => texture::load_normals(file, map)?,
+        });
         let index = self.textures.len() - 1;
         self.texture_of_file.insert(key, index);
         Ok(index)

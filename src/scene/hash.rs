@@ -89,6 +89,13 @@ impl Scene {
             bytes.name(filter.name());
             bytes.numbers([f64::from(samples)]);
         }
+        // And materials without maps of normals.
+        for (i, material) in materials.iter().enumerate() {
+            if let Some(texture) = material.normal_texture {
+                bytes.name("normals");
+                bytes.numbers([i as f64, texture as f64]);
+            }
+        }
         bytes.0.finalize().to_hex().to_string()
     }
 }
@@ -207,6 +214,8 @@ impl Bytes {
             ks,
             shininess,
             kd_texture,
+            // At the end of the scene's bytes.
+            normal_texture: _,
         } = material;
         self.numbers(*kd);
         self.numbers(*ks);

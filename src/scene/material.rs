@@ -15,6 +15,9 @@ pub struct Material {
     pub shininess: f64,
     /// Index into [`Scene::textures`](super::Scene::textures).
     pub kd_texture: Option<usize>,
+    /// The same of a map of normals: red, green and blue from 0 to 1 are the shading normal's components from −1 to 1 in the direction in which u grows,
+    /// in that in which v does, and along the normal that the mesh has there.
+    pub normal_texture: Option<usize>,
 }
 
 impl Material {
@@ -26,7 +29,13 @@ impl Material {
             ks: [0.0; 3],
             shininess: 1.0,
             kd_texture: None,
+            normal_texture: None,
         }
+    }
+
+    /// Whether it has a texture of any kind.
+    pub fn has_texture(&self) -> bool {
+        self.kd_texture.or(self.normal_texture).is_some()
     }
 
     /// Whether the specular term is there at all.
@@ -35,7 +44,7 @@ impl Material {
     }
 }
 
-/// A diffuse texture, sampled bilinearly with repetition and without mip levels: pixels are point samples, as they are in the reference.
+/// A texture of k_d or of normals, sampled bilinearly with repetition and without mip levels: pixels are point samples, as they are in the reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     pub name: String,

@@ -1,4 +1,4 @@
-//! MTL material libraries: Kd, Ks, Ns, map_Kd. Everything else in them (ambient, emission, bump, opacity, `illum`) has no
+//! MTL material libraries: Kd, Ks, Ns, map_Kd, norm, map_Bump. Everything else in them (ambient, emission, opacity, `illum`) has no
 //! place in the model and is left out.
 //!
 //! The MTL format states no defaults. Here Ks is 0 when absent, and Kd is 1 below a map_Kd. A material that has neither Kd
@@ -20,8 +20,20 @@ pub(super) struct Library {
 pub(super) struct LibraryMaterial {
     pub properties: tobj::Material,
     pub places: Places,
-    /// The folder that map_Kd is relative to.
+    /// The folder that maps are relative to.
     pub folder: PathBuf,
+}
+
+/// What `norm` and `map_Bump` name.
+#[derive(Debug, Clone)]
+pub(super) struct NormalMap {
+    pub path: String,
+    /// What slopes are multiplied by.
+    pub strength: f64,
+    /// Whether grey stands for heights.
+    pub may_be_heights: bool,
+    /// The line.
+    pub named_at: String,
 }
 
 /// Files and lines of a material.
@@ -31,6 +43,7 @@ pub(super) struct Places {
     pub name: String,
     /// Of `map_Kd`, where there is one.
     pub texture: String,
+    pub normal_map: Option<NormalMap>,
 }
 
 impl Library {
@@ -67,13 +80,13 @@ impl Library {
     }
 
     fn read_file(&mut self, file: &Path, named_at: &str) -> Result<()> {
-        let (text, places) = check(&read_text(file, named_at, "material library")?, file)?;
+        let (text, found) = check(&read_text(file, named_at, "material library")?, file)?;
         let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).map_err(|error| {
             let problem = format!("not a material library: {error}");
             Error::scene(file.display().to_string(), problem, "export it again")
         })?;
         let folder = file.parent().unwrap_or(Path::new(""));
-        for (properties, places) in materials.into_iter().zip(places) {
+        for (properties, places) in materials.into_iter().zip(found) {
             let name = properties.name.clone();
             if let Some(earlier) = self.entries.get(&name) {
                 let earlier = &earlier.places.name;
@@ -95,7 +108,7 @@ impl Library {
 }
 
 /// Checks an MTL line by line and keeps what is read, because `tobj` reports no lines and panics on a Kd of one number.
-/// Also gives the places of each material.
+/// Also gives the places of each material, and its map of normals, which `tobj` takes no options of.
 fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
     let mut checked = String::new();
     let mut places: Vec<Places> = Vec::new();
@@ -116,12 +129,21 @@ fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
                 _ => return Err(line.error("has two numbers", "write one or three")),
             },
             "Ns" => format!("{:?}", line.numbers(1..=1)?[0]),
-            "map_Kd" => texture_path(&line)?,
+            "map_Kd" => texture_path(line.name()?, &line)?,
+            "norm" | "map_Bump" | "map_bump" | "bump" => String::new(),
             _ => continue,
         };
         let Some(places) = places.last_mut() else {
             return Err(line.error("stands before any material", "begin one with newmtl"));
         };
+        if value.is_empty() {
+            if places.normal_map.is_some() {
+                let hint = "keep one of norm and map_Bump";
+                return Err(line.error("is the second map of normals of its material", hint));
+            }
+            places.normal_map = Some(named_normal_map(keyword, &line)?);
+            continue;
+        }
         if keyword == "map_Kd" {
             places.texture = line.at();
         }
@@ -130,8 +152,41 @@ fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
     Ok((checked, places))
 }
 
-fn texture_path(line: &Line) -> Result<String> {
-    let path = line.name()?;
+/// A path, behind `-bm` and the strength of a bump map, if that is given.
+fn named_normal_map(keyword: &str, line: &Line) -> Result<NormalMap> {
+    let text = line.name()?;
+    let mut strength = 1.0;
+    let mut path = text;
+    if let Some(given) = text.strip_prefix("-bm ").filter(|_| keyword != "norm") {
+        let given = given.trim_start();
+        let (number, rest) = given.split_once(char::is_whitespace).unwrap_or((given, ""));
+        strength = number
+            .parse()
+            .ok()
+            .filter(|s: &f64| s.abs() <= 1e3)
+            .ok_or_else(|| {
+                line.error(
+                    "has a -bm that is no number up to 1000",
+                    "write it as -bm 0.5 bumps.png",
+                )
+            })?;
+        path = rest.trim_start();
+    }
+    Ok(NormalMap {
+        path: texture_path(path, line)?,
+        strength,
+        may_be_heights: keyword != "norm",
+        named_at: line.at(),
+    })
+}
+
+fn texture_path(path: &str, line: &Line) -> Result<String> {
+    if path.is_empty() {
+        return Err(line.error(
+            "names no file",
+            "write the path of a PNG or JPEG file behind it",
+        ));
+    }
     if path.starts_with('-') {
         return Err(line.error(
             "has options, which are not read",

@@ -1,10 +1,12 @@
-//! Diffuse textures from PNG and JPEG files.
+//! Textures from PNG and JPEG files.
 
 use std::io::Cursor;
 use std::path::Path;
 
+use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageError, ImageReader, Limits};
 
+use super::mtl::NormalMap;
 use super::{Encoding, Texels, Texture};
 use crate::{Error, Result, input_file};
 
@@ -36,6 +38,46 @@ pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
         size_px,
         texels,
     })
+}
+
+/// Loads a map of normals; or, where that is allowed and the image is grey, one of heights, which count in texels.
+pub(super) fn load_normals(file: &Path, map: &NormalMap) -> Result<Texture> {
+    let mut texture = load(file, &map.named_at)?;
+    let texels = texture.texels.encoded_as(Encoding::Linear);
+    let is_grey = || texels.reflectances().all(|[r, g, b]| r == g && g == b);
+    let strength = map.strength as f32;
+    texture.texels = if map.may_be_heights && is_grey() {
+        normals_of_heights(&texels, texture.size_px, strength)
+    } else if strength == 1.0 {
+        texels
+    } else {
+        let stronger = texels.reflectances().map(|[x, y, z]| {
+            let [x, y] = [x, y].map(|value| strength * (2.0 * value - 1.0));
+            as_texel(Vec3::new(x, y, (2.0 * z - 1.0).max(0.0)))
+        });
+        Texels::F32(stronger.collect())
+    };
+    Ok(texture)
+}
+
+/// From the differences of the texels to either side, on a map that repeats.
+fn normals_of_heights(texels: &Texels, size_px: [u32; 2], strength: f32) -> Texels {
+    let [width, height] = size_px.map(|size| size as usize);
+    let heights: Vec<f32> = texels.reflectances().map(|[height, ..]| height).collect();
+    let at = |column: usize, row: usize| heights[row % height * width + column % width];
+    let normal = |column: usize, row: usize| {
+        let along_u = 0.5 * (at(column + 1, row) - at(column + width - 1, row));
+        // v grows upwards.
+        let along_v = 0.5 * (at(column, row + height - 1) - at(column, row + 1));
+        as_texel(Vec3::new(-strength * along_u, -strength * along_v, 1.0))
+    };
+    let places = (0..height).flat_map(|row| (0..width).map(move |column| (column, row)));
+    Texels::F32(places.map(|(column, row)| normal(column, row)).collect())
+}
+
+/// A direction as a map of normals has it.
+fn as_texel(direction: Vec3) -> [f32; 3] {
+    (0.5 * direction.normalize_or(Vec3::Z) + 0.5).to_array()
 }
 
 /// The image of a PNG or JPEG file. Memory is taken only for pixels that the file may hold.

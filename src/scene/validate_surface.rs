@@ -49,12 +49,18 @@ impl Material {
             format_args!("shininess is {}", self.shininess),
             "give a Phong exponent of 0 or more, up to 1e9",
         )?;
-        let index = self.kd_texture.unwrap_or_default();
-        part.require(
-            self.kd_texture.is_none() || index < texture_count,
-            format_args!("kd_texture is {index}, but the number of textures is {texture_count}"),
-            "give the index of a texture, counted from 0",
-        )
+        for (name, texture) in [
+            ("kd_texture", self.kd_texture),
+            ("normal_texture", self.normal_texture),
+        ] {
+            let index = texture.unwrap_or_default();
+            part.require(
+                texture.is_none() || index < texture_count,
+                format_args!("{name} is {index}, but the number of textures is {texture_count}"),
+                "give the index of a texture, counted from 0",
+            )?;
+        }
+        Ok(())
     }
 }
 

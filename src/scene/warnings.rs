@@ -35,7 +35,7 @@ impl Scene {
         for mesh in &self.meshes {
             let mut materials = self.materials_of(mesh);
             if mesh.texcoords.is_empty()
-                && let Some(material) = materials.find(|m| m.kd_texture.is_some())
+                && let Some(material) = materials.find(|m| m.has_texture())
             {
                 warnings.push(format!(
                     "the texture of material \"{}\" cannot be seen on mesh \"{}\", which has no texture coordinates",

@@ -488,6 +488,10 @@ fn scenes_from_slices_are_validated() {
             "material 0 (\"clay\"): shininess is inf",
         ),
         (
+            Box::new(|s| s.materials[0].normal_texture = Some(1)),
+            "normal_texture is 1, but the number of textures is 1",
+        ),
+        (
             Box::new(|s| s.materials[0].kd_texture = Some(1)),
             "kd_texture is 1, but the number of textures is 1",
         ),

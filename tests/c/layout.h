@@ -181,7 +181,7 @@ CHECK(camlux_pose_position_m_size, sizeof(((camlux_pose *)0)->position_m) == 24)
 CHECK(camlux_pose_orientation_xyzw_offset, offsetof(camlux_pose, orientation_xyzw) == 32);
 CHECK(camlux_pose_orientation_xyzw_size, sizeof(((camlux_pose *)0)->orientation_xyzw) == 32);
 
-CHECK(size_of_camlux_material, sizeof(camlux_material) == 72);
+CHECK(size_of_camlux_material, sizeof(camlux_material) == 80);
 CHECK(camlux_material_struct_size_offset, offsetof(camlux_material, struct_size) == 0);
 CHECK(camlux_material_struct_size_size, sizeof(((camlux_material *)0)->struct_size) == 4);
 CHECK(camlux_material_kd_texture_offset, offsetof(camlux_material, kd_texture) == 4);
@@ -194,6 +194,10 @@ CHECK(camlux_material_shininess_offset, offsetof(camlux_material, shininess) == 
 CHECK(camlux_material_shininess_size, sizeof(((camlux_material *)0)->shininess) == 8);
 CHECK(camlux_material_name_offset, offsetof(camlux_material, name) == 64);
 CHECK(camlux_material_name_size, sizeof(((camlux_material *)0)->name) == 8);
+CHECK(camlux_material_normal_texture_offset, offsetof(camlux_material, normal_texture) == 72);
+CHECK(camlux_material_normal_texture_size, sizeof(((camlux_material *)0)->normal_texture) == 4);
+CHECK(camlux_material_reserved_offset, offsetof(camlux_material, reserved) == 76);
+CHECK(camlux_material_reserved_size, sizeof(((camlux_material *)0)->reserved) == 4);
 
 CHECK(size_of_camlux_texture, sizeof(camlux_texture) == 48);
 CHECK(camlux_texture_struct_size_offset, offsetof(camlux_texture, struct_size) == 0);
@@ -443,7 +447,7 @@ static const unsigned char rust_camlux_direct[] = {8,0,0,0,0,0,0,0};
 static const camlux_pose init_of_camlux_pose = CAMLUX_POSE_INIT;
 static const unsigned char rust_camlux_pose[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63};
 static const camlux_material init_of_camlux_material = CAMLUX_MATERIAL_INIT;
-static const unsigned char rust_camlux_material[] = {72,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_material[] = {80,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0,255,255,255,255,0,0,0,0};
 static const camlux_texture init_of_camlux_texture = CAMLUX_TEXTURE_INIT;
 static const unsigned char rust_camlux_texture[] = {48,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,3,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_mesh init_of_camlux_mesh = CAMLUX_MESH_INIT;
@@ -478,7 +482,7 @@ static const struct init inits[] = {
     {"camlux_indirect", 56, rust_camlux_indirect, &init_of_camlux_indirect},
     {"camlux_direct", 8, rust_camlux_direct, &init_of_camlux_direct},
     {"camlux_pose", 64, rust_camlux_pose, &init_of_camlux_pose},
-    {"camlux_material", 72, rust_camlux_material, &init_of_camlux_material},
+    {"camlux_material", 80, rust_camlux_material, &init_of_camlux_material},
     {"camlux_texture", 48, rust_camlux_texture, &init_of_camlux_texture},
     {"camlux_mesh", 152, rust_camlux_mesh, &init_of_camlux_mesh},
     {"camlux_light", 120, rust_camlux_light, &init_of_camlux_light},

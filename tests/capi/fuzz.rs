@@ -301,6 +301,7 @@ impl Sequence {
                     let mut material = init!(camlux_material {
                         kd: r.reals().map(f64::abs),
                         kd_texture: r.pick(&[CAMLUX_NONE, 0, 3]),
+                        normal_texture: r.pick(&[CAMLUX_NONE, 0, 3]),
                         shininess: r.real()
                     });
                     if call == 17 {

@@ -12,6 +12,7 @@ mod geometry;
 mod instant_radiosity;
 mod kernels;
 mod lens;
+mod normal_maps;
 mod pixel_samples;
 mod rays;
 mod reference;

@@ -58,10 +58,12 @@ fn the_knot_is_what_the_generator_makes() {
 #[test]
 fn the_textures_are_what_the_generator_makes() {
     // Pixels, not bytes: how tightly a PNG is packed depends on the version of the encoder.
+    let heights = image::DynamicImage::from(textures::brick_heights());
     let stripes = image::DynamicImage::from(textures::stripes());
     for (file, made) in [
         ("tiles.png", textures::tiles()),
         ("bricks.png", textures::bricks()),
+        ("brick_heights.png", heights.into_rgb8()),
         ("stripes.png", stripes.into_rgb8()),
     ] {
         let committed = image::open(scenes().join(file))

@@ -76,3 +76,70 @@ fn one_texture_file_is_loaded_once() {
         "{warnings}"
     );
 }
+
+/// A map of normals is linear; of a bump map grey stands for heights, and colours for normals whose slopes -bm multiplies.
+#[test]
+fn maps_of_normals_are_read() {
+    let folder = SceneFolder::new();
+    let bluish = image::RgbImage::from_pixel(2, 2, image::Rgb([153, 102, 230]));
+    bluish.save(folder.path("normals.png")).unwrap();
+    // A ramp of 51/255 = 0.2 a column, which repeats; rows are alike.
+    let ramp = image::GrayImage::from_fn(5, 4, |x, _| image::Luma([51 * x as u8]));
+    ramp.save(folder.path("ramp.png")).unwrap();
+    folder.write(
+        "mesh.obj",
+        TRIANGLE.replace("f 1 2 3\n", "vt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"),
+    );
+    let load = |line: &str| {
+        folder.write("mesh.mtl", format!("newmtl white\nKd 0.5\n{line}\n"));
+        let scene = folder.load(&format!("{CAMERA}{LIGHT}{MESH}"));
+        scene.map_err(|error| error.to_string())
+    };
+    let normal = |line: &str, texel: usize| {
+        let scene = load(line).unwrap();
+        assert_eq!(scene.materials[0].normal_texture, Some(0));
+        assert_eq!(scene.materials[0].kd_texture, None);
+        let texel = scene.textures[0].texels.reflectance(texel);
+        texel.map(|value| 2.0 * f64::from(value) - 1.0)
+    };
+    let close = |found: [f64; 3], due: [f64; 3]| {
+        let length = due.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let near = found
+            .iter()
+            .zip(due)
+            .all(|(x, y)| (x - y / length).abs() < 1e-6);
+        assert!(near, "{found:?} for {due:?}");
+    };
+    let as_it_is = [153, 102, 230].map(|value| 2.0 * f64::from(value) / 255.0 - 1.0);
+    for line in ["norm normals.png", "map_Bump normals.png"] {
+        assert_eq!(
+            normal(line, 3).map(|x| (x * 1e6).round()),
+            as_it_is.map(|x| (x * 1e6).round())
+        );
+    }
+    let [x, y, z] = as_it_is;
+    close(
+        normal("map_bump -bm 0.5 normals.png", 0),
+        [0.5 * x, 0.5 * y, z],
+    );
+    // In the middle of the ramp it rises by 0.2 a texel, at its ends it falls by 0.8 over two.
+    close(normal("bump ramp.png", 2), [-0.2, 0.0, 1.0]);
+    close(normal("map_Bump -bm 2 ramp.png", 7), [-0.4, 0.0, 1.0]);
+    close(normal("map_Bump ramp.png", 5), [0.3, 0.0, 1.0]);
+    for (line, part) in [
+        ("norm -bm 2 normals.png", "mesh.mtl:3: \"norm\" has options"),
+        (
+            "map_Bump -bm much normals.png",
+            "has a -bm that is no number",
+        ),
+        ("map_Bump -bm 2", "names no file"),
+        (
+            "norm normals.png\nmap_Bump ramp.png",
+            "mesh.mtl:4: \"map_Bump\" is the second map of normals",
+        ),
+        ("norm none.png", "none.png"),
+    ] {
+        let error = load(line).expect_err(line);
+        assert!(error.contains(part), "{part} is missing in: {error}");
+    }
+}
