@@ -1,4 +1,5 @@
-// The surface where a ray hits it, how its directions are packed, and where rays start beside it.
+// The surface where a ray hits it, how its directions are packed, and where rays start beside it. Who imports this has a function normal_texture for
+// the maps of normals.
 
 #import brdf
 #import texels
@@ -25,8 +26,8 @@ struct Triangle {
     normal: vec3<f32>,
     brdf: Brdf,
     texture: Texture,
-    // Of normals.
-    normal_texture: Texture,
+    // 0: no map of normals; else what normal_texture of who imports this knows the map by.
+    normal_map: u32,
 }
 
 // The point with these barycentric coordinates, hit from this direction.
@@ -41,7 +42,7 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     hit.geometric_normal = select(triangle.normal, -triangle.normal, dot(triangle.normal, direction) > 0.0);
     hit.shading_normal = hit.geometric_normal;
     hit.brdf = triangle.brdf;
-#if SMOOTH
+#if SMOOTH BUMPED
     // Opposed normals may cancel: the triangle's own stays.
     let blend = b.x * c0.normal + b.y * c1.normal + b.z * c2.normal;
     let length_squared = dot(blend, blend);
@@ -49,13 +50,15 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     let turned = select(smooth_normal, -smooth_normal, dot(smooth_normal, hit.geometric_normal) < 0.0);
     hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
 #endif
-#if TEXTURED
+#if TEXTURED BUMPED
     let texcoord = b.x * c0.texcoord + b.y * c1.texcoord + b.z * c2.texcoord;
     if (triangle.texture.size.x > 0u) {
         hit.brdf.kd *= sample_texture(triangle.texture, texcoord);
     }
+#endif
+#if BUMPED
     // A loop that other surfaces do not enter: drivers that compute both sides of a branch would have them pay.
-    for (var i = 0u; i < select(0u, 1u, triangle.normal_texture.size.x > 0u); i++) {
+    for (var i = 0u; i < select(0u, 1u, triangle.normal_map > 0u); i++) {
         let is_behind = dot(triangle.normal, direction) > 0.0;
         hit.shading_normal = mapped_normal(triangle, texcoord, hit.geometric_normal, hit.shading_normal, is_behind);
     }
@@ -63,7 +66,7 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     return hit;
 }
 
-#if TEXTURED
+#if BUMPED
 // The shading normal as a map of normals turns it: the map's axes are the shading normal on the triangle's front and, across it, the directions in which
 // u and v grow.
 fn mapped_normal(triangle: Triangle, texcoord: vec2<f32>, geometric_normal: vec3<f32>, shading_normal: vec3<f32>, is_behind: bool) -> vec3<f32> {
@@ -80,7 +83,7 @@ fn mapped_normal(triangle: Triangle, texcoord: vec2<f32>, geometric_normal: vec3
     let length_squared = dot(across, across);
     let tangent = across * inverseSqrt(max(length_squared, 1e-37));
     let bitangent = cross(front, tangent) * sign(determinant);
-    let map = 2.0 * sample_texture(triangle.normal_texture, texcoord) - 1.0;
+    let map = 2.0 * sample_texture(normal_texture(triangle.normal_map), texcoord) - 1.0;
     let turned = normalize(map.x * tangent + map.y * bitangent + max(map.z, 0.0) * front);
     let normal = select(turned, -turned, is_behind);
     // What it would turn away from the side that is seen stays.
@@ -90,7 +93,9 @@ fn mapped_normal(triangle: Triangle, texcoord: vec2<f32>, geometric_normal: vec3
 
 // Cosine between a mapped normal and the triangle's.
 const LEAST_FACING: f32 = 0.01;
+#endif
 
+#if TEXTURED BUMPED
 // Bilinear, repeating, v up, with full f32 weights: samplers interpolate with 8 bits.
 fn sample_texture(texture: Texture, texcoord: vec2<f32>) -> vec3<f32> {
     let size = texture.size;

@@ -6,7 +6,8 @@
 // Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of the scene: the corners' normals
 // (0: flat), their texture coordinates, the material.
 var triangle_shading: texture_storage_2d<rgba32float, read>;
-// Six a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band; the texture's columns and rows,
+// Six a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band, and where
+// its map of normals is described in this list, 0 without one; the texture's columns and rows,
 // 0 for none, its words a texel, and whether it is encoded; where its texels begin, as 2^16 times the first and the second number; and the same
 // of the map of normals.
 var materials: texture_storage_2d<rgba32float, read>;
@@ -41,21 +42,29 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     let shading3 = textureLoad(triangle_shading, list_place(index + 3u));
     let material = 6u * u32(shading3.w);
     let kd_shininess = textureLoad(materials, list_place(material));
-    let ks = textureLoad(materials, list_place(material + 1u)).rgb;
+    let ks_map = textureLoad(materials, list_place(material + 1u));
     var triangle: Triangle;
     triangle.corners[0] = Corner(corner0.xyz, shading0.xyz, shading2.yz);
     triangle.corners[1] = Corner(corner1.xyz, vec3<f32>(shading0.w, shading1.xy), vec2<f32>(shading2.w, shading3.x));
     triangle.corners[2] = Corner(corner2.xyz, vec3<f32>(shading1.zw, shading2.x), shading3.yz);
     triangle.normal = vec3<f32>(corner0.w, corner1.w, corner2.w);
-    triangle.brdf = Brdf(kd_shininess.rgb, ks, kd_shininess.w);
-#if TEXTURED
+    triangle.brdf = Brdf(kd_shininess.rgb, ks_map.rgb, kd_shininess.w);
+#if TEXTURED BUMPED
     triangle.texture = texture_at(material + 2u);
-    triangle.normal_texture = texture_at(material + 4u);
+#endif
+#if BUMPED
+    triangle.normal_map = u32(ks_map.w);
 #endif
     return triangle;
 }
 
-#if TEXTURED
+#if BUMPED
+fn normal_texture(map: u32) -> Texture {
+    return texture_at(map);
+}
+#endif
+
+#if TEXTURED BUMPED
 // That of two texels of `materials`.
 fn texture_at(index: u32) -> Texture {
     let texture = vec4<u32>(textureLoad(materials, list_place(index)));

@@ -27,6 +27,12 @@ var<immediate> draw: Draw;
 // Here, so that what it binds comes after what both stages have.
 #import plane_hit
 
+#if BUMPED
+fn normal_texture(map: u32) -> Texture {
+    return draw.normal_texture;
+}
+#endif
+
 struct Raster {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) triangle: u32,
@@ -35,10 +41,10 @@ struct Raster {
 fn corner(index: u32) -> Corner {
     var corner: Corner;
     corner.position = positions[index].xyz;
-#if SMOOTH
+#if SMOOTH BUMPED
     corner.normal = normals[index].xyz;
 #endif
-#if TEXTURED
+#if TEXTURED BUMPED
     corner.texcoord = texcoords[index];
 #endif
     return corner;
@@ -54,9 +60,11 @@ fn hit_surface(raster: Raster) -> Hit {
     triangle.corners[1] = corner(indices[3u * raster.triangle + 1u]);
     triangle.corners[2] = corner(indices[3u * raster.triangle + 2u]);
     triangle.brdf = Brdf(draw.kd, draw.ks, draw.shininess);
-#if TEXTURED
+#if TEXTURED BUMPED
     triangle.texture = draw.texture;
-    triangle.normal_texture = draw.normal_texture;
+#endif
+#if BUMPED
+    triangle.normal_map = draw.normal_texture.size.x;
 #endif
     return hit_on_plane(triangle, view.origin, ray_offset, ray_direction, view.forward);
 }

@@ -11,7 +11,7 @@ struct Texture {
     is_srgb: u32,
 }
 
-#if TEXTURED
+#if TEXTURED BUMPED
 // A list of words in layers of 4096 x 4096.
 var texels: texture_storage_2d_array<r32uint, read>;
 

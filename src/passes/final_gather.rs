@@ -274,13 +274,14 @@ impl Gatherer for FinalGather<'_> {
             return Err(Error::internal("no rays were sent from the lights"));
         };
         let plan = self.context.plan;
+        let [shading, textured] = plan.shading_words();
         let pipeline = self.context.pipelines.compute(
             "final_gather",
             &[
                 plan.brdf_word(),
                 if is_glossy { "glossy" } else { "matte" },
-                if plan.is_smooth { "smooth" } else { "flat" },
-                if plan.is_textured { "textured" } else { "" },
+                shading,
+                textured,
                 plan.phasor_word(),
                 self.kernel.name(),
                 self.tree.kernel_word(),

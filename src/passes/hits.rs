@@ -47,13 +47,15 @@ impl HitSurfaces {
         let mut materials: Vec<[[f32; 4]; 6]> = scene
             .materials
             .iter()
-            .map(|material| {
+            .enumerate()
+            .map(|(index, material)| {
                 let (kd, [kr, kg, kb, shininess]) = brdf_texels(material);
                 let [texture, texels] = place(material.kd_texture);
+                let normal_map = material.normal_texture.map_or(0, |_| 6 * index + 4);
                 let [normal_texture, normal_texels] = place(material.normal_texture);
                 [
                     [kd[0], kd[1], kd[2], shininess],
-                    [kr, kg, kb, 0.0],
+                    [kr, kg, kb, normal_map as f32],
                     texture,
                     texels,
                     normal_texture,
@@ -63,11 +65,10 @@ impl HitSurfaces {
             .collect();
         // A mesh without texture coordinates shows its materials plain.
         let plain = materials.clone();
-        materials.extend(
-            plain
-                .iter()
-                .map(|&[kd, ks, ..]| [kd, ks, [0.0; 4], [0.0; 4], [0.0; 4], [0.0; 4]]),
-        );
+        materials.extend(plain.iter().map(|&[kd, [kr, kg, kb, _], ..]| {
+            let nothing = [0.0; 4];
+            [kd, [kr, kg, kb, 0.0], nothing, nothing, nothing, nothing]
+        }));
         let mut triangles: Vec<[f32; 16]> = Vec::new();
         let mut mesh_ends: Vec<u32> = Vec::new();
         for mesh in &scene.meshes {

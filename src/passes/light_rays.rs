@@ -60,13 +60,14 @@ impl LightRays {
         let plan = context.plan;
         let pipelines = context.pipelines;
         let tree_word = tree.kernel_word();
+        let [shading, textured] = plan.shading_words();
         let shade = pipelines.compute(
             "light_rays",
             &[
                 "shade",
                 plan.brdf_word(),
-                if plan.is_smooth { "smooth" } else { "flat" },
-                if plan.is_textured { "textured" } else { "" },
+                shading,
+                textured,
                 plan.phasor_word(),
             ],
         )?;

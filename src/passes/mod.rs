@@ -151,6 +151,13 @@ mod tests {
     /// Every combination of the words that the passes request of `Module::find`.
     fn requested() -> Vec<(&'static str, Vec<&'static str>)> {
         let brdfs = ["lambert", "phong"];
+        let shadings = [
+            ["flat", ""],
+            ["flat", "textured"],
+            ["smooth", ""],
+            ["smooth", "textured"],
+            ["bumped", ""],
+        ];
         let mut requested = vec![
             ("vertex", vec![]),
             ("shadow", vec![]),
@@ -176,12 +183,10 @@ mod tests {
                 ("phong", "matte"),
                 ("phong", "glossy"),
             ] {
-                for shading in ["flat", "smooth"] {
-                    for texture in ["", "textured"] {
-                        let words =
-                            |phasors| vec![brdf, receiver, shading, texture, phasors, kernel, tree];
-                        requested.extend(["", "phasors"].map(|word| ("final_gather", words(word))));
-                    }
+                for [shading, texture] in shadings {
+                    let words =
+                        |phasors| vec![brdf, receiver, shading, texture, phasors, kernel, tree];
+                    requested.extend(["", "phasors"].map(|word| ("final_gather", words(word))));
                 }
             }
             requested.extend(["any", "closest"].map(|hit| ("ray_probe", vec![hit, kernel, tree])));
@@ -192,17 +197,15 @@ mod tests {
         }
         for brdf in brdfs {
             for pass in ["gbuffer", "rsm"] {
-                for shading in ["flat", "smooth"] {
-                    let words = |texture| (pass, vec![brdf, shading, texture]);
-                    requested.extend(["", "textured"].map(words));
-                }
+                let words = |[shading, texture]| (pass, vec![brdf, shading, texture]);
+                requested.extend(shadings.map(words));
             }
-            for shading in ["flat", "smooth"] {
-                for texture in ["", "textured"] {
-                    let words =
-                        |lens| ("primary_rays", vec!["shade", lens, brdf, shading, texture]);
-                    requested.extend(["", "lens"].map(words));
-                }
+            for [shading, texture] in shadings {
+                let words = |lens| ("primary_rays", vec!["shade", lens, brdf, shading, texture]);
+                requested.extend(["", "lens"].map(words));
+                let words =
+                    |phasors| ("light_rays", vec!["shade", brdf, shading, texture, phasors]);
+                requested.extend(["", "phasors"].map(words));
             }
             for kind in ["point", "spot", "directional", "pattern", "projector"] {
                 let words = |&(kernel, tree)| ("direct", vec![kind, brdf, kernel, tree]);
@@ -216,13 +219,6 @@ mod tests {
             }
             requested.extend(["count", "write"].map(|kernel| ("receivers", vec![kernel, brdf])));
             requested.push(("vpl", vec!["count", brdf]));
-            for shading in ["flat", "smooth"] {
-                for texture in ["", "textured"] {
-                    let words =
-                        |phasors| ("light_rays", vec!["shade", brdf, shading, texture, phasors]);
-                    requested.extend(["", "phasors"].map(words));
-                }
-            }
             for phasors in ["", "phasors"] {
                 requested.push(("pixel_filter", vec!["interpolate", brdf, phasors]));
                 let words = |noise| ("pixel_filter", vec!["gathered", brdf, noise, phasors]);

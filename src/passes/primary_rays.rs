@@ -53,15 +53,10 @@ pub(crate) fn draw(
     let lens_word = if plan.has_distortion { "lens" } else { "" };
     let trace_words = ["trace", lens_word, kernel.name(), tree.kernel_word()];
     let trace = pipelines.compute("primary_rays", &trace_words)?;
+    let [shading, textured] = plan.shading_words();
     let shade = pipelines.compute(
         "primary_rays",
-        &[
-            "shade",
-            lens_word,
-            plan.brdf_word(),
-            if plan.is_smooth { "smooth" } else { "flat" },
-            if plan.is_textured { "textured" } else { "" },
-        ],
+        &["shade", lens_word, plan.brdf_word(), shading, textured],
     )?;
     let mut resources = vec![
         ("view", Resource::Buffer(view)),

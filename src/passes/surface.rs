@@ -6,7 +6,7 @@ use super::{Context, textures::Textures};
 use crate::{
     Result,
     local_space::LocalSpace,
-    plan::Plan,
+    plan::{Plan, shading_words},
     scene::{Material, Mesh, Scene},
     vulkan::{
         Allocate, Buffer, BufferUse, CommandPool, Device, Recorder, Resource, Target,
@@ -105,13 +105,10 @@ impl Surfaces {
         let pipelines = context.pipelines;
         recorder.render(target, |recorder| {
             for range in &self.ranges {
-                let shading = if range.is_smooth { "smooth" } else { "flat" };
                 let textures = [range.draw.texture, range.draw.normal_texture];
-                let is_textured = match textures.map(|texture| texture.size[0]) {
-                    [0, 0] => "",
-                    _ => "textured",
-                };
-                let words = brdf.map(|brdf| [brdf, shading, is_textured]);
+                let [is_textured, is_bumped] = textures.map(|texture| texture.size[0] > 0);
+                let [shading, textured] = shading_words(range.is_smooth, is_textured, is_bumped);
+                let words = brdf.map(|brdf| [brdf, shading, textured]);
                 let words = words.as_ref().map_or(&[][..], |words| words);
                 let pipeline = pipelines.raster(pass, words, target.colors.len())?;
                 let mut resources = vec![

@@ -41,6 +41,8 @@ pub struct Plan {
     pub is_smooth: bool,
     /// Some visible material has a texture.
     pub is_textured: bool,
+    /// Some visible material has a map of normals; then the mesh counts as smooth and as textured, too.
+    pub is_bumped: bool,
     /// The camera's lens distorts the image.
     pub has_distortion: bool,
     /// How light is averaged over the pixels.
@@ -186,10 +188,10 @@ impl Plan {
         let is_modulated = |light| scene.tof.as_ref().is_some_and(|t| t.is_modulated(light));
         let meshes = || scene.meshes.iter();
         let is_specular = |mesh: &Mesh| scene.materials_of(mesh).any(Material::is_specular);
-        let is_textured = |mesh: &Mesh| {
-            let mut materials = scene.materials_of(mesh);
-            !mesh.texcoords.is_empty() && materials.any(Material::has_texture)
+        let has_material = |mesh: &Mesh, is_it: fn(&Material) -> bool| {
+            !mesh.texcoords.is_empty() && scene.materials_of(mesh).any(is_it)
         };
+        let is_bumped = meshes().any(|mesh| has_material(mesh, |m| m.normal_texture.is_some()));
         let bounds = scene.bounding_sphere_or_unit();
         // The faces do not depend on the texels.
         let faces = |light: &Light| EmissionDomain::new(light, 1, &bounds).faces.len();
@@ -229,8 +231,9 @@ impl Plan {
         Ok(Plan {
             resolution_px: scene.camera.resolution_px,
             is_specular: meshes().any(|mesh| is_specular(mesh)),
-            is_smooth: meshes().any(|mesh| !mesh.normals.is_empty()),
-            is_textured: meshes().any(|mesh| is_textured(mesh)),
+            is_smooth: is_bumped || meshes().any(|mesh| !mesh.normals.is_empty()),
+            is_textured: meshes().any(|mesh| has_material(mesh, Material::has_texture)),
+            is_bumped,
             has_distortion: scene.camera.distortion().is_some(),
             pixel_sampling: scene.camera.pixel_sampling,
             primary_rays,
@@ -271,6 +274,11 @@ impl Plan {
     /// The word of the shader permutations that tells whether there is a specular term.
     pub(crate) fn brdf_word(&self) -> &'static str {
         if self.is_specular { "phong" } else { "lambert" }
+    }
+
+    /// The words that tell what shades a surface beside its BRDF.
+    pub(crate) fn shading_words(&self) -> [&'static str; 2] {
+        shading_words(self.is_smooth, self.is_textured, self.is_bumped)
     }
 
     /// The same for who reads it.
@@ -342,6 +350,21 @@ impl Plan {
     /// Whether indirect light is gathered by rays.
     pub(crate) fn has_final_gather(&self) -> bool {
         self.indirect.is_some_and(|plan| plan.is_final_gather())
+    }
+}
+
+/// Those of a surface.
+pub(crate) fn shading_words(
+    is_smooth: bool,
+    is_textured: bool,
+    is_bumped: bool,
+) -> [&'static str; 2] {
+    match is_bumped {
+        true => ["bumped", ""],
+        false => [
+            if is_smooth { "smooth" } else { "flat" },
+            if is_textured { "textured" } else { "" },
+        ],
     }
 }
 
