@@ -197,7 +197,8 @@ mod tests {
         }
         for brdf in brdfs {
             for pass in ["gbuffer", "rsm"] {
-                let words = |[shading, texture]| (pass, vec![brdf, shading, texture]);
+                let words =
+                    |[shading, texture]: [&'static str; 2]| (pass, vec![brdf, shading, texture]);
                 requested.extend(shadings.map(words));
             }
             for [shading, texture] in shadings {
