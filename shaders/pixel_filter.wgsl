@@ -11,9 +11,6 @@
 #if PHASORS
 #import phasor
 #endif
-#if NOISY
-#import sampling
-#endif
 
 struct PixelFilterParameters {
     // C, and the unit vector of the axis.

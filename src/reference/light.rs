@@ -17,29 +17,83 @@ const LAMP_ROUNDING: f64 = 1e-13;
 /// A light, ready for sampling.
 #[derive(Debug, Clone)]
 pub enum Emitter {
-    /// Point and spot lights.
-    Cone {
+    Lamp {
         position: DVec3,
-        axis: DVec3,
-        /// θ_i, θ_o
-        inner_rad: f64,
-        outer_rad: f64,
-        /// I_0 over the local unit squared: I_0/d² is W/m².
+        beam: Beam,
+        /// I where the beam's shape is 1, over the local unit squared: I/d² is W/m².
         intensity: DVec3,
     },
     Parallel {
         travel: DVec3,
         irradiance: DVec3,
     },
-    /// A lamp with a measured pattern.
-    Measured {
-        position: DVec3,
+}
+
+/// Where a lamp shines.
+#[derive(Debug, Clone)]
+pub enum Beam {
+    /// Of point and spot lights.
+    Cone {
+        axis: DVec3,
+        /// θ_i, θ_o
+        half_angles_rad: [f64; 2],
+    },
+    /// Of lamps with a pattern.
+    Pattern {
         /// C = 0, C = 90°, γ = 0.
         axes: [DVec3; 3],
         pattern: RadiationPattern,
-        /// Where the pattern is 1, over the local unit squared.
-        intensity: DVec3,
+        widest_rad: f64,
     },
+}
+
+impl Beam {
+    fn axis(&self) -> DVec3 {
+        match *self {
+            Beam::Cone { axis, .. }
+            | Beam::Pattern {
+                axes: [.., axis], ..
+            } => axis,
+        }
+    }
+
+    /// The angle to the axis beyond which there is no light.
+    fn widest_rad(&self) -> f64 {
+        match self {
+            Beam::Cone {
+                half_angles_rad: [_, outer_rad],
+                ..
+            } => *outer_rad,
+            Beam::Pattern { widest_rad, .. } => *widest_rad,
+        }
+    }
+
+    /// The share of the intensity in a direction, a unit vector.
+    fn shape(&self, direction: DVec3) -> f64 {
+        match self {
+            Beam::Cone {
+                half_angles_rad: [inner_rad, _],
+                ..
+            } if *inner_rad >= PI => 1.0,
+            Beam::Cone {
+                axis,
+                half_angles_rad: [inner_rad, outer_rad],
+            } => falloff(angle(*axis, direction), *inner_rad, *outer_rad),
+            Beam::Pattern { axes, pattern, .. } => {
+                pattern_intensity(pattern, axes.map(|axis| direction.dot(axis)))
+            }
+        }
+    }
+
+    /// ∫ of the shape over all directions, sr.
+    fn solid_angle(&self) -> f64 {
+        match self {
+            Beam::Cone {
+                half_angles_rad, ..
+            } => weighted_solid_angle(*half_angles_rad),
+            Beam::Pattern { pattern, .. } => pattern_solid_angle(pattern),
+        }
+    }
 }
 
 /// How a light reaches a point.
@@ -59,16 +113,10 @@ pub struct Illumination {
 
 impl Emitter {
     pub fn new(light: &Light, to_local: impl Fn(DVec3) -> DVec3, metres_per_unit: f64) -> Emitter {
-        let lamp = |position_m: DVec3, axis: DVec3, half_angles_rad: [f64; 2], power_w: Bands| {
-            let solid_angle = weighted_solid_angle(half_angles_rad) * metres_per_unit.powi(2);
-            let [inner_rad, outer_rad] = half_angles_rad;
-            Emitter::Cone {
-                position: to_local(position_m),
-                axis,
-                inner_rad,
-                outer_rad,
-                intensity: DVec3::from(power_w) / solid_angle,
-            }
+        let lamp = |position_m: DVec3, power_w: Bands, beam: Beam| Emitter::Lamp {
+            position: to_local(position_m),
+            intensity: DVec3::from(power_w) / (beam.solid_angle() * metres_per_unit.powi(2)),
+            beam,
         };
         match *light {
             Light::Pattern {
@@ -80,19 +128,24 @@ impl Emitter {
             } => {
                 let down = direction.normalize();
                 let first = (up - up.dot(down) * down).normalize();
-                let solid_angle = pattern_solid_angle(pattern) * metres_per_unit.powi(2);
-                Emitter::Measured {
-                    position: to_local(position_m),
+                let beam = Beam::Pattern {
                     // Counterclockwise for one who looks along the direction.
                     axes: [first, first.cross(down), down],
+                    widest_rad: widest_rad(pattern),
                     pattern: pattern.clone(),
-                    intensity: DVec3::from(power_w) / solid_angle,
-                }
+                };
+                lamp(position_m, power_w, beam)
             }
             Light::Point {
                 position_m,
                 power_w,
-            } => lamp(position_m, DVec3::Z, [PI; 2], power_w),
+            } => {
+                let beam = Beam::Cone {
+                    axis: DVec3::Z,
+                    half_angles_rad: [PI; 2],
+                };
+                lamp(position_m, power_w, beam)
+            }
             Light::Spot {
                 position_m,
                 direction,
@@ -100,8 +153,11 @@ impl Emitter {
                 power_w,
             } => {
                 let half_angles_deg = [cone.inner_half_angle_deg, cone.outer_half_angle_deg];
-                let half_angles_rad = half_angles_deg.map(f64::to_radians);
-                lamp(position_m, direction.normalize(), half_angles_rad, power_w)
+                let beam = Beam::Cone {
+                    axis: direction.normalize(),
+                    half_angles_rad: half_angles_deg.map(f64::to_radians),
+                };
+                lamp(position_m, power_w, beam)
             }
             Light::Directional {
                 direction,
@@ -117,37 +173,13 @@ impl Emitter {
     pub fn distance_to(&self, point: DVec3) -> f64 {
         match self {
             Emitter::Parallel { .. } => f64::INFINITY,
-            Emitter::Cone { position, .. } | Emitter::Measured { position, .. } => {
-                position.distance(point)
-            }
+            Emitter::Lamp { position, .. } => position.distance(point),
         }
     }
 
     /// `None` where the light sends nothing.
     pub fn illuminate(&self, point: DVec3) -> Option<Illumination> {
         match *self {
-            Emitter::Measured {
-                position,
-                axes,
-                ref pattern,
-                intensity,
-            } => {
-                let offset = position - point;
-                let distance_squared = offset.length_squared();
-                let distance = distance_squared.sqrt();
-                let to_light = offset / distance;
-                if !to_light.is_finite() {
-                    return None;
-                }
-                let share = pattern_intensity(pattern, axes.map(|axis| -to_light.dot(axis)));
-                (share > 0.0).then(|| Illumination {
-                    to_light,
-                    facing: intensity * share / distance_squared,
-                    density: 1.0 / (cap_solid_angle(widest_rad(pattern)) * distance_squared),
-                    distance: distance - clearance(position),
-                    length: distance,
-                })
-            }
             Emitter::Parallel { travel, irradiance } => Some(Illumination {
                 to_light: -travel,
                 facing: irradiance,
@@ -155,11 +187,9 @@ impl Emitter {
                 distance: f64::INFINITY,
                 length: f64::INFINITY,
             }),
-            Emitter::Cone {
+            Emitter::Lamp {
                 position,
-                axis,
-                inner_rad,
-                outer_rad,
+                ref beam,
                 intensity,
             } => {
                 let offset = position - point;
@@ -169,15 +199,11 @@ impl Emitter {
                 if !to_light.is_finite() {
                     return None;
                 }
-                let falloff = if inner_rad >= PI {
-                    1.0
-                } else {
-                    falloff(angle(axis, -to_light), inner_rad, outer_rad)
-                };
-                (falloff > 0.0).then(|| Illumination {
+                let share = beam.shape(-to_light);
+                (share > 0.0).then(|| Illumination {
                     to_light,
-                    facing: intensity * falloff / distance_squared,
-                    density: 1.0 / (cap_solid_angle(outer_rad) * distance_squared),
+                    facing: intensity * share / distance_squared,
+                    density: 1.0 / (cap_solid_angle(beam.widest_rad()) * distance_squared),
                     distance: distance - clearance(position),
                     length: distance,
                 })
@@ -195,18 +221,9 @@ impl Emitter {
                 let across = SCENE_RADIUS * u[0].sqrt() * (x * cos_turn + y * sin_turn);
                 (across - 2.0 * SCENE_RADIUS * travel, travel)
             }
-            Emitter::Measured {
-                position,
-                axes: [.., axis],
-                ref pattern,
-                ..
-            } => in_cone(position, axis, widest_rad(pattern), u),
-            Emitter::Cone {
-                position,
-                axis,
-                outer_rad,
-                ..
-            } => in_cone(position, axis, outer_rad, u),
+            Emitter::Lamp {
+                position, ref beam, ..
+            } => in_cone(position, beam.axis(), beam.widest_rad(), u),
         };
         Ray::half_line(origin, direction)
     }

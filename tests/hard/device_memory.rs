@@ -229,13 +229,13 @@ fn each_list_and_image_is_checked() {
     let rays = with(&scene, |scene| {
         scene.indirect = FINAL_GATHER;
     });
-    // Each twice, in four texels; 1024 a row.
+    // Each twice, in six texels; 1024 a row.
     let materials = with(&rays, |scene| {
         scene.indirect = Some(final_gather(8));
         scene.materials.resize(175_000, scene.materials[0].clone());
     });
     let what = "materials, height (px)";
-    assert_checked(what, &materials, 1368, |device, value| {
+    assert_checked(what, &materials, 2051, |device, value| {
         device.limits.max_image_px = value as u32;
     });
     let wide = with(&rays, |scene| scene.camera.resolution_px = [4000, 100]);

@@ -291,6 +291,11 @@ impl Moment {
     /// Where all is that can move.
     fn poses(&self) -> String {
         let Scene { camera, lights, .. } = &self.scene;
+        // Without patterns, which may be large: they do not move.
+        let lights = lights
+            .iter()
+            .map(|light| (light.kind(), light.parameters()));
+        let lights: Vec<_> = lights.collect();
         format!("{camera:?} {lights:?} {:?}", self.mesh_poses)
     }
 
