@@ -28,7 +28,13 @@ pub(super) fn average(
         phasors: images.direct_phasors.as_ref(),
     };
     for (index, sample) in sampled.samples(context).enumerate() {
-        progress.report_sample("direct", sample.share * index as f64)?;
+        let done = sample.share * index as f64;
+        // The bounce, where there is one, was half of it.
+        let done = match context.plan.indirect {
+            Some(_) => 0.5 + 0.5 * done,
+            None => done,
+        };
+        progress.report_sample("direct", done)?;
         context.record(|r| see(r, context, scene, sample.offset_px, sample.gbuffer))?;
         for light in 0..context.plan.lights.len() {
             let (light, dirty) = lights.update(context, light, scene)?;

@@ -125,9 +125,16 @@ fn gathering(plan: &Plan, requirements: &Requirements) -> Result<()> {
     let images = requirements.of(GrowsWith::Resolution);
     let stride = indirect.refinement.coarsest_stride;
     let is_exact = !indirect.is_final_gather();
-    RefinementResources::new(&images, plan, stride, is_exact)?;
-    if plan.pixel_sampling.is_some() {
-        SampleResources::new(&images, plan)?;
+    let refinement = |requirements: &Requirements| {
+        let images = requirements.of(GrowsWith::Resolution);
+        RefinementResources::new(&images, plan, stride, is_exact).map(|_| ())
+    };
+    match plan.pixel_sampling {
+        None => refinement(requirements)?,
+        Some(_) => requirements.either_later(refinement, |requirements| {
+            let images = requirements.of(GrowsWith::Resolution);
+            SampleResources::new(&images, plan).map(|_| ())
+        })?,
     }
     images.buffer("sample of pixels", SAMPLE_BYTES, BufferUse::Device)?;
     if indirect.is_final_gather() {

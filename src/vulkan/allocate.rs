@@ -114,8 +114,10 @@ impl<'d> Requirements<'d> {
         } else {
             second
         };
-        for (later, bytes) in self.later.iter().zip(&larger.bytes) {
-            later.set(bytes.get());
+        // The larger one may have had such a choice of its own.
+        let declared = larger.bytes.iter().zip(&larger.later);
+        for (later, (bytes, latest)) in self.later.iter().zip(declared) {
+            later.set(bytes.get().saturating_add(latest.get()));
         }
         // What is staged later is one after the other.
         let staging = &self.later[GrowsWith::Rsm as usize];

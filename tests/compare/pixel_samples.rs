@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use crate::common::gpu::{Gpu, demo_scene};
 use crate::tof::modulated_demo_scene;
 use camlux::{
-    Scene,
+    Progress, RenderOptions, Scene,
     metrics::{Comparison, Pixels},
     output::{Frame, Layer, TofQuantity},
     reference::Reference,
@@ -164,5 +164,28 @@ fn phasors_are_averaged_with_the_way_of_each_sample() {
             let bar = if is_bounced { 0.05 } else { 0.01 };
             assert!(error < bar, "{layer:?}: {error}");
         }
+    }
+}
+
+#[test]
+fn progress_goes_forward_only() {
+    let mut gpu = Gpu::open();
+    for has_bounce in [false, true] {
+        let mut scene = sampled(demo_scene("cornell", [24, 24]), 5, PixelFilter::Box);
+        scene.indirect = has_bounce.then(|| IndirectLight::final_gather(0.1));
+        let mut told = Vec::new();
+        let mut report = |progress: Progress| {
+            told.push(progress.fraction);
+            ControlFlow::Continue(())
+        };
+        let mut options = RenderOptions {
+            progress: Some(&mut report),
+            ..RenderOptions::default()
+        };
+        gpu.renderer
+            .render(&scene, &mut options)
+            .expect("the scene renders");
+        assert!(told.len() > 5 && told.is_sorted(), "{told:?}");
+        assert!(told.iter().all(|fraction| (0.0..=1.0).contains(fraction)));
     }
 }

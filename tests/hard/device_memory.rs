@@ -7,8 +7,8 @@ use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
     output::Layer,
     scene::{
-        ChargeUnit, IndirectLight, Light, Mesh, Photodetector, Sensor, Shadow, Texels,
-        TimeOfFlight, VplSum,
+        ChargeUnit, IndirectLight, Light, Mesh, Photodetector, PixelFilter, PixelSampling, Sensor,
+        Shadow, Texels, TimeOfFlight, VplSum,
     },
 };
 
@@ -109,6 +109,19 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
                 }
             }),
         );
+        for (what, indirect) in [
+            ("samples of a bounce", FINAL_GATHER),
+            ("samples of a sum", INTERPOLATED_AVERAGE),
+        ] {
+            let scene = with(&demo, |scene| {
+                scene.indirect = indirect;
+                scene.camera.pixel_sampling = Some(PixelSampling {
+                    samples: 2,
+                    filter: PixelFilter::Box,
+                });
+            });
+            add(what, scene);
+        }
     }
     scenes
 }

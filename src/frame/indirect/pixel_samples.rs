@@ -100,7 +100,7 @@ pub(super) fn average(
                 adds: false,
             };
             let progress = &mut *refiner.progress;
-            let mut proceed = |_| progress.report_sample(pass, sample.share * index as f64);
+            let mut proceed = |_| progress.report_sample(pass, 0.5 * sample.share * index as f64);
             let at = (sample.gbuffer, &receivers, range);
             refiner.gatherer.gather(at, into, samples, &mut proceed)?;
             context.record(|r| {
