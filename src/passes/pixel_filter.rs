@@ -72,15 +72,7 @@ impl PixelSample<'_> {
             ),
             ("footprint", Resource::Image(footprint)),
         ];
-        let kernel = ("pixel_filter", &["depths"][..]);
-        let size_px = context.plan.resolution_px;
-        context.dispatch(
-            recorder,
-            kernel,
-            &resources,
-            &self.parameters(context),
-            size_px,
-        )
+        self.dispatch(recorder, context, &["depths"], &resources)
     }
 
     /// Adds what a sample reflects of the light that was gathered at pixels' centres, and proposes those pixels for receivers whose sample
@@ -102,13 +94,24 @@ impl PixelSample<'_> {
         ]);
         let plan = context.plan;
         let words = ["interpolate", plan.brdf_word(), plan.phasor_word()];
-        let kernel = ("pixel_filter", &words[..]);
-        let size_px = plan.resolution_px;
+        self.dispatch(recorder, context, &words, &resources)
+    }
+
+    /// For each pixel.
+    fn dispatch(
+        &self,
+        recorder: &mut Recorder,
+        context: &Context,
+        words: &[&str],
+        resources: &[(&str, Resource)],
+    ) -> Result<()> {
+        let parameters = self.parameters(context);
+        let size_px = context.plan.resolution_px;
         context.dispatch(
             recorder,
-            kernel,
-            &resources,
-            &self.parameters(context),
+            ("pixel_filter", words),
+            resources,
+            &parameters,
             size_px,
         )
     }
