@@ -752,8 +752,11 @@ typedef struct camlux_material {
    * u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
    */
   uint32_t normal_texture;
-  /** 0. */
-  uint32_t reserved;
+  /**
+   * The index of a texture, in its linear encoding, whose R tells where there is a surface: from 0.5 on. Below it is cut out, on both sides.
+   * CAMLUX_NONE: none.
+   */
+  uint32_t alpha_texture;
 } camlux_material;
 
 /** Elements of memory as they lie there. */
@@ -1657,7 +1660,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_POSE_INIT { (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0} }
 
-#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, CAMLUX_NONE, 0 }
+#define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, CAMLUX_NONE, CAMLUX_NONE }
 
 #define CAMLUX_TEXTURE_INIT { (uint32_t)sizeof(camlux_texture), 0, 0, 0, 3, 0, NULL, 0, NULL }
 

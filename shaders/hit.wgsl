@@ -51,7 +51,7 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
     hit.shading_normal = select(hit.shading_normal, turned, length_squared > 1e-12);
 #endif
 #if TEXTURED BUMPED
-    let texcoord = b.x * c0.texcoord + b.y * c1.texcoord + b.z * c2.texcoord;
+    let texcoord = texcoord_at(triangle, b);
     if (triangle.texture.size.x > 0u) {
         hit.brdf.kd *= sample_texture(triangle.texture, texcoord);
     }
@@ -65,6 +65,12 @@ fn hit_at(triangle: Triangle, b: vec3<f32>, direction: vec3<f32>) -> Hit {
 #endif
     return hit;
 }
+
+#if TEXTURED BUMPED
+fn texcoord_at(triangle: Triangle, b: vec3<f32>) -> vec2<f32> {
+    return b.x * triangle.corners[0].texcoord + b.y * triangle.corners[1].texcoord + b.z * triangle.corners[2].texcoord;
+}
+#endif
 
 #if BUMPED
 // The shading normal as a map of normals turns it: the map's axes are the shading normal on the triangle's front and, across it, the directions in which
@@ -93,21 +99,6 @@ fn mapped_normal(triangle: Triangle, texcoord: vec2<f32>, geometric_normal: vec3
 
 // Cosine between a mapped normal and the triangle's.
 const LEAST_FACING: f32 = 0.01;
-#endif
-
-#if TEXTURED BUMPED
-// Bilinear, repeating, v up, with full f32 weights: samplers interpolate with 8 bits.
-fn sample_texture(texture: Texture, texcoord: vec2<f32>) -> vec3<f32> {
-    let size = texture.size;
-    let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * vec2<f32>(size) - 0.5;
-    let corner = floor(place);
-    let weight = place - corner;
-    let low = (vec2<u32>(vec2<i32>(corner) + vec2<i32>(size))) % size;
-    let high = (low + 1u) % size;
-    let above = mix(texture_texel(texture, low), texture_texel(texture, vec2<u32>(high.x, low.y)), weight.x);
-    let below = mix(texture_texel(texture, vec2<u32>(low.x, high.y)), texture_texel(texture, high), weight.x);
-    return mix(above, below, weight.y);
-}
 #endif
 
 // A unit vector as an integer below 2^24, exact in f32: octahedral, 12 bits an axis, within 1.1e-3 rad. The axes

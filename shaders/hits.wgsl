@@ -8,8 +8,7 @@
 var triangle_shading: texture_storage_2d<rgba32float, read>;
 // Six a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band, and where
 // its map of normals is described in this list, 0 without one; the texture's columns and rows,
-// 0 for none, its words a texel, and whether it is encoded; where its texels begin, as 2^16 times the first and the second number; and the same
-// of the map of normals.
+// 0 for none, its words a texel, and whether it is encoded; its first word, for word_index; and the same of the map of normals.
 var materials: texture_storage_2d<rgba32float, read>;
 
 // `hit_triangle` is that of ray_hit.
@@ -68,8 +67,8 @@ fn normal_texture(map: u32) -> Texture {
 // That of two texels of `materials`.
 fn texture_at(index: u32) -> Texture {
     let texture = vec4<u32>(textureLoad(materials, list_place(index)));
-    let first = vec2<u32>(textureLoad(materials, list_place(index + 1u)).xy);
-    return Texture(texture.xy, first.x << 16u | first.y, texture.z, texture.w);
+    let first_word = word_index(textureLoad(materials, list_place(index + 1u)).xy);
+    return Texture(texture.xy, first_word, texture.z, texture.w);
 }
 #endif
 

@@ -1,5 +1,6 @@
 // Where a ray meets the triangle that a pixel shows. The position comes from the ray and the triangle's plane, not from what found the triangle:
-// rasterisers snap vertices to a subpixel grid, which would move positions by 1/512 pixel along the surface.
+// rasterisers snap vertices to a subpixel grid, which would move positions by 1/512 pixel along the surface. Who imports
+// this for surfaces with cut-outs has a function alpha_texture.
 
 #import hit
 
@@ -47,6 +48,13 @@ fn hit_on_plane(hit_triangle: Triangle, origin: vec3<f32>, offset: vec3<f32>, di
     let plain = scale * vec2<f32>(dot(cross(from0, edge2), doubled_area), dot(cross(edge1, from0), doubled_area));
     // Whatever found the triangle has rounded, so that the ray may miss it: rasterisers round corners to 1/256 pixel.
     let is_inside = min(min(plain.x, plain.y), 1.0 - plain.x - plain.y) >= 0.0;
-    let b = select(nearest_on_rim(from0, edge1, edge2), plain, is_inside);
-    return hit_at(triangle, vec3<f32>(1.0 - b.x - b.y, b), direction);
+    let rest = select(nearest_on_rim(from0, edge1, edge2), plain, is_inside);
+    let b = vec3<f32>(1.0 - rest.x - rest.y, rest);
+#if CUTOUT
+    let alpha = alpha_texture();
+    if (is_cut_out(alpha.size, alpha.first_word, texcoord_at(triangle, b))) {
+        discard;
+    }
+#endif
+    return hit_at(triangle, b, direction);
 }

@@ -14,6 +14,7 @@ struct Draw {
     material_id: f32,
     texture: Texture,
     normal_texture: Texture,
+    alpha_texture: Texture,
 }
 
 #import view
@@ -30,6 +31,12 @@ var<immediate> draw: Draw;
 #if BUMPED
 fn normal_texture(map: u32) -> Texture {
     return draw.normal_texture;
+}
+#endif
+
+#if CUTOUT
+fn alpha_texture() -> Texture {
+    return draw.alpha_texture;
 }
 #endif
 

@@ -11,7 +11,7 @@ struct Texture {
     is_srgb: u32,
 }
 
-#if TEXTURED BUMPED
+#if TEXTURED BUMPED CUTOUT
 // A list of words in layers of 4096 x 4096.
 var texels: texture_storage_2d_array<r32uint, read>;
 
@@ -31,6 +31,12 @@ fn texture_texel(texture: Texture, column_row: vec2<u32>) -> vec3<f32> {
     return select(values, linear_from_srgb(values), texture.is_srgb == 1u);
 }
 
+// The word that 2^16 times the first and the second number are, as texels of an image hold it.
+fn word_index(halves: vec2<f32>) -> u32 {
+    let integers = vec2<u32>(halves);
+    return integers.x << 16u | integers.y;
+}
+
 // IEC 61966-2-1, within 1e-6: x^2.4 = t^8 t^1.6 with t = x^(1/4), and t^1.6 by a polynomial. Vulkan promises less of pow.
 fn linear_from_srgb(encoded: vec3<f32>) -> vec3<f32> {
     let t = sqrt(sqrt((encoded + 0.055) * (1.0 / 1.055)));
@@ -45,4 +51,36 @@ fn linear_from_srgb(encoded: vec3<f32>) -> vec3<f32> {
     let t4 = t2 * t2;
     return select(t4 * t4 * power, encoded * (1.0 / 12.92), encoded <= vec3<f32>(0.04045));
 }
+
+// Bilinear, repeating, v up, with full f32 weights: samplers interpolate with 8 bits.
+fn sample_texture(texture: Texture, texcoord: vec2<f32>) -> vec3<f32> {
+    let corner = texel_corner(texture.size, texcoord);
+    let low = corner.texel;
+    let high = (low + 1u) % texture.size;
+    let above = mix(texture_texel(texture, low), texture_texel(texture, vec2<u32>(high.x, low.y)), corner.weight.x);
+    let below = mix(texture_texel(texture, vec2<u32>(low.x, high.y)), texture_texel(texture, high), corner.weight.x);
+    return mix(above, below, corner.weight.y);
+}
+
+// The texel left above a place, and how far the place is from its centre.
+struct TexelCorner {
+    texel: vec2<u32>,
+    weight: vec2<f32>,
+}
+
+fn texel_corner(size: vec2<u32>, texcoord: vec2<f32>) -> TexelCorner {
+    let place = fract(vec2<f32>(texcoord.x, 1.0 - texcoord.y)) * vec2<f32>(size) - 0.5;
+    let corner = floor(place);
+    return TexelCorner(vec2<u32>(vec2<i32>(corner) + vec2<i32>(size)) % size, place - corner);
+}
+#if CUTOUT
+
+// Whether there is nothing of a surface with an alpha texture of this size. A word has the alpha of a texel, of those to the right, below, and right below.
+fn is_cut_out(size: vec2<u32>, first_word: u32, texcoord: vec2<f32>) -> bool {
+    let corner = texel_corner(size, texcoord);
+    let alpha = unpack4x8unorm(word(first_word + corner.texel.y * size.x + corner.texel.x));
+    let above_below = mix(alpha.xz, alpha.yw, corner.weight.x);
+    return mix(above_below.x, above_below.y, corner.weight.y) < 0.5;
+}
+#endif
 #endif

@@ -10,6 +10,9 @@
 // Humphreys, "Physically Based Rendering", section "Managing rounding error".
 
 #import light
+#if CUTOUT
+#import texels
+#endif
 
 #if QUERY
 enable wgpu_ray_query;
@@ -19,6 +22,10 @@ var ray_scene: acceleration_structure;
 #else
 var ray_boxes: texture_storage_2d<rgba32float, read>;
 #endif
+// Four texels a triangle: its corners, each with a component of the unit normal; its place in the scene, and 1 + its place among those with cut-outs
+// where it has any. The first one also tells where those begin that an acceleration structure has as its second geometry, and how many triangles there
+// are. Behind them lie those with cut-outs again: the texture coordinates of the corners, columns and rows of the alpha texture, and its first word,
+// for word_index, three texels each.
 var ray_triangles: texture_storage_2d<rgba32float, read>;
 
 // Rays of a lane.
@@ -29,8 +36,9 @@ const ROW_MASK: u32 = 1023u;
 const NOTHING_HIT: u32 = 0xffffffffu;
 // Texels of ray_boxes before the first node.
 const HEADER_TEXELS: u32 = 3u;
-// The word of a leaf: LEAF | triangle.
+// The word of a leaf: LEAF | triangle, and LEAF_CUTOUT where that has cut-outs.
 const LEAF: u32 = 0x40000000u;
+const LEAF_CUTOUT: u32 = 0x20000000u;
 // Boxes that a lane tests before it looks at leaves.
 const STRIDE: u32 = 8u;
 
@@ -171,6 +179,23 @@ fn blocking(planes: LightPlanes, start: vec3<f32>) -> f32 {
 #endif
 }
 
+#if CUTOUT
+// Whether a triangle that has cut-outs has one where these are the barycentric coordinates, up to a factor.
+fn is_hole(cutout: u32, b: vec3<f32>) -> bool {
+    let first = 4u * u32(triangle_texel(3u).w) + 3u * (cutout - 1u);
+    let texcoords01 = triangle_texel(first);
+    let texcoord2_size = triangle_texel(first + 1u);
+    let first_word = word_index(triangle_texel(first + 2u).xy);
+    let texcoord = (b.x * texcoords01.xy + b.y * texcoords01.zw + b.z * texcoord2_size.xy) / (b.x + b.y + b.z);
+    return is_cut_out(vec2<u32>(texcoord2_size.zw), first_word, texcoord);
+}
+
+// 0: the triangle is whole.
+fn cutout_of(triangle: u32) -> u32 {
+    return u32(triangle_texel(4u * triangle + 3u).y);
+}
+#endif
+
 #if QUERY
 // The nearest triangle that a ray meets, or any; NOTHING_HIT where it ends before.
 struct Met {
@@ -180,13 +205,40 @@ struct Met {
 
 fn met(intersection: RayIntersection) -> Met {
     let is_met = intersection.kind == RAY_QUERY_INTERSECTION_TRIANGLE;
-    return Met(select(NOTHING_HIT, intersection.primitive_index, is_met), 1.0 / intersection.t);
+    return Met(select(NOTHING_HIT, triangle_of(intersection), is_met), 1.0 / intersection.t);
+}
+
+fn triangle_of(intersection: RayIntersection) -> u32 {
+#if CUTOUT
+    // Triangles with cut-outs are the second geometry.
+    let first = u32(triangle_texel(3u).z);
+    return intersection.primitive_index + select(0u, first, intersection.geometry_index == 1u);
+#else
+    return intersection.primitive_index;
+#endif
+}
+
+// Of a triangle that the ray meets.
+fn is_solid(intersection: RayIntersection) -> bool {
+#if CUTOUT
+    let cutout = cutout_of(triangle_of(intersection));
+    let b = intersection.barycentrics;
+    return cutout == 0u || !is_hole(cutout, vec3<f32>(1.0 - b.x - b.y, b));
+#else
+    return true;
+#endif
 }
 
 fn follow(ray: RayDesc) -> Met {
     var query: ray_query;
     rayQueryInitialize(&query, ray_scene, ray);
-    while (rayQueryProceed(&query)) {}
+    while (rayQueryProceed(&query)) {
+#if CUTOUT
+        if (is_solid(rayQueryGetCandidateIntersection(&query))) {
+            rayQueryConfirmIntersection(&query);
+        }
+#endif
+    }
     return met(rayQueryGetCommittedIntersection(&query));
 }
 
@@ -202,7 +254,7 @@ fn follow_with_light(ray: RayDesc, light_end: vec4<f32>) -> Met {
     rayQueryInitialize(&query, ray_scene, asking);
     while (rayQueryProceed(&query)) {
         let candidate = rayQueryGetCandidateIntersection(&query);
-        if (!is_mounted_on(candidate.primitive_index, light_end)) {
+        if (!is_mounted_on(triangle_of(candidate), light_end) && is_solid(candidate)) {
             rayQueryConfirmIntersection(&query);
         }
     }
@@ -287,7 +339,19 @@ fn box_texel(index: u32) -> vec4<f32> {
     return textureLoad(ray_boxes, list_place(index));
 }
 
-#if TREE
+#if CUTOUT
+// The barycentric coordinates, up to a factor, of where a ray meets a triangle.
+fn weights_of(triangle: u32, vector: vec3<f32>, end: vec4<f32>, is_to_light: bool) -> vec3<f32> {
+    if (is_to_light) {
+        let planes = planes_to_light(triangle, end);
+        return vec3<f32>(dot(planes.plane0, vector), dot(planes.plane1, vector), dot(planes.plane2, vector)) - planes.offsets;
+    }
+    let planes = planes_from_origin(triangle, end.xyz);
+    return vec3<f32>(dot(planes.edge0, vector), dot(planes.edge1, vector), dot(planes.edge2, vector));
+}
+#endif
+
+#if TREE CUTOUT
 // A ray on its way through the tree, in the coordinates of the grid to which boxes are rounded.
 struct Traversal {
     // Which ray: a bit.
@@ -376,6 +440,12 @@ fn greater1(a: f32, b: f32) -> f32 {
     return select(b, a, a > b);
 }
 
+fn take_hit(w: u32, triangle: u32, inverse_t: f32, is_nearer: bool) {
+    traversals[w].hit = select(traversals[w].hit, triangle, is_nearer);
+    traversals[w].inverse_t = select(traversals[w].inverse_t, inverse_t, is_nearer);
+    traversals[w].t_max = 1.0 / traversals[w].inverse_t;
+}
+
 // Takes each ray of the lane that is not yet done through the tree: `end` is the common origin, or the light. Lanes need
 // nothing of one another.
 fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
@@ -405,9 +475,13 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
                 break if (boxes == STRIDE) | !is_moving;
             }
         }
-        var is_done = todo == 0u;
+#if CUTOUT
+        // What a ray meets where there may be a hole: 1 / distance, or 0.
+        var doubtful: array<f32, TRAVERSALS>;
+        var doubtful_triangle: array<u32, TRAVERSALS>;
+#endif
         for (var w = 0u; w < TRAVERSALS; w++) {
-            let triangle = traversals[w].leaf & ~LEAF;
+            let triangle = traversals[w].leaf & ~(LEAF | LEAF_CUTOUT);
             var inverse_t: f32;
             if (is_to_light) {
                 inverse_t = blocking(planes_to_light(triangle, end), traversals[w].vector);
@@ -415,10 +489,29 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
                 inverse_t = inverse_t_of(planes_from_origin(triangle, end.xyz), traversals[w].vector);
             }
             let is_nearer = (inverse_t > traversals[w].inverse_t) & (traversals[w].leaf != 0u);
-            traversals[w].hit = select(traversals[w].hit, triangle, is_nearer);
-            traversals[w].inverse_t = select(traversals[w].inverse_t, inverse_t, is_nearer);
-            traversals[w].t_max = 1.0 / traversals[w].inverse_t;
+#if CUTOUT
+            let is_doubtful = is_nearer & ((traversals[w].leaf & LEAF_CUTOUT) != 0u);
+            doubtful[w] = select(0.0, inverse_t, is_doubtful);
+            doubtful_triangle[w] = triangle;
+            take_hit(w, triangle, inverse_t, is_nearer & !is_doubtful);
+#else
+            take_hit(w, triangle, inverse_t, is_nearer);
+#endif
             traversals[w].leaf = 0u;
+        }
+#if CUTOUT
+        // A loop that most rays do not enter: drivers that compute both sides of a branch would have all of them pay.
+        for (var i = 0u; i < select(0u, 1u, doubtful[0] > 0.0) + select(0u, 1u, doubtful[1] > 0.0); i++) {
+            let is_first = (i == 0u) & (doubtful[0] > 0.0);
+            let triangle = select(doubtful_triangle[1], doubtful_triangle[0], is_first);
+            let vector = select(traversals[1].vector, traversals[0].vector, is_first);
+            let is_there = !is_hole(cutout_of(triangle), weights_of(triangle, vector, end, is_to_light));
+            take_hit(0u, triangle, doubtful[0], is_there & is_first);
+            take_hit(1u, triangle, doubtful[1], is_there & !is_first);
+        }
+#endif
+        var is_done = todo == 0u;
+        for (var w = 0u; w < TRAVERSALS; w++) {
             traversals[w].node = select(traversals[w].node, node_count, is_any & (traversals[w].inverse_t > 1.0));
             is_done &= traversals[w].node >= node_count;
         }
@@ -496,7 +589,7 @@ fn trace(origin: vec3<f32>, is_any: bool) {
             break if first >= large_end;
         }
     }
-#if TREE
+#if TREE CUTOUT
     traverse(vec4<f32>(origin, 0.0), false, is_any);
 #endif
 }
@@ -531,7 +624,7 @@ fn trace_to_light(light_end: vec4<f32>) {
             break if first >= large_end;
         }
     }
-#if TREE
+#if TREE CUTOUT
     traverse(light_end, true, is_any);
 #endif
 }

@@ -1,12 +1,13 @@
 //! Writes generated files; the result is always the same.
 //!
-//! - `cargo run --release --example generate_scenes`, in the repository's root: the knot's OBJ and the textures of `scenes/`; a
+//! - `cargo run --release --example generate_scenes`, in the repository's root: the OBJ of knot and leaves, and the textures of `scenes/`; a
 //!   test compares them with what is checked in.
 //! - `cargo run --release --example generate_scenes -- meshes FOLDER`: the mesh scenes, which are not checked in
 //!   ([docs/mesh-scenes.md](../../docs/mesh-scenes.md)).
 //! - `cargo run --release --example generate_scenes -- knot TRIANGLES FOLDER`: the knot with about so many triangles.
 
 mod knot;
+mod leaves;
 mod meshes;
 mod textures;
 
@@ -41,9 +42,11 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn checked_in_files() -> Result<(), Box<dyn Error>> {
     let scenes = Path::new("scenes");
     fs::write(scenes.join("knot.obj"), knot::obj())?;
+    fs::write(scenes.join("leaves.obj"), leaves::obj())?;
     textures::tiles().save(scenes.join("tiles.png"))?;
     textures::bricks().save(scenes.join("bricks.png"))?;
     textures::brick_heights().save(scenes.join("brick_heights.png"))?;
+    textures::leaf().save(scenes.join("leaf.png"))?;
     textures::stripes().save(scenes.join("stripes.png"))?;
     Ok(())
 }

@@ -1,6 +1,6 @@
-//! Two diffuse textures that repeat without a seam, and the image of a projector. Whole numbers only, so that every machine makes the same pixels.
+//! Two diffuse textures that repeat without a seam, a leaf, and the image of a projector. Whole numbers only, so that every machine makes the same pixels.
 
-use image::{GrayImage, Luma, Rgb, RgbImage};
+use image::{GrayImage, Luma, Rgb, RgbImage, Rgba, RgbaImage};
 
 /// Edge of both textures.
 const SIZE_PX: u32 = 256;
@@ -60,6 +60,46 @@ pub fn brick_heights() -> GrayImage {
         let edge = inside(shifted, LENGTH_PX).min(inside(y, HEIGHT_PX));
         Luma([(edge * 200 / EDGE_PX + (24 + grain(x, y, 10)) as u32) as u8])
     })
+}
+
+/// A leaf of five lobes with its veins, and alpha where it is: a rim of a few pixels fades out.
+pub fn leaf() -> RgbaImage {
+    const EDGE_PX: i32 = 128;
+    // The stem's end, the middle of the lobes, and their tips.
+    const STEM: [i32; 2] = [64, 124];
+    const HEART: [i32; 2] = [64, 84];
+    const TIPS: [[i32; 2]; 5] = [[64, 6], [16, 38], [112, 38], [26, 100], [102, 100]];
+    RgbaImage::from_fn(EDGE_PX as u32, EDGE_PX as u32, |x, y| {
+        let at = [x as i32, y as i32];
+        let lobes = TIPS.map(|tip| within(at, HEART, tip, 18));
+        let lobe = lobes.into_iter().max().unwrap_or(0);
+        let veins = TIPS.map(|tip| within(at, HEART, tip, 2));
+        let vein = veins.into_iter().chain([within(at, HEART, STEM, 2)]).max();
+        let is_vein = vein.is_some_and(|inside| inside > 0);
+        let stem = within(at, STEM, HEART, 3);
+        let alpha = (lobe.max(stem) * 60).clamp(0, 255) as u8;
+        let srgb = if is_vein {
+            [146, 176, 88]
+        } else {
+            [78, 128, 52]
+        };
+        let Rgb([r, g, b]) = shade(srgb, grain(x, y, 18));
+        Rgba([r, g, b, alpha])
+    })
+}
+
+/// How far a place is within a wedge that is so many pixels wide at `from`, to either side, and nothing at `to`; below 0 outside.
+fn within(at: [i32; 2], from: [i32; 2], to: [i32; 2], width: i32) -> i32 {
+    let [along, offset] = [
+        [to[0] - from[0], to[1] - from[1]],
+        [at[0] - from[0], at[1] - from[1]],
+    ];
+    let square = along[0] * along[0] + along[1] * along[1];
+    let place = along[0] * offset[0] + along[1] * offset[1];
+    // Behind `from` it ends like a roof.
+    let rest = width * (square - place.max(-place / 2)) / square;
+    let length = (square as u32).isqrt() as i32;
+    rest - (along[0] * offset[1] - along[1] * offset[0]).abs() / length
 }
 
 /// Stripes of a structured-light projector: a Gray code, whose bits lie one above the other from the coarsest to the finest.

@@ -188,6 +188,7 @@ struct material {
     std::uint32_t kd_texture = CAMLUX_NONE;
     std::string name;
     std::uint32_t normal_texture = CAMLUX_NONE;
+    std::uint32_t alpha_texture = CAMLUX_NONE;
 };
 
 /** camlux_texture. The pixels are looked at during scene::add_texture only. */
@@ -497,6 +498,7 @@ inline camlux_material raw_of(const material &from) noexcept
     camlux_material to = CAMLUX_MATERIAL_INIT;
     to.kd_texture = from.kd_texture;
     to.normal_texture = from.normal_texture;
+    to.alpha_texture = from.alpha_texture;
     set(to.kd, from.kd);
     set(to.ks, from.ks);
     to.shininess = from.shininess;

@@ -25,8 +25,9 @@ pub struct camlux_material {
     /// The index of a texture of normals, in its linear encoding: R, G, B from 0 to 1 are the components from -1 to 1 in the directions in which
     /// u and v grow, and along the mesh's own normal. CAMLUX_NONE: none.
     pub normal_texture: u32,
-    /// 0.
-    pub reserved: u32,
+    /// The index of a texture, in its linear encoding, whose R tells where there is a surface: from 0.5 on. Below it is cut out, on both sides.
+    /// CAMLUX_NONE: none.
+    pub alpha_texture: u32,
 }
 
 c_struct!(
@@ -34,6 +35,7 @@ c_struct!(
     kd_texture: CAMLUX_NONE,
     shininess: -1.0,
     normal_texture: CAMLUX_NONE,
+    alpha_texture: CAMLUX_NONE,
 );
 
 /// Adds a material.
@@ -91,10 +93,10 @@ unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {
     let name = unsafe { args::text(raw.name, "name") }?.unwrap_or_default();
     let mut material = Material::lambert(name, raw.kd);
     material.ks = raw.ks;
-    args::reserved(camlux_material::NAME, raw.reserved)?;
     let texture = |index: u32| (index != CAMLUX_NONE).then_some(index as usize);
     material.kd_texture = texture(raw.kd_texture);
     material.normal_texture = texture(raw.normal_texture);
+    material.alpha_texture = texture(raw.alpha_texture);
     if raw.shininess.is_nan() || raw.shininess >= 0.0 {
         material.shininess = raw.shininess;
     } else if material.is_specular() {

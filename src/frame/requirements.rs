@@ -184,6 +184,12 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
             &["primary_rays"],
             "a lens without distortion",
         ),
+        (
+            plan.has_cutouts,
+            "shadows of cut-outs",
+            &["direct"],
+            "materials without map_d",
+        ),
     ] {
         let hint = format!("use {without}, or choose another device");
         let of_scene = of_scene().with_hint(hint);

@@ -6,8 +6,12 @@ use super::cache::Cached;
 use crate::{
     Error, LocalSpace, RayKernel, Result,
     passes::{
-        Context, hits::HitSurfaces, primary_rays, rays::RayTriangles, surface::Surfaces,
-        textures::Textures,
+        Context,
+        hits::HitSurfaces,
+        primary_rays,
+        rays::RayTriangles,
+        surface::Surfaces,
+        textures::{TextureUses, Textures, uses_of},
     },
     scene::{Lens, Material, Mesh, Shared, Texture},
     vulkan::Buffer,
@@ -31,6 +35,7 @@ pub(crate) struct SceneResources {
 #[derive(Clone, PartialEq)]
 struct TexturesKey {
     is_textured: bool,
+    uses: Vec<TextureUses>,
     textures: SameValues<Texture>,
 }
 
@@ -48,6 +53,8 @@ struct RayTreeKey {
     kernel: Option<RayKernel>,
     space: LocalSpace,
     meshes: SameValues<Mesh>,
+    /// The alpha texture of each material, and the textures, where there are cut-outs.
+    cutouts: Option<(Vec<Option<usize>>, TexturesKey)>,
 }
 
 /// Equal where all are the very same: values that cannot change as long as they are kept. Others are taken for different ones
@@ -75,6 +82,7 @@ impl SceneResources {
         let meshes = SameValues(scene.meshes.clone());
         let textures_key = TexturesKey {
             is_textured: plan.is_textured,
+            uses: uses_of(scene),
             textures: SameValues(scene.textures.clone()),
         };
         let surfaces_key = SurfacesKey {
@@ -89,6 +97,11 @@ impl SceneResources {
             kernel,
             space: *space,
             meshes,
+            cutouts: plan.has_cutouts.then(|| {
+                let materials = scene.materials.iter();
+                let alpha = materials.map(|material| material.alpha_texture).collect();
+                (alpha, textures_key.clone())
+            }),
         };
         self.textures.drop_unless(&textures_key);
         self.surfaces.drop_unless(&surfaces_key);
@@ -104,14 +117,17 @@ impl SceneResources {
         self.lens_rays.drop_unless(&lens_key);
 
         let (textures, _) = self.textures.get_or_make(textures_key, || {
-            Ok(Arc::new(Textures::upload(commands, scene, plan)?))
+            Ok(Arc::new(match plan.is_textured {
+                true => Textures::upload(commands, scene)?,
+                false => Textures::default(),
+            }))
         })?;
         let (_, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
             Surfaces::upload(commands, scene, plan, space, textures)
         })?;
         self.generation += u64::from(is_new);
         if let Some(kernel) = kernel {
-            let tree = || RayTriangles::of(commands, scene, space, kernel);
+            let tree = || RayTriangles::of(commands, scene, space, textures, kernel);
             self.ray_tree.get_or_make(ray_tree_key, tree)?;
         }
         if plan.has_distortion {

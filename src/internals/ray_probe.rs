@@ -1,10 +1,12 @@
 //! Rays by the hundred from points of surfaces: the kernels of `shaders/trace.wgsl` alone, for tests and benches.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::{
     Device, LocalSpace, RayKernel, Result, Scene,
-    passes::rays::RayTriangles,
+    passes::{rays::RayTriangles, textures::Textures},
     vulkan::{Buffer, BufferUse, CommandPool, Pipelines, TexelList, shaders::RayProbeParameters},
 };
 
@@ -59,7 +61,11 @@ impl RayProbe {
         let space = LocalSpace::of(scene.bounding_box());
         let commands = CommandPool::new(device);
         let kernel = kernel.checked_for(device.info())?;
-        let tree = RayTriangles::of(&commands, scene, &space, kernel)?;
+        let textures = Arc::new(match scene.has_cutouts() {
+            true => Textures::upload(&commands, scene)?,
+            false => Textures::default(),
+        });
+        let tree = RayTriangles::of(&commands, scene, &space, &textures, kernel)?;
         Ok(RayProbe {
             device: device.clone(),
             pipelines: Pipelines::new(device),

@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use super::{surface::brdf_texels, textures::Textures};
+use super::{
+    surface::brdf_texels,
+    textures::{Textures, halves_of_first_word},
+};
 use crate::{
     Result, Scene,
     vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList},
@@ -38,10 +41,10 @@ impl HitSurfaces {
         let place = |texture: Option<usize>| {
             let texture = textures.place_of(texture);
             let [width, height] = texture.size;
-            let first = [texture.first_word >> 16, texture.first_word & 0xffff];
+            let [first, second] = halves_of_first_word(texture);
             [
                 [width, height, texture.words, texture.is_srgb].map(|n| n as f32),
-                [first[0] as f32, first[1] as f32, 0.0, 0.0],
+                [first, second, 0.0, 0.0],
             ]
         };
         let mut materials: Vec<[[f32; 4]; 6]> = scene

@@ -80,7 +80,7 @@ impl LightRays {
                     if rays.ray_count == 0 {
                         continue;
                     }
-                    let mut resources = tree.resources().to_vec();
+                    let mut resources = tree.resources();
                     resources.extend(surfaces.resources());
                     resources.extend(table.resources());
                     resources.extend([

@@ -171,11 +171,11 @@ mod tests {
             ("sensor", vec!["", "sampled"]),
             ("sensor", vec!["indirect", "sampled"]),
         ];
-        let trees = ["", "tree"];
+        let trees = ["", "tree", "cutout"];
         let kernels = RayKernel::ALL
             .into_iter()
             .flat_map(|kernel| trees.map(|tree| (kernel.name(), tree)));
-        let is_there = |&(kernel, tree): &(&str, &str)| kernel != "query" || tree.is_empty();
+        let is_there = |&(kernel, tree): &(&str, &str)| kernel != "query" || tree != "tree";
         let kernels: Vec<_> = kernels.filter(is_there).collect();
         for &(kernel, tree) in &kernels {
             for (brdf, receiver) in [
@@ -183,7 +183,9 @@ mod tests {
                 ("phong", "matte"),
                 ("phong", "glossy"),
             ] {
-                for [shading, texture] in shadings {
+                let shadings = shadings.iter();
+                let has = |shading: &str| tree != "cutout" || shading == "bumped";
+                for [shading, texture] in shadings.filter(|[shading, _]| has(shading)) {
                     let words =
                         |phasors| vec![brdf, receiver, shading, texture, phasors, kernel, tree];
                     requested.extend(["", "phasors"].map(|word| ("final_gather", words(word))));
@@ -200,6 +202,7 @@ mod tests {
                 let words =
                     |[shading, texture]: [&'static str; 2]| (pass, vec![brdf, shading, texture]);
                 requested.extend(shadings.map(words));
+                requested.push(words(["bumped", "cutout"]));
             }
             for [shading, texture] in shadings {
                 let words = |lens| ("primary_rays", vec!["shade", lens, brdf, shading, texture]);

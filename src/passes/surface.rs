@@ -105,10 +105,20 @@ impl Surfaces {
         let pipelines = context.pipelines;
         recorder.render(target, |recorder| {
             for range in &self.ranges {
-                let textures = [range.draw.texture, range.draw.normal_texture];
-                let [is_textured, is_bumped] = textures.map(|texture| texture.size[0] > 0);
-                let [shading, textured] = shading_words(range.is_smooth, is_textured, is_bumped);
-                let words = brdf.map(|brdf| [brdf, shading, textured]);
+                let Draw {
+                    texture,
+                    normal_texture,
+                    alpha_texture,
+                    ..
+                } = range.draw;
+                let textures = [texture, normal_texture, alpha_texture];
+                let [is_textured, is_bumped, has_cutouts] =
+                    textures.map(|texture| texture.size[0] > 0);
+                let [shading, detail] = match has_cutouts {
+                    true => ["bumped", "cutout"],
+                    false => shading_words(range.is_smooth, is_textured, is_bumped),
+                };
+                let words = brdf.map(|brdf| [brdf, shading, detail]);
                 let words = words.as_ref().map_or(&[][..], |words| words);
                 let pipeline = pipelines.raster(pass, words, target.colors.len())?;
                 let mut resources = vec![
@@ -199,6 +209,10 @@ impl Lists {
                     material_id: (material_index + 1) as f32,
                     texture: place(material.kd_texture),
                     normal_texture: place(material.normal_texture),
+                    alpha_texture: match mesh.texcoords[..] {
+                        [] => shaders::Texture::default(),
+                        _ => textures.alpha_place_of(material.alpha_texture),
+                    },
                     ..Draw::default()
                 },
             });

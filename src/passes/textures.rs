@@ -1,61 +1,114 @@
 //! The scene's textures on the device, once for the rasteriser and for rays.
 
 use crate::{
-    Plan, Result, Scene,
-    scene::{Encoding, Texels},
+    Result, Scene,
+    scene::{Encoding, Texels, Texture},
     vulkan::{CommandPool, Declarations, Resource, WordList, shaders},
 };
 
-/// All texels of a scene, at the precision of their source: `texels` of `shaders/texels.wgsl`.
+/// All texels of a scene, at the precision of their source, and alpha at 8 bits: `texels` of `shaders/texels.wgsl`.
 #[derive(Default)]
 pub(crate) struct Textures {
     /// `None`: no surface shows one.
     texels: Option<WordList>,
     places: Vec<shaders::Texture>,
+    /// Of the same textures as alpha.
+    alpha_places: Vec<shaders::Texture>,
 }
 
 /// What a scene's textures take.
 pub(crate) fn declare(declarations: &Declarations, scene: &Scene) -> Result<()> {
-    let words = word_count(scene);
+    let uses = scene.textures.iter().zip(uses_of(scene));
+    let words = uses.map(|(texture, used)| used.word_count(texture)).sum();
     // They are counted by 32 bits.
     declarations.check("words of textures", words, |_| u32::MAX.into())?;
     WordList::declare(declarations, "textures", words)
 }
 
-impl Textures {
-    /// Copies them to the device.
-    pub fn upload(commands: &CommandPool, scene: &Scene, plan: &Plan) -> Result<Textures> {
-        if !plan.is_textured {
-            return Ok(Textures::default());
+/// What a texture is there for.
+#[derive(Clone, Copy, Default, PartialEq)]
+pub(crate) struct TextureUses {
+    has_bands: bool,
+    has_alpha: bool,
+}
+
+/// Of each texture.
+pub(crate) fn uses_of(scene: &Scene) -> Vec<TextureUses> {
+    let mut uses = vec![TextureUses::default(); scene.textures.len()];
+    for material in &scene.materials {
+        for index in [material.kd_texture, material.normal_texture] {
+            index.into_iter().for_each(|i| uses[i].has_bands = true);
         }
+        let alpha = material.alpha_texture.into_iter();
+        alpha.for_each(|i| uses[i].has_alpha = true);
+    }
+    uses
+}
+
+impl TextureUses {
+    fn word_count(self, texture: &Texture) -> u64 {
+        let texels = texture.texels.len() as u64;
+        let words_of_bands = words_per_texel(&texture.texels) * texels;
+        u64::from(self.has_bands) * words_of_bands + u64::from(self.has_alpha) * texels
+    }
+}
+
+impl Textures {
+    /// Copies those that materials name to the device.
+    pub fn upload(commands: &CommandPool, scene: &Scene) -> Result<Textures> {
         let mut first_word = 0;
         let mut places = Vec::new();
-        for texture in &scene.textures {
+        let mut alpha_places = Vec::new();
+        let uses = uses_of(scene);
+        for (texture, used) in scene.textures.iter().zip(&uses) {
             let is_srgb = match texture.texels {
                 Texels::U8(_, encoding) | Texels::U16(_, encoding) => encoding == Encoding::Srgb,
                 Texels::F32(_) => false,
             };
-            places.push(shaders::Texture {
-                size: texture.size_px,
-                // The plan has checked that it is that small.
-                first_word: first_word as u32,
-                words: words_per_texel(&texture.texels) as u32,
-                is_srgb: is_srgb.into(),
-                ..shaders::Texture::default()
-            });
-            first_word += words_of(&texture.texels);
+            let mut place = |is_used: bool, words: u64, is_srgb: bool| {
+                if !is_used {
+                    return shaders::Texture::default();
+                }
+                let place = shaders::Texture {
+                    size: texture.size_px,
+                    // The plan has checked that it is that small.
+                    first_word: first_word as u32,
+                    words: words as u32,
+                    is_srgb: is_srgb.into(),
+                    ..shaders::Texture::default()
+                };
+                first_word += words * texture.texels.len() as u64;
+                place
+            };
+            let words = words_per_texel(&texture.texels);
+            places.push(place(used.has_bands, words, is_srgb));
+            alpha_places.push(place(used.has_alpha, 1, false));
         }
-        let textures = scene.textures.iter();
-        let words = textures.flat_map(|texture| words(&texture.texels));
+        let textures = scene.textures.iter().zip(&uses);
+        let words = textures.flat_map(|(texture, used)| {
+            let bands = used.has_bands.then(|| words(&texture.texels));
+            let alpha = used.has_alpha.then(|| alpha_words(texture));
+            bands
+                .into_iter()
+                .flatten()
+                .chain(alpha.into_iter().flatten())
+        });
         Ok(Textures {
             texels: Some(WordList::new(commands, "textures", words, first_word)?),
             places,
+            alpha_places,
         })
     }
 
     /// Where the texels of a texture of a material lie; of no columns where it has none.
     pub fn place_of(&self, texture: Option<usize>) -> shaders::Texture {
         let place = texture.and_then(|index| self.places.get(index));
+        place.copied().unwrap_or_default()
+    }
+
+    /// The same of one that is alpha.
+    pub fn alpha_place_of(&self, texture: Option<usize>) -> shaders::Texture {
+        let place = texture.and_then(|index| self.alpha_places.get(index));
         place.copied().unwrap_or_default()
     }
 
@@ -66,16 +119,9 @@ impl Textures {
     }
 }
 
-fn word_count(scene: &Scene) -> u64 {
-    scene
-        .textures
-        .iter()
-        .map(|texture| words_of(&texture.texels))
-        .sum()
-}
-
-fn words_of(texels: &Texels) -> u64 {
-    words_per_texel(texels) * texels.len() as u64
+/// The numbers that `word_index` of `shaders/texels.wgsl` makes a texture's first word of.
+pub(crate) fn halves_of_first_word(texture: shaders::Texture) -> [f32; 2] {
+    [texture.first_word >> 16, texture.first_word & 0xffff].map(|half| half as f32)
 }
 
 fn words_per_texel(texels: &Texels) -> u64 {
@@ -84,6 +130,25 @@ fn words_per_texel(texels: &Texels) -> u64 {
         Texels::U16(..) => 2,
         Texels::F32(_) => 3,
     }
+}
+
+/// The alpha of each texel, of those to its right, below, and right below, in bytes of a word: all that is interpolated at a place.
+fn alpha_words(texture: &Texture) -> impl Iterator<Item = u32> {
+    let [width, height] = texture.size_px.map(|size| size as usize);
+    let alpha = move |column: usize, row: usize| {
+        let index = row % height * width + column % width;
+        let [alpha, ..] = texture.texels.reflectance(index);
+        (255.0 * alpha).round() as u8
+    };
+    (0..width * height).map(move |i| {
+        let (column, row) = (i % width, i / width);
+        u32::from_le_bytes([
+            alpha(column, row),
+            alpha(column + 1, row),
+            alpha(column, row + 1),
+            alpha(column + 1, row + 1),
+        ])
+    })
 }
 
 /// The words of a texture, texel by texel.

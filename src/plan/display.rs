@@ -128,7 +128,11 @@ impl fmt::Display for Plan {
                 self.is_textured,
                 "textures: no material on a mesh with texcoords has one",
             ),
-            (has_maps, "shadow maps: [direct] asks for rays"),
+            (
+                self.has_cutouts,
+                "cut-outs: no such material has an alpha texture",
+            ),
+            (has_maps, "shadow maps: rays find shadows"),
             (
                 self.ray_kernel().is_some(),
                 "tree of boxes: nothing casts rays",

@@ -43,6 +43,8 @@ pub struct Plan {
     pub is_textured: bool,
     /// Some visible material has a map of normals; then the mesh counts as smooth and as textured, too.
     pub is_bumped: bool,
+    /// Some visible material has an alpha texture; then all surfaces that rays hit are shaded as if they had maps of normals.
+    pub has_cutouts: bool,
     /// The camera's lens distorts the image.
     pub has_distortion: bool,
     /// How light is averaged over the pixels.
@@ -192,6 +194,7 @@ impl Plan {
             !mesh.texcoords.is_empty() && scene.materials_of(mesh).any(is_it)
         };
         let is_bumped = meshes().any(|mesh| has_material(mesh, |m| m.normal_texture.is_some()));
+        let has_cutouts = scene.has_cutouts();
         let bounds = scene.bounding_sphere_or_unit();
         // The faces do not depend on the texels.
         let faces = |light: &Light| EmissionDomain::new(light, 1, &bounds).faces.len();
@@ -206,6 +209,8 @@ impl Plan {
         let primary_rays = planned_primary_rays(scene, device);
         // Where there are rays, they cost less than a map, and their shadows are exact.
         let has_rays = primary_rays.is_some() || indirect.is_some_and(|i| i.is_final_gather());
+        // What is left of a triangle with cut-outs is no triangle, which the test by a map takes it for.
+        let has_rays = has_rays || has_cutouts;
         let shadow = scene.direct.shadow.unwrap_or(match has_rays {
             true => Shadow::Rays,
             false => Shadow::Map,
@@ -231,9 +236,10 @@ impl Plan {
         Ok(Plan {
             resolution_px: scene.camera.resolution_px,
             is_specular: meshes().any(|mesh| is_specular(mesh)),
-            is_smooth: is_bumped || meshes().any(|mesh| !mesh.normals.is_empty()),
+            is_smooth: is_bumped || has_cutouts || meshes().any(|mesh| !mesh.normals.is_empty()),
             is_textured: meshes().any(|mesh| has_material(mesh, Material::has_texture)),
             is_bumped,
+            has_cutouts,
             has_distortion: scene.camera.distortion().is_some(),
             pixel_sampling: scene.camera.pixel_sampling,
             primary_rays,
@@ -278,7 +284,8 @@ impl Plan {
 
     /// The words that tell what shades a surface beside its BRDF.
     pub(crate) fn shading_words(&self) -> [&'static str; 2] {
-        shading_words(self.is_smooth, self.is_textured, self.is_bumped)
+        let is_bumped = self.is_bumped || self.has_cutouts;
+        shading_words(self.is_smooth, self.is_textured, is_bumped)
     }
 
     /// The same for who reads it.

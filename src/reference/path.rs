@@ -151,7 +151,9 @@ impl Transport {
     pub fn trace(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let start = OWN_SURFACE / direction.length();
         let ray = Ray::half_line(origin + start * direction, direction);
-        let hit = self.triangles.nearest(&ray)?;
+        let hit = self
+            .triangles
+            .nearest(&ray, |hit| self.surfaces.is_at(hit))?;
         Some(Hit {
             distance: start + hit.distance,
             ..hit
@@ -159,7 +161,9 @@ impl Transport {
     }
 
     fn follow(&self, ray: &Ray) -> Option<Surface> {
-        let hit = self.triangles.nearest(ray)?;
+        let hit = self
+            .triangles
+            .nearest(ray, |hit| self.surfaces.is_at(hit))?;
         Some(self.surfaces.at(&hit, ray.direction))
     }
 
@@ -261,7 +265,7 @@ impl Transport {
 
     /// V(L,P)
     fn is_lit(&self, surface: &Surface, illumination: &Illumination) -> bool {
-        self.triangles.is_free(&Ray {
+        self.is_free(&Ray {
             end: illumination.distance,
             from_triangle: surface.triangle,
             ..Ray::half_line(surface.start(), illumination.to_light)
@@ -271,12 +275,16 @@ impl Transport {
     /// V(P,Q)
     fn is_between_free(&self, p: &Surface, q: &Surface) -> bool {
         let (start, end) = (p.start(), q.start());
-        self.triangles.is_free(&Ray {
+        self.is_free(&Ray {
             end: 1.0,
             from_triangle: p.triangle,
             to_triangle: q.triangle,
             ..Ray::half_line(start, end - start)
         })
+    }
+
+    fn is_free(&self, ray: &Ray) -> bool {
+        self.triangles.is_free(ray, |hit| self.surfaces.is_at(hit))
     }
 }
 

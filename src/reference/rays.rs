@@ -73,13 +73,14 @@ impl Triangles {
         }
     }
 
-    /// The first triangle on the ray.
-    pub fn nearest(&self, ray: &Ray) -> Option<Hit> {
+    /// The first triangle on the ray that is there at the hit.
+    pub fn nearest(&self, ray: &Ray, is_there: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let search = Search::new(ray)?;
         let mut nearest: Option<Hit> = None;
         let test = |_: &BoxRay, leaf: usize| {
             let end = nearest.map_or(ray.end, |hit| hit.distance);
-            let Some(hit) = search.hit(&self.triangles[leaf], end) else {
+            let hit = search.hit(&self.triangles[leaf], end);
+            let Some(hit) = hit.filter(&is_there) else {
                 return f32::INFINITY;
             };
             nearest = Some(hit);
@@ -90,14 +91,17 @@ impl Triangles {
         nearest
     }
 
-    /// Whether nothing is between the two ends.
-    pub fn is_free(&self, ray: &Ray) -> bool {
+    /// Whether nothing that is there is between the two ends.
+    pub fn is_free(&self, ray: &Ray, is_there: impl Fn(&Hit) -> bool) -> bool {
         let Some(search) = Search::new(ray) else {
             return true;
         };
-        let test = |_: &BoxRay, leaf: usize| match search.hit(&self.triangles[leaf], ray.end) {
-            Some(_) => f32::NEG_INFINITY,
-            None => f32::INFINITY,
+        let test = |_: &BoxRay, leaf: usize| {
+            let hit = search.hit(&self.triangles[leaf], ray.end);
+            match hit.filter(&is_there) {
+                Some(_) => f32::NEG_INFINITY,
+                None => f32::INFINITY,
+            }
         };
         self.tree.ray_traverse_miss(search.box_ray, test)
     }
@@ -277,13 +281,13 @@ mod tests {
                     .iter()
                     .filter_map(|corners| distance_to(corners, &ray));
                 let expected = all.fold(f64::INFINITY, f64::min);
-                let found = triangles.nearest(&ray);
+                let found = triangles.nearest(&ray, |_| true);
                 let distance = found.map_or(f64::INFINITY, |hit| hit.distance);
                 assert!(
                     distance == expected || (distance / expected - 1.0).abs() < 1e-9,
                     "{ray:?}: {distance} for {expected}"
                 );
-                assert_eq!(triangles.is_free(&ray), expected.is_infinite());
+                assert_eq!(triangles.is_free(&ray, |_| true), expected.is_infinite());
                 if let Some(hit) = found {
                     hits += 1;
                     let [a, b, c] = corners[hit.triangle as usize];
@@ -295,7 +299,7 @@ mod tests {
                         end: 0.999 * hit.distance,
                         ..ray
                     };
-                    assert!(triangles.is_free(&beyond));
+                    assert!(triangles.is_free(&beyond, |_| true));
                 }
             }
             assert!(hits > 25, "{hits} hits at size {size}");
@@ -323,7 +327,7 @@ mod tests {
             let from = 0.2 * vector(random);
             let [a, b, _] = faces[(random.f64() * 31.9) as usize];
             for on_edge in [a, b, a.lerp(b, 0.5), a.lerp(b, random.f64())] {
-                assert!(!triangles.is_free(&Ray::half_line(from, on_edge - from)));
+                assert!(!triangles.is_free(&Ray::half_line(from, on_edge - from), |_| true));
             }
         }
     }
@@ -337,14 +341,14 @@ mod tests {
         ];
         let triangles = Triangles::new(&[corners]);
         let down = Ray::half_line(0.5 * DVec3::Y, DVec3::NEG_Y);
-        assert!(!triangles.is_free(&down));
+        assert!(!triangles.is_free(&down, |_| true));
         let [mut from, mut to, mut short] = [down; 3];
         from.from_triangle = 0;
         to.to_triangle = 0;
         short.end = 0.5;
         for own in [from, to, short] {
-            assert!(triangles.is_free(&own), "{own:?}");
+            assert!(triangles.is_free(&own, |_| true), "{own:?}");
         }
-        assert!(Triangles::new(&[]).nearest(&down).is_none());
+        assert!(Triangles::new(&[]).nearest(&down, |_| true).is_none());
     }
 }

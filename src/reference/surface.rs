@@ -88,6 +88,22 @@ impl Surfaces {
         [mesh, materials[index as usize]]
     }
 
+    /// Whether the triangle's material is there where a ray meets it, and not cut out.
+    pub fn is_at(&self, hit: &Hit) -> bool {
+        let [mesh, index] = self.sources[hit.triangle as usize].map(|index| index as usize);
+        let mesh = &self.scene.meshes[mesh];
+        let material = &self.scene.materials[mesh.triangle_materials[index] as usize];
+        let Some(texture) = material
+            .alpha_texture
+            .filter(|_| !mesh.texcoords.is_empty())
+        else {
+            return true;
+        };
+        let uvs = mesh.triangles[index].map(|corner| DVec2::from(mesh.texcoords[corner as usize]));
+        let uv: DVec2 = (0..3).map(|i| hit.weights[i] * uvs[i]).sum();
+        sample_bilinear(&self.scene.textures[texture], uv.to_array()).x >= 0.5
+    }
+
     /// The surface at a hit of a ray in this direction.
     pub fn at(&self, hit: &Hit, direction: DVec3) -> Surface {
         let scene = &self.scene;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use glam::{DMat3, DVec3};
 
 use super::lines::{place, read_text, resolved};
-use super::mtl::{Library, LibraryMaterial, NormalMap};
+use super::mtl::{Library, LibraryMaterial};
 use super::obj_check::{self, CheckedObj, FaceGroup, Named};
 use super::{Material, Mesh, Texture, obj, texture};
 use crate::keys::did_you_mean;
@@ -41,8 +41,17 @@ pub(super) struct Assets {
     /// File and line of each material.
     pub material_places: Vec<String>,
     pub textures: Vec<Texture>,
-    /// By file, and of normals by their strength and whether they may be heights.
-    texture_of_file: HashMap<(PathBuf, Option<(u64, bool)>), usize>,
+    /// `None`: one of alpha that cuts nothing out.
+    texture_of_file: HashMap<(PathBuf, TextureUse), Option<usize>>,
+}
+
+/// What a file is read for.
+#[derive(PartialEq, Eq, Hash)]
+enum TextureUse {
+    Reflectance,
+    /// The bits of their strength, and whether they may be heights.
+    Normals(u64, bool),
+    Alpha,
 }
 
 impl Assets {
@@ -132,14 +141,27 @@ impl Assets {
         };
         let texture = properties.diffuse_texture.as_ref();
         let texture = texture.map(|path| entry.folder.join(path));
-        let kd_texture = texture.map(|file| self.texture(&file, &entry.places.texture, None));
-        let kd_texture = kd_texture.transpose()?;
+        let kd_texture = texture.map(|file| {
+            let load = || texture::load(&file, &entry.places.texture).map(Some);
+            self.texture(&file, TextureUse::Reflectance, load)
+        });
+        let kd_texture = kd_texture.transpose()?.flatten();
         let normals = entry.places.normal_map.as_ref();
         let normal_texture = normals.map(|map| {
             let file = entry.folder.join(&map.path);
-            self.texture(&file, &map.named_at, Some(map))
+            let use_of = TextureUse::Normals(map.strength.to_bits(), map.may_be_heights);
+            self.texture(&file, use_of, || {
+                texture::load_normals(&file, map).map(Some)
+            })
         });
-        let normal_texture = normal_texture.transpose()?;
+        let normal_texture = normal_texture.transpose()?.flatten();
+        let alpha = entry.places.alpha_map.as_ref();
+        let alpha_texture = alpha.map(|(path, named_at)| {
+            let file = entry.folder.join(path);
+            let load = || texture::load_alpha(&file, named_at);
+            self.texture(&file, TextureUse::Alpha, load)
+        });
+        let alpha_texture = alpha_texture.transpose()?.flatten();
         let kd = properties.diffuse.or(kd_texture.map(|_| [1.0; 3]));
         let kd = kd.ok_or_else(|| {
             incomplete(
@@ -151,6 +173,7 @@ impl Assets {
         material.ks = properties.specular.unwrap_or_default();
         material.kd_texture = kd_texture;
         material.normal_texture = normal_texture;
+        material.alpha_texture = alpha_texture;
         match properties.shininess {
             Some(shininess) => material.shininess = shininess,
             None if material.is_specular() => {
@@ -169,23 +192,20 @@ impl Assets {
         index
     }
 
-    /// The index of a texture of k_d, or of normals; a file that several materials name is loaded once.
+    /// The index of a texture; a file that several materials name for the same use is loaded once.
     fn texture(
         &mut self,
         file: &Path,
-        named_at: &str,
-        normals: Option<&NormalMap>,
-    ) -> Result<usize> {
-        let use_of = normals.map(|map| (map.strength.to_bits(), map.may_be_heights));
+        use_of: TextureUse,
+        load: impl FnOnce() -> Result<Option<Texture>>,
+    ) -> Result<Option<usize>> {
         let key = (resolved(file), use_of);
         if let Some(&index) = self.texture_of_file.get(&key) {
             return Ok(index);
         }
-        self.textures.push(match normals {
-            None => texture::load(file, named_at)?,
-            Some(map) => texture::load_normals(file, map)?,
-        });
-        let index = self.textures.len() - 1;
+        let texture = load()?;
+        let index = texture.as_ref().map(|_| self.textures.len());
+        self.textures.extend(texture);
         self.texture_of_file.insert(key, index);
         Ok(index)
     }

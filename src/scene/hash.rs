@@ -89,11 +89,16 @@ impl Scene {
             bytes.name(filter.name());
             bytes.numbers([f64::from(samples)]);
         }
-        // And materials without maps of normals.
+        // And materials without maps of normals and cut-outs.
         for (i, material) in materials.iter().enumerate() {
-            if let Some(texture) = material.normal_texture {
-                bytes.name("normals");
-                bytes.numbers([i as f64, texture as f64]);
+            for (name, texture) in [
+                ("normals", material.normal_texture),
+                ("alpha", material.alpha_texture),
+            ] {
+                if let Some(texture) = texture {
+                    bytes.name(name);
+                    bytes.numbers([i as f64, texture as f64]);
+                }
             }
         }
         bytes.0.finalize().to_hex().to_string()
@@ -216,6 +221,7 @@ impl Bytes {
             kd_texture,
             // At the end of the scene's bytes.
             normal_texture: _,
+            alpha_texture: _,
         } = material;
         self.numbers(*kd);
         self.numbers(*ks);

@@ -18,6 +18,8 @@ pub struct Material {
     /// The same of a map of normals: red, green and blue from 0 to 1 are the shading normal's components from −1 to 1 in the direction in which u grows,
     /// in that in which v does, and along the normal that the mesh has there.
     pub normal_texture: Option<usize>,
+    /// The same of a texture whose red value tells where there is a surface: from 0.5 on; below it is cut out, on both sides. It counts to 8 bits.
+    pub alpha_texture: Option<usize>,
 }
 
 impl Material {
@@ -30,12 +32,14 @@ impl Material {
             shininess: 1.0,
             kd_texture: None,
             normal_texture: None,
+            alpha_texture: None,
         }
     }
 
     /// Whether it has a texture of any kind.
     pub fn has_texture(&self) -> bool {
-        self.kd_texture.or(self.normal_texture).is_some()
+        let textures = [self.kd_texture, self.normal_texture, self.alpha_texture];
+        textures.iter().any(Option::is_some)
     }
 
     /// Whether the specular term is there at all.
@@ -44,7 +48,7 @@ impl Material {
     }
 }
 
-/// A texture of k_d or of normals, sampled bilinearly with repetition and without mip levels: pixels are point samples, as they are in the reference.
+/// A texture of k_d, of normals or of alpha, sampled bilinearly with repetition and without mip levels: pixels are point samples, as they are in the reference.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Texture {
     pub name: String,

@@ -90,6 +90,14 @@ impl Scene {
         let materials = mesh.triangle_materials.iter();
         materials.map(|&material| &self.materials[material as usize])
     }
+
+    /// Whether there is a surface with cut-outs. For a validated scene.
+    pub(crate) fn has_cutouts(&self) -> bool {
+        self.meshes.iter().any(|mesh| {
+            let mut materials = self.materials_of(mesh);
+            !mesh.texcoords.is_empty() && materials.any(|m| m.alpha_texture.is_some())
+        })
+    }
 }
 
 /// What turns the radiance that a pixel sees into energy: Q_C = E_C · pixel area · duty cycle · exposure time.
@@ -126,14 +134,14 @@ impl Sensor {
 /// How direct light is computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Direct {
-    /// `None`: by rays where indirect light casts rays anyway, else from maps.
+    /// `None`: by rays where indirect light casts rays anyway or surfaces have cut-outs, else from maps.
     pub shadow: Option<Shadow>,
 }
 
 /// How V(L,P) of direct light is found. See `docs/model.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shadow {
-    /// From a map of what the light sees: its RSM where that is fine enough, else a map of its own.
+    /// From a map of what the light sees: its RSM where that is fine enough, else a map of its own. Not for surfaces with cut-outs.
     Map,
     /// By a ray from P to L among all triangles: exact but for rounding.
     Rays,

@@ -1,4 +1,4 @@
-//! MTL material libraries: Kd, Ks, Ns, map_Kd, norm, map_Bump. Everything else in them (ambient, emission, opacity, `illum`) has no
+//! MTL material libraries: Kd, Ks, Ns, map_Kd, norm, map_Bump, map_d. Everything else in them (ambient, emission, `d`, `illum`) has no
 //! place in the model and is left out.
 //!
 //! The MTL format states no defaults. Here Ks is 0 when absent, and Kd is 1 below a map_Kd. A material that has neither Kd
@@ -44,6 +44,8 @@ pub(super) struct Places {
     /// Of `map_Kd`, where there is one.
     pub texture: String,
     pub normal_map: Option<NormalMap>,
+    /// What `map_d` names, and its line.
+    pub alpha_map: Option<(String, String)>,
 }
 
 impl Library {
@@ -130,12 +132,20 @@ fn check(text: &str, file: &Path) -> Result<(String, Vec<Places>)> {
             },
             "Ns" => format!("{:?}", line.numbers(1..=1)?[0]),
             "map_Kd" => texture_path(line.name()?, &line)?,
-            "norm" | "map_Bump" | "map_bump" | "bump" => String::new(),
+            "norm" | "map_Bump" | "map_bump" | "bump" | "map_d" => String::new(),
             _ => continue,
         };
         let Some(places) = places.last_mut() else {
             return Err(line.error("stands before any material", "begin one with newmtl"));
         };
+        if keyword == "map_d" {
+            if places.alpha_map.is_some() {
+                let hint = "keep one of them";
+                return Err(line.error("is the second of its material", hint));
+            }
+            places.alpha_map = Some((texture_path(line.name()?, &line)?, line.at()));
+            continue;
+        }
         if value.is_empty() {
             if places.normal_map.is_some() {
                 let hint = "keep one of norm and map_Bump";

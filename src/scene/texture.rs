@@ -15,15 +15,7 @@ use crate::{Error, Result, input_file};
 /// # Errors
 /// At `named_at`: a file that is missing, is no PNG or JPEG, or claims more pixels than its bytes can stand for.
 pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
-    let unreadable = |problem: String| {
-        Error::scene(
-            named_at,
-            format!("cannot read the texture {}: {problem}", file.display()),
-            "give the path of a PNG or JPEG file, relative to the file that names it",
-        )
-    };
-    let bytes = input_file::read(file).map_err(|error| unreadable(error.to_string()))?;
-    let image = decode(&bytes).map_err(unreadable)?;
+    let image = load_image(file, named_at)?;
     let size_px = [image.width(), image.height()];
     let bits = image.color().bits_per_pixel() / u16::from(image.color().channel_count());
     let texels = if bits <= 8 {
@@ -38,6 +30,27 @@ pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
         size_px,
         texels,
     })
+}
+
+/// Loads where a surface is: the alpha channel of an image that has one, else its grey values. `None` where nothing is cut out.
+pub(super) fn load_alpha(file: &Path, named_at: &str) -> Result<Option<Texture>> {
+    let image = load_image(file, named_at)?;
+    let size_px = [image.width(), image.height()];
+    let values = if image.color().has_alpha() {
+        let texels = image.into_rgba8();
+        texels.pixels().map(|texel| texel[3]).collect()
+    } else {
+        image.into_luma8().into_raw()
+    };
+    if values.iter().all(|&value| value > u8::MAX / 2) {
+        return Ok(None);
+    }
+    let texels = values.into_iter().map(|value| [value; 3]);
+    Ok(Some(Texture {
+        name: file.display().to_string(),
+        size_px,
+        texels: Texels::U8(texels.collect(), Encoding::Linear),
+    }))
 }
 
 /// Loads a map of normals; or, where that is allowed and the image is grey, one of heights, which count in texels.
@@ -78,6 +91,18 @@ fn normals_of_heights(texels: &Texels, size_px: [u32; 2], strength: f32) -> Texe
 /// A direction as a map of normals has it.
 fn as_texel(direction: Vec3) -> [f32; 3] {
     (0.5 * direction.normalize_or(Vec3::Z) + 0.5).to_array()
+}
+
+fn load_image(file: &Path, named_at: &str) -> Result<DynamicImage> {
+    let unreadable = |problem: String| {
+        Error::scene(
+            named_at,
+            format!("cannot read the texture {}: {problem}", file.display()),
+            "give the path of a PNG or JPEG file, relative to the file that names it",
+        )
+    };
+    let bytes = input_file::read(file).map_err(|error| unreadable(error.to_string()))?;
+    decode(&bytes).map_err(unreadable)
 }
 
 /// The image of a PNG or JPEG file. Memory is taken only for pixels that the file may hold.

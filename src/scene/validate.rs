@@ -5,7 +5,7 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
-use super::{Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene, Sensor};
+use super::{Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene, Sensor, Shadow};
 use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
@@ -82,6 +82,12 @@ impl Scene {
         for (i, mesh) in self.meshes.iter().enumerate() {
             placed("mesh", i, mesh.validate(i, self.materials.len()))?;
         }
+        let direct = Part("direct".into()).require(
+            self.direct.shadow != Some(Shadow::Map) || !self.has_cutouts(),
+            "a map cannot tell the shadows of surfaces with cut-outs (map_d)",
+            "set shadow to \"rays\", or leave it out",
+        );
+        placed("direct", 0, direct)?;
         Ok(())
     }
 }

@@ -52,6 +52,7 @@ impl Material {
         for (name, texture) in [
             ("kd_texture", self.kd_texture),
             ("normal_texture", self.normal_texture),
+            ("alpha_texture", self.alpha_texture),
         ] {
             let index = texture.unwrap_or_default();
             part.require(

@@ -1,6 +1,6 @@
 //! Triangles as the device's own rays meet them (`VK_KHR_acceleration_structure`, `VK_KHR_ray_query`).
 
-use std::{slice, sync::Arc};
+use std::sync::Arc;
 
 use ash::{khr::acceleration_structure::Device as Functions, vk};
 
@@ -29,25 +29,28 @@ struct Levels {
 }
 
 impl AccelerationStructure {
-    /// Over triangles with these corners; a ray that hits one tells its place in the list. Builds and waits.
-    pub fn over(commands: &CommandPool, corners: &[[[f32; 3]; 3]]) -> Result<Self> {
+    /// Over triangles with these corners, of which so many are opaque and the others are for the shader to confirm: a geometry each. A ray that
+    /// hits one tells its place in its geometry. Builds and waits.
+    pub fn over(
+        commands: &CommandPool,
+        corners: &[[[f32; 3]; 3]],
+        opaque_count: usize,
+    ) -> Result<Self> {
         let device = commands.device();
-        let flat = corners.as_flattened();
-        let vertices = commands.upload("corners for rays", flat)?;
-        let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
-            .vertex_format(vk::Format::R32G32B32_SFLOAT)
-            .vertex_data(vk::DeviceOrHostAddressConstKHR {
-                device_address: vertices.address(),
-            })
-            .vertex_stride(size_of::<[f32; 3]>() as u64)
-            .max_vertex((flat.len() as u32).max(1) - 1)
-            .index_type(vk::IndexType::NONE_KHR);
-        let triangles = vk::AccelerationStructureGeometryKHR::default()
-            .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
-            .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
-            .flags(vk::GeometryFlagsKHR::OPAQUE);
+        let vertices = commands.upload("corners for rays", corners.as_flattened())?;
+        let (opaque, others) = corners.split_at(opaque_count);
+        let others_at = vertices.address() + size_of_val(opaque) as u64;
+        let opaque = triangles(vertices.address(), opaque, vk::GeometryFlagsKHR::OPAQUE);
+        let mut geometries = vec![opaque];
+        if !others.is_empty() {
+            geometries.push(triangles(
+                others_at,
+                others,
+                vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION,
+            ));
+        }
         let bottom_level = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
-        let bottom = Build::new(device, bottom_level, triangles, corners.len() as u32)?;
+        let bottom = Build::new(device, bottom_level, geometries)?;
 
         let mut words: Vec<u32> = IDENTITY
             .as_flattened()
@@ -73,14 +76,13 @@ impl AccelerationStructure {
         let top = Build::new(
             device,
             vk::AccelerationStructureTypeKHR::TOP_LEVEL,
-            instances,
-            1,
+            vec![(instances, 1)],
         )?;
 
         let mut recorder = commands.begin()?;
         for build in [&bottom, &top] {
             recorder.barrier();
-            recorder.build(functions(device)?, &build.info(), build.primitive_count);
+            recorder.build(functions(device)?, &build.info(), &build.primitive_counts);
         }
         recorder.submit()?;
         Ok(AccelerationStructure {
@@ -102,12 +104,33 @@ impl AccelerationStructure {
     }
 }
 
+/// And the number of its primitives.
+type Geometry = (vk::AccelerationStructureGeometryKHR<'static>, u32);
+
+/// Those whose corners lie one after the other from this address on.
+fn triangles(address: u64, corners: &[[[f32; 3]; 3]], flags: vk::GeometryFlagsKHR) -> Geometry {
+    let count = corners.len() as u32;
+    let triangles = vk::AccelerationStructureGeometryTrianglesDataKHR::default()
+        .vertex_format(vk::Format::R32G32B32_SFLOAT)
+        .vertex_data(vk::DeviceOrHostAddressConstKHR {
+            device_address: address,
+        })
+        .vertex_stride(size_of::<[f32; 3]>() as u64)
+        .max_vertex((3 * count).max(1) - 1)
+        .index_type(vk::IndexType::NONE_KHR);
+    let geometry = vk::AccelerationStructureGeometryKHR::default()
+        .geometry_type(vk::GeometryTypeKHR::TRIANGLES)
+        .geometry(vk::AccelerationStructureGeometryDataKHR { triangles })
+        .flags(flags);
+    (geometry, count)
+}
+
 /// A level that is about to be built.
 struct Build {
     level: Level,
     kind: vk::AccelerationStructureTypeKHR,
-    geometry: vk::AccelerationStructureGeometryKHR<'static>,
-    primitive_count: u32,
+    geometries: Vec<vk::AccelerationStructureGeometryKHR<'static>>,
+    primitive_counts: Vec<u32>,
     scratch: Buffer,
 }
 
@@ -115,31 +138,34 @@ impl Build {
     fn new(
         device: &Device,
         kind: vk::AccelerationStructureTypeKHR,
-        geometry: vk::AccelerationStructureGeometryKHR<'static>,
-        primitive_count: u32,
+        geometries: Vec<Geometry>,
     ) -> Result<Build> {
         let mut sizes = vk::AccelerationStructureBuildSizesInfoKHR::default();
-        let info = build_info(kind, &geometry);
+        let (geometries, primitive_counts): (Vec<_>, Vec<_>) = geometries.into_iter().unzip();
+        let info = build_info(kind, &geometries);
         let on = vk::AccelerationStructureBuildTypeKHR::DEVICE;
-        // SAFETY: the device is live, and the geometry has as many primitives.
+        // SAFETY: the device is live, and the geometries have as many primitives.
         unsafe {
-            let counts = [primitive_count];
-            functions(device)?
-                .get_acceleration_structure_build_sizes(on, &info, &counts, &mut sizes);
+            functions(device)?.get_acceleration_structure_build_sizes(
+                on,
+                &info,
+                &primitive_counts,
+                &mut sizes,
+            );
         }
         let bytes = sizes.acceleration_structure_size;
         let scratch_bytes = sizes.build_scratch_size + SCRATCH_ALIGNMENT;
         Ok(Build {
             level: Level::new(device, kind, bytes)?,
             kind,
-            geometry,
-            primitive_count,
+            geometries,
+            primitive_counts,
             scratch: Buffer::new(device, "scratch for rays", scratch_bytes, BufferUse::Device)?,
         })
     }
 
     fn info(&self) -> vk::AccelerationStructureBuildGeometryInfoKHR<'_> {
-        build_info(self.kind, &self.geometry)
+        build_info(self.kind, &self.geometries)
             .dst_acceleration_structure(self.level.raw)
             .scratch_data(vk::DeviceOrHostAddressKHR {
                 device_address: self.scratch.address().next_multiple_of(SCRATCH_ALIGNMENT),
@@ -149,13 +175,13 @@ impl Build {
 
 fn build_info<'g>(
     kind: vk::AccelerationStructureTypeKHR,
-    geometry: &'g vk::AccelerationStructureGeometryKHR<'static>,
+    geometries: &'g [vk::AccelerationStructureGeometryKHR<'static>],
 ) -> vk::AccelerationStructureBuildGeometryInfoKHR<'g> {
     vk::AccelerationStructureBuildGeometryInfoKHR::default()
         .ty(kind)
         .flags(vk::BuildAccelerationStructureFlagsKHR::PREFER_FAST_TRACE)
         .mode(vk::BuildAccelerationStructureModeKHR::BUILD)
-        .geometries(slice::from_ref(geometry))
+        .geometries(geometries)
 }
 
 /// One level and its memory.

@@ -213,14 +213,17 @@ impl Recorder {
         &mut self,
         functions: &acceleration_structure::Device,
         info: &vk::AccelerationStructureBuildGeometryInfoKHR,
-        primitive_count: u32,
+        primitive_counts: &[u32],
     ) {
-        let range =
-            vk::AccelerationStructureBuildRangeInfoKHR::default().primitive_count(primitive_count);
+        let range = vk::AccelerationStructureBuildRangeInfoKHR::default();
+        let ranges: Vec<_> = primitive_counts
+            .iter()
+            .map(|&count| range.primitive_count(count))
+            .collect();
         // SAFETY: the command buffer is being recorded; what the info names was made for this and lives until the submission.
         unsafe {
             let infos = slice::from_ref(info);
-            functions.cmd_build_acceleration_structures(self.commands, infos, &[&[range]]);
+            functions.cmd_build_acceleration_structures(self.commands, infos, &[&ranges]);
         }
     }
 

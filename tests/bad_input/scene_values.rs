@@ -2,8 +2,8 @@
 
 use camlux::scene::{
     Camera, ChargeUnit, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
-    Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise, SpotCone, Texels,
-    Texture, TimeOfFlight, VplSum,
+    Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise, Shadow, SpotCone,
+    Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
 
@@ -490,6 +490,18 @@ fn scenes_from_slices_are_validated() {
         (
             Box::new(|s| s.materials[0].normal_texture = Some(1)),
             "normal_texture is 1, but the number of textures is 1",
+        ),
+        (
+            Box::new(|s| s.materials[0].alpha_texture = Some(1)),
+            "alpha_texture is 1, but the number of textures is 1",
+        ),
+        (
+            Box::new(|s| {
+                s.materials[0].alpha_texture = Some(0);
+                s.meshes[0].texcoords = vec![[0.0; 2]; s.meshes[0].positions_m.len()];
+                s.direct.shadow = Some(Shadow::Map);
+            }),
+            "a map cannot tell the shadows of surfaces with cut-outs",
         ),
         (
             Box::new(|s| s.materials[0].kd_texture = Some(1)),

@@ -95,7 +95,7 @@ fn a_measured_lamp_comes_with_its_scene() {
 }
 
 #[test]
-fn a_lens_and_a_map_of_normals_from_c_are_those_of_the_engine() {
+fn a_lens_and_maps_of_normals_and_alpha_from_c_are_those_of_the_engine() {
     let device = Device::open();
     let renderer = device.renderer();
     let rational = [-0.2, 0.05, 0.002, -0.001, 0.01, 0.02, 0.003, 0.004];
@@ -107,6 +107,7 @@ fn a_lens_and_a_map_of_normals_from_c_are_those_of_the_engine() {
         let mut expected = engine_scene("textured");
         for material in &mut expected.materials {
             material.normal_texture = Some(0);
+            material.alpha_texture = Some(0);
         }
         expected.camera.lens = Lens::Distorted {
             intrinsics: expected.camera.intrinsics_px(),

@@ -302,6 +302,7 @@ impl Sequence {
                         kd: r.reals().map(f64::abs),
                         kd_texture: r.pick(&[CAMLUX_NONE, 0, 3]),
                         normal_texture: r.pick(&[CAMLUX_NONE, 0, 3]),
+                        alpha_texture: r.pick(&[CAMLUX_NONE, 0, 3]),
                         shininess: r.real()
                     });
                     if call == 17 {

@@ -362,6 +362,9 @@ pub fn from_arrays(scene: &camlux::Scene) -> *mut camlux_scene {
                 normal_texture: material
                     .normal_texture
                     .map_or(CAMLUX_NONE, |index| index as u32),
+                alpha_texture: material
+                    .alpha_texture
+                    .map_or(CAMLUX_NONE, |index| index as u32),
             });
             ok(camlux_scene_add_material(built, &material, null_mut()));
         }

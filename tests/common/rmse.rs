@@ -18,3 +18,13 @@ pub fn relative_rmse(image: &[f32], truth: &[Bands]) -> f64 {
     assert_eq!(comparison.value_count, 3 * truth.len(), "all are finite");
     comparison.errors.expect("the truth is not black").rmse
 }
+
+/// The same over pixels of three values that count.
+pub fn relative_rmse_where(image: &[f32], truth: &[f32], counts: impl Fn(usize) -> bool) -> f64 {
+    let pixels = image.chunks(3).zip(truth.chunks(3)).enumerate();
+    let (image, truth): (Vec<&[f32]>, Vec<Bands>) = pixels
+        .filter(|&(pixel, _)| counts(pixel))
+        .map(|(_, (x, t))| (x, [0, 1, 2].map(|band| t[band].into())))
+        .unzip();
+    relative_rmse(&image.concat(), &truth)
+}

@@ -6,6 +6,7 @@
 mod common;
 
 mod adaptive_sum;
+mod cutouts;
 mod direct;
 mod final_gather;
 mod geometry;

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 
 use crate::common::gpu::{Gpu, demo_scene};
+use crate::common::rmse::relative_rmse_where;
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Scene,
@@ -127,19 +128,6 @@ fn bumpy(is_smooth: bool) -> Scene {
     scene
 }
 
-fn relative_rmse(found: &[f32], due: &[f32], is_counted: impl Fn(usize) -> bool) -> f64 {
-    let pairs = found
-        .iter()
-        .zip(due)
-        .enumerate()
-        .filter(|(i, _)| is_counted(i / 3));
-    let (error, total) = pairs.fold((0.0, 0.0), |(error, total), (_, (x, t))| {
-        let (x, t) = (f64::from(*x), f64::from(*t));
-        (error + (x - t).powi(2), total + t * t)
-    });
-    (error / total).sqrt()
-}
-
 /// Rasterised, and found by rays.
 #[test]
 fn the_reference_has_the_same_normals_and_light() {
@@ -162,7 +150,7 @@ fn the_reference_has_the_same_normals_and_light() {
         let truth = reference.frame();
         let edges = truth.ids(Layer::Edge).expect("a reference has it");
         let error = |frame: &Frame, layer| {
-            relative_rmse(values(frame, layer), values(&truth, layer), |pixel| {
+            relative_rmse_where(values(frame, layer), values(&truth, layer), |pixel| {
                 edges[pixel] == 0
             })
         };

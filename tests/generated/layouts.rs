@@ -154,7 +154,7 @@ pub fn layouts() -> Vec<Layout> {
             reserved, position_m, orientation_xyzw,
         }
         camlux_material {
-            kd_texture, kd, ks, shininess, name, normal_texture, reserved,
+            kd_texture, kd, ks, shininess, name, normal_texture, alpha_texture,
         }
         camlux_texture {
             width_px, height_px, component, channels, encoding, pixels, row_stride_bytes, name,

@@ -45,7 +45,7 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 48] = [
+    let edits: [fn(&mut Scene); 49] = [
         |s| s.camera.resolution_px = [6, 8],
         |s| s.camera.position_m.x += 1e-15,
         |s| s.camera.look_at_m.y += 1e-9,
@@ -108,6 +108,7 @@ fn hash_changes_with_everything_but_names() {
         |s| s.materials[0].ks[2] = 0.01,
         |s| s.materials[0].shininess = 2.0,
         |s| s.materials[1].normal_texture = Some(0),
+        |s| s.materials[1].alpha_texture = Some(0),
         |s| s.materials[1].kd_texture = None,
         |s| s.textures[0].size_px = [1, 2],
         |s| s.textures[0].texels = Texels::U8(vec![[9; 3], [9, 9, 10]], Encoding::Srgb),

@@ -2,6 +2,8 @@
 
 #[path = "../../examples/generate_scenes/knot.rs"]
 mod knot;
+#[path = "../../examples/generate_scenes/leaves.rs"]
+mod leaves;
 #[path = "../../examples/generate_scenes/meshes/mod.rs"]
 mod meshes;
 #[path = "../../examples/generate_scenes/textures.rs"]
@@ -47,6 +49,15 @@ fn triangles(obj: &str) -> Vec<[usize; 3]> {
 }
 
 #[test]
+fn the_leaves_are_what_the_generator_makes() {
+    let committed = fs::read_to_string(scenes().join("leaves.obj")).expect("it is checked in");
+    assert!(
+        committed == leaves::obj(),
+        "scenes/leaves.obj differs from its generator; run: cargo run --release --example generate_scenes"
+    );
+}
+
+#[test]
 fn the_knot_is_what_the_generator_makes() {
     // Not assert_eq, which would print a megabyte.
     assert!(
@@ -58,20 +69,18 @@ fn the_knot_is_what_the_generator_makes() {
 #[test]
 fn the_textures_are_what_the_generator_makes() {
     // Pixels, not bytes: how tightly a PNG is packed depends on the version of the encoder.
-    let heights = image::DynamicImage::from(textures::brick_heights());
-    let stripes = image::DynamicImage::from(textures::stripes());
     for (file, made) in [
-        ("tiles.png", textures::tiles()),
-        ("bricks.png", textures::bricks()),
-        ("brick_heights.png", heights.into_rgb8()),
-        ("stripes.png", stripes.into_rgb8()),
+        ("tiles.png", textures::tiles().into()),
+        ("bricks.png", textures::bricks().into()),
+        ("brick_heights.png", textures::brick_heights().into()),
+        ("leaf.png", textures::leaf().into()),
+        ("stripes.png", textures::stripes().into()),
     ] {
-        let committed = image::open(scenes().join(file))
-            .expect("the texture is checked in")
-            .into_rgb8();
-        assert_eq!(committed.dimensions(), made.dimensions(), "{file}");
+        let made: image::DynamicImage = made;
+        let committed = image::open(scenes().join(file)).expect("the texture is checked in");
+        assert_eq!(committed.width(), made.width(), "{file}");
         assert!(
-            committed == made,
+            committed.into_rgba8() == made.into_rgba8(),
             "scenes/{file} differs from its generator; run: cargo run --release --example generate_scenes"
         );
     }

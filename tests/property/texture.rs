@@ -143,3 +143,60 @@ fn maps_of_normals_are_read() {
         assert!(error.contains(part), "{part} is missing in: {error}");
     }
 }
+
+/// `map_d`: an alpha channel counts before grey values, and what cuts nothing out is no texture.
+#[test]
+fn where_a_material_is_comes_from_alpha_or_grey() {
+    let folder = SceneFolder::new();
+    let leaf = image::RgbaImage::from_fn(3, 1, |x, _| image::Rgba([200, 10, 10, 120 * x as u8]));
+    leaf.save(folder.path("leaf.png")).unwrap();
+    let grey = image::GrayImage::from_fn(3, 1, |x, _| image::Luma([120 * x as u8]));
+    grey.save(folder.path("grey.png")).unwrap();
+    let whole = image::GrayImage::from_pixel(2, 2, image::Luma([128]));
+    whole.save(folder.path("whole.png")).unwrap();
+    folder.write(
+        "mesh.obj",
+        TRIANGLE.replace("f 1 2 3\n", "vt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n"),
+    );
+    let load = |line: &str| {
+        folder.write("mesh.mtl", format!("newmtl white\nKd 0.5\n{line}\n"));
+        let scene = folder.load(&format!("{CAMERA}{LIGHT}{MESH}"));
+        scene.map_err(|error| error.to_string())
+    };
+    for line in ["map_d leaf.png", "map_d grey.png"] {
+        let scene = load(line).unwrap();
+        assert_eq!(scene.materials[0].alpha_texture, Some(0), "{line}");
+        let due = [[0; 3], [120; 3], [240; 3]];
+        assert_eq!(
+            scene.textures[0].texels,
+            Texels::U8(due.into(), Encoding::Linear)
+        );
+    }
+    // One file for both.
+    let scene = load("map_Kd leaf.png\nmap_d leaf.png").unwrap();
+    let material = &scene.materials[0];
+    assert_eq!(
+        (material.kd_texture, material.alpha_texture),
+        (Some(0), Some(1))
+    );
+    let scene = load("map_d whole.png").unwrap();
+    assert_eq!(
+        (scene.materials[0].alpha_texture, scene.textures.len()),
+        (None, 0)
+    );
+    for (line, part) in [
+        (
+            "map_d -imfchan m leaf.png",
+            "mesh.mtl:3: \"map_d\" has options",
+        ),
+        ("map_d none.png", "mesh.mtl:3: cannot read the texture"),
+        ("map_d", "mesh.mtl:3: \"map_d\""),
+        (
+            "map_d leaf.png\nmap_d grey.png",
+            "mesh.mtl:4: \"map_d\" is the second",
+        ),
+    ] {
+        let error = load(line).expect_err(line);
+        assert!(error.contains(part), "{part} is missing in: {error}");
+    }
+}
