@@ -372,6 +372,12 @@
 #define CAMLUX_LIGHT_PROJECTOR 4
 
 /**
+ * Emits its power from every point of an area alike, to its front and there with the cosine: position_m, its middle, direction, up, power_w, and
+ * size_m of a rectangle or radius_m of a disc.
+ */
+#define CAMLUX_LIGHT_AREA 5
+
+/**
  * Radiance towards the camera, direct + indirect, W/sr/m^2, channels R, G, B; numerically also the irradiance at the pixel,
  * W/m^2. Pixels without a surface hold 0, here and elsewhere, except in depth and range.
  */
@@ -830,7 +836,7 @@ typedef struct camlux_light {
   /** sizeof(camlux_light) */
   uint32_t struct_size;
   /**
-   * CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL; of a light that is read also CAMLUX_LIGHT_PATTERN
+   * CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL or CAMLUX_LIGHT_AREA; of a light that is read also CAMLUX_LIGHT_PATTERN
    * or CAMLUX_LIGHT_PROJECTOR.
    */
   int32_t kind;
@@ -846,6 +852,12 @@ typedef struct camlux_light {
   double inner_half_angle_deg;
   /** None from here, degrees above 0 up to 180. */
   double outer_half_angle_deg;
+  /** The direction of an area's height, of any length, at an angle to the direction. */
+  double up[3];
+  /** Width and height of an area, m; 0 of a disc. */
+  double size_m[2];
+  /** Of a disc, m; 0 of a rectangle. */
+  double radius_m;
 } camlux_light;
 
 /**
@@ -968,6 +980,11 @@ typedef struct camlux_frame_stats {
   const char *device;
   /** Name and version of its driver, UTF-8, valid until the frame's last release. */
   const char *driver;
+  /**
+   * Relative error (relRMSE) of the direct light of lights with an area, estimated from two halves of the points of it: the largest of any such
+   * light; NaN without one.
+   */
+  double estimated_area_light_error;
 } camlux_frame_stats;
 
 /** What a pass has cost. Begin with CAMLUX_PASS_TIME_INIT. */
@@ -1666,7 +1683,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_MESH_INIT { (uint32_t)sizeof(camlux_mesh), 0, 0, 0, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 1, 0}, {NULL, 0, 4, 0}, {NULL, 0, 4, 0}, NULL }
 
-#define CAMLUX_LIGHT_INIT { (uint32_t)sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0 }
+#define CAMLUX_LIGHT_INIT { (uint32_t)sizeof(camlux_light), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, 0.0, 0.0, {0.0, 1.0, 0.0}, {0.0, 0.0}, 0.0 }
 
 #define CAMLUX_SCENE_COUNTS_INIT { (uint32_t)sizeof(camlux_scene_counts), 0, 0, 0, 0, 0 }
 
@@ -1682,7 +1699,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_EXR_OPTIONS_INIT { (uint32_t)sizeof(camlux_exr_options), 0, 0, 0 }
 
-#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL }
+#define CAMLUX_FRAME_STATS_INIT { (uint32_t)sizeof(camlux_frame_stats), 0, 0.0, 0.0, 0.0, 0, 0, 0, 0.0, 0.0, 0.0, 0, 0, NULL, NULL, 0.0 }
 
 #define CAMLUX_PASS_TIME_INIT { (uint32_t)sizeof(camlux_pass_time), 0, 0.0, NULL }
 

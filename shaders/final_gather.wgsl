@@ -151,6 +151,12 @@ fn morton_code(column_row: vec2<u32>) -> u32 {
     return spread_bits(column_row.x) + 2u * spread_bits(column_row.y);
 }
 
+// Where in the area of lights that have one the rays from P lead: a number that is another for each packet; and a shift by which neighbours in the image,
+// which are averaged, fall evenly over the area together (Kronecker's sequence of two dimensions in two).
+var<private> area_number: u32;
+var<private> area_seed: u32;
+var<private> area_shift: vec2<f32>;
+
 // What each ray contributes if nothing is in its way.
 var<private> contributions: array<Contribution, RAYS>;
 // What the rays from P met.
@@ -221,7 +227,11 @@ fn follow_directions() {
 #endrepeat
     for (var index = parameters.first_light; index < parameters.first_light + parameters.light_count; index++) {
         // Once for all rays of a packet: it takes as long as to trace some.
-        let light = load_light(index);
+        var light = load_light(index);
+        light.position += area_offset(light, fract(area_place(area_number, area_seed ^ index) + area_shift));
+#if PHASORS
+        light.origin_turns = area_origin_turns(light);
+#endif
         for (var i = 0u; i < RAYS; i++) {
             var direction = met_direction[0];
             var met = met_hit[0];
@@ -476,7 +486,10 @@ fn compute_main(
 #if GLOSSY
     let around_lobe = lobe_frame(receiver_lobe);
 #endif
+    area_seed = hash(parameters.seed ^ 0x85ebca6bu);
+    area_shift = fract(vec2<f32>(pixel) * mat2x2<f32>(0.8566749, 0.7338919, 0.6287067, 0.5385972));
     for (var first = begin; first < end; first += LANES * RAYS) {
+        area_number = first / (LANES * RAYS);
         for (var i = 0u; i < RAYS; i++) {
             let sample = sample_of(first, i);
             let direction = sample_diffuse(fract(sample_point(sample) + shift), around_normal);

@@ -1,6 +1,7 @@
 // A light, and how it reaches a point. Lengths are local units.
 
 #import math
+#import random
 
 // Height of a light over a plane that rounding of either may make up, for each component of the normal. A lamp that is mounted on a
 // surface lights what is before it: for its rays and for its RSM the surface is not there.
@@ -57,6 +58,22 @@ struct Light {
     is_projected: u32,
     // Where it begins in a list of lights, texels.
     first_pattern: u32,
+    // Of a light with an area, whose half width is then plane_0: height over width; below 0 of a disc. 0 for all others.
+    area_aspect: f32,
+}
+
+// From the middle of a light's area to a place, one of the unit square; 0 without an area.
+fn area_offset(light: Light, place: vec2<f32>) -> vec3<f32> {
+    let turn = 2.0 * PI * place.y;
+    let across = select(2.0 * place - 1.0, sqrt(place.x) * vec2<f32>(cos(turn), sin(turn)), light.area_aspect < 0.0);
+    let upright = abs(light.area_aspect) * cross(light.axis, light.plane_0);
+    return select(vec3<f32>(0.0), across.x * light.plane_0 + across.y * upright, light.area_aspect != 0.0);
+}
+
+// A point of the unit square for each number, which are even over it however many there are (src/lattice.rs), shifted by a seed.
+fn area_place(number: u32, seed: u32) -> vec2<f32> {
+    let x = f32(reverseBits(number) >> 8u) * 5.9604645e-8;
+    return fract(vec2<f32>(x, fract(99.0 * x)) + vec2<f32>(unit(hash(seed)), unit(hash(seed ^ 0x9e3779b9u))));
 }
 
 // A light as rays lead to it: its position and 1, or a direction to it, longer than the scene, and 0.

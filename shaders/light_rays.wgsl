@@ -45,6 +45,21 @@ struct LightRay {
     map_density: f32,
 }
 
+// The light at the point of its area that a ray starts at. Rays that start together go to all of the map, so that neighbours there start apart.
+fn light_of_ray(set_index: u32, ray: u32) -> Light {
+    var light = load_light(parameters.light_index);
+    light.position += area_offset(light, area_place(ray % packet_count(), parameters.seed ^ hash(set_index)));
+#if PHASORS
+    light.origin_turns = area_origin_turns(light);
+#endif
+    return light;
+}
+
+// Of a set.
+fn packet_count() -> u32 {
+    return parameters.ray_count / 64u;
+}
+
 fn seed_of(set_index: u32, ray: u32) -> u32 {
     return hash(parameters.seed ^ hash(set_index * parameters.set_size + parameters.first_ray + ray));
 }
@@ -121,11 +136,14 @@ fn compute_main(
     let all_rays = parameters.ray_count * parameters.set_count;
     let first = min((64u * (group.x + 65535u * group.y) + local) * RAYS, all_rays - RAYS);
     let set_index = first / parameters.ray_count;
-    let light = load_light(parameters.light_index);
+    let packet = first % parameters.ray_count / 64u;
+    let light = light_of_ray(set_index, packet);
+    let is_spread = light.area_aspect != 0.0;
     var cells: array<u32, RAYS>;
     for (var i = 0u; i < RAYS; i++) {
-        let seed = seed_of(set_index, first % parameters.ray_count + i);
-        let drawn = drawn_place(first % parameters.ray_count + i, seed);
+        let ray_of_light = ray_of(first, packet, i, is_spread);
+        let seed = seed_of(set_index, ray_of_light);
+        let drawn = drawn_place(ray_of_light, seed);
         let cell = cell_at(drawn);
 #repeat SLOT 8
         cells[SLOT] = select(cells[SLOT], cell, i == SLOTu);
@@ -142,10 +160,16 @@ fn compute_main(
 #else
     trace_to_light(vec4<f32>(T_MAX * light.axis, 0.0));
 #endif
-    let place = set_index * parameters.set_size + parameters.first_ray + first % parameters.ray_count;
+    let place = set_index * parameters.set_size + parameters.first_ray;
 #repeat SLOT 8
-    light_ray_hits[place + SLOTu] = vec2<u32>(ray_hit[SLOT], cells[SLOT]);
+    light_ray_hits[place + ray_of(first, packet, SLOTu, is_spread)] = vec2<u32>(ray_hit[SLOT], cells[SLOT]);
 #endrepeat
+}
+
+// The number of a lane's ray among those of its light in a set: packets take them one after the other, or each of them some everywhere.
+fn ray_of(first: u32, packet: u32, i: u32, is_spread: bool) -> u32 {
+    let in_packet = first % 64u + i;
+    return select(64u * packet + in_packet, packet + in_packet * packet_count(), is_spread);
 }
 #endif
 
@@ -161,7 +185,7 @@ fn compute_main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocati
     let place = set_index * parameters.set_size + parameters.first_ray + ray_of_light;
     let met = light_ray_hits[place];
     let is_hit = met.x != NOTHING_HIT;
-    let light = load_light(parameters.light_index);
+    let light = light_of_ray(set_index, ray_of_light);
     let seed = seed_of(set_index, ray_of_light);
     let ray = light_ray(light, drawn_place(ray_of_light, seed), met.y, seed);
     let hit = hit_surface(select(0u, met.x, is_hit), ray.origin, ray.direction);

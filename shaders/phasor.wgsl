@@ -30,6 +30,11 @@ fn turns_from_light(light: Light, position: vec3<f32>) -> vec4<f32> {
     return turns_between(light.position, light.origin_turns, position);
 }
 
+// origin_turns, where the light has an area, for the point of it that its position is.
+fn area_origin_turns(light: Light) -> vec4<f32> {
+    return select(light.origin_turns, fract(modulation.turns_per_unit * length(light.position)), light.area_aspect != 0.0);
+}
+
 // Turns of the way between a point A and another one; `origin_turns` are those from A to the local origin.
 fn turns_between(a: vec3<f32>, origin_turns: vec4<f32>, position: vec3<f32>) -> vec4<f32> {
     return fract(origin_turns + modulation.turns_per_unit * excess_length(a, position));

@@ -2,6 +2,18 @@
 
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct AreaLightParameters {
+    pub share: f32,
+    pub pair_count: u32,
+}
+const _: () = {
+    assert!(size_of::<AreaLightParameters>() == 8);
+    assert!(std::mem::offset_of!(AreaLightParameters, share) == 0);
+    assert!(std::mem::offset_of!(AreaLightParameters, pair_count) == 4);
+};
+
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Compaction {
     pub item_count: u32,
     pub run_count: u32,
@@ -150,7 +162,7 @@ pub struct Light {
     pub pattern_rows: u32,
     pub is_projected: u32,
     pub first_pattern: u32,
-    pub _pad0: [u32; 1],
+    pub area_aspect: f32,
 }
 const _: () = {
     assert!(size_of::<Light>() == 416);
@@ -175,6 +187,7 @@ const _: () = {
     assert!(std::mem::offset_of!(Light, pattern_rows) == 400);
     assert!(std::mem::offset_of!(Light, is_projected) == 404);
     assert!(std::mem::offset_of!(Light, first_pattern) == 408);
+    assert!(std::mem::offset_of!(Light, area_aspect) == 412);
 };
 
 #[repr(C)]
@@ -11764,6 +11777,45 @@ pub static MODULES: &[Module] = &[
         ],
         constants: &[],
         spirv: include_bytes!("stderr.spv"),
+    },
+    Module {
+        name: "area_light_merge",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 0,
+        bindings: &[
+            Binding { binding: 0, name: "first_half", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 1, name: "second_half", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "differences", kind: DescriptorType::STORAGE_BUFFER },
+        ],
+        constants: &[],
+        spirv: include_bytes!("area_light_merge.spv"),
+    },
+    Module {
+        name: "area_light_add",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "first_half", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 1, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
+        ],
+        constants: &[],
+        spirv: include_bytes!("area_light_add.spv"),
+    },
+    Module {
+        name: "area_light_add_phasors",
+        entry: c"compute_main",
+        workgroup_size: [8, 8, 1],
+        immediate_bytes: 8,
+        bindings: &[
+            Binding { binding: 0, name: "first_half", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 1, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 2, name: "point_phasors", kind: DescriptorType::STORAGE_IMAGE },
+            Binding { binding: 3, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
+        ],
+        constants: &[],
+        spirv: include_bytes!("area_light_add_phasors.spv"),
     },
     Module {
         name: "error_estimate_lambert_exact",

@@ -22,6 +22,26 @@ pub fn sequence(count: u32) -> Vec<[f32; 2]> {
     points
 }
 
+/// A point of Sobol's sequence in two dimensions with Owen's scrambling (Burley, "Practical Hash-based Owen Scrambling", JCGT 2020): the first 2ⁿ fall
+/// into as many strata of any shape, the next 2ⁿ between them, and where in its stratum a point lies is random, so that nothing that repeats is missed.
+pub fn scrambled(index: u32, seed: u32) -> [f64; 2] {
+    let second = (0..32).filter(|bit| index >> bit & 1 == 1);
+    // The columns of its matrix are the rows of Pascal's triangle modulo 2.
+    let column = |bit| (0..bit).fold(1_u32 << 31, |v, _| v ^ v >> 1);
+    let second = second.fold(0, |bits, bit| bits ^ column(bit));
+    let axes = [(index.reverse_bits(), seed), (second, !seed)];
+    axes.map(|(bits, seed)| f64::from(owen_scrambled(bits, seed)) / 4_294_967_296.0)
+}
+
+/// Flips each bit by a hash of those above it.
+fn owen_scrambled(bits: u32, seed: u32) -> u32 {
+    let mut x = bits.reverse_bits().wrapping_add(seed);
+    for factor in [0x6c50_b47c_u32, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6] {
+        x ^= x.wrapping_mul(factor);
+    }
+    x.reverse_bits()
+}
+
 /// The upper sixteen bits of a number in 0 to 1, at every other place.
 fn morton(x: f32) -> u32 {
     let bits = (x * 65_536.0) as u32;

@@ -234,6 +234,7 @@ impl Renderer {
             estimated_error_upper: estimates.error_upper,
             stop: estimates.stop,
             estimated_interpolation_error: estimates.interpolation_error,
+            estimated_area_light_error: estimates.area_light_error,
             submissions: cost.submissions,
             wall_milliseconds: start.elapsed().as_secs_f64() * 1e3,
         };

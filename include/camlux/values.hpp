@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -220,7 +221,7 @@ struct number_in<Number, 1, std::enable_if_t<std::is_arithmetic_v<Number>>> {
 
 }  // namespace detail
 
-/** camlux_light; point, spot and directional make those that are complete. */
+/** camlux_light; point, spot, directional, rectangle and disc make those that are complete. */
 struct light {
     std::int32_t kind = CAMLUX_LIGHT_POINT;
     vec3 position_m;
@@ -229,6 +230,9 @@ struct light {
     rgb irradiance_w_m2;
     double inner_half_angle_deg = 0;
     double outer_half_angle_deg = 0;
+    vec3 up{0, 1, 0};
+    double width_m = 0, height_m = 0;
+    double radius_m = 0;
 
     static light point(vec3 position_m, rgb power_w)
     {
@@ -244,6 +248,27 @@ struct light {
         made.direction = direction;
         made.inner_half_angle_deg = inner_half_angle_deg;
         made.outer_half_angle_deg = outer_half_angle_deg;
+        return made;
+    }
+    /** up is the direction of its height. */
+    static light rectangle(vec3 position_m, vec3 direction, vec3 up, double width_m, double height_m, rgb power_w)
+    {
+        light made = point(position_m, power_w);
+        made.kind = CAMLUX_LIGHT_AREA;
+        made.direction = direction;
+        made.up = up;
+        made.width_m = width_m;
+        made.height_m = height_m;
+        return made;
+    }
+    static light disc(vec3 position_m, vec3 direction, double radius_m, rgb power_w)
+    {
+        light made = point(position_m, power_w);
+        made.kind = CAMLUX_LIGHT_AREA;
+        made.direction = direction;
+        // Any that is at an angle to it.
+        made.up = std::abs(direction.x) < std::abs(direction.y) ? vec3{1, 0, 0} : vec3{0, 1, 0};
+        made.radius_m = radius_m;
         return made;
     }
     static light directional(vec3 direction, rgb irradiance_w_m2)
@@ -555,6 +580,10 @@ inline camlux_light raw_of(const light &from) noexcept
     set(to.irradiance_w_m2, from.irradiance_w_m2);
     to.inner_half_angle_deg = from.inner_half_angle_deg;
     to.outer_half_angle_deg = from.outer_half_angle_deg;
+    set(to.up, from.up);
+    to.size_m[0] = from.width_m;
+    to.size_m[1] = from.height_m;
+    to.radius_m = from.radius_m;
     return to;
 }
 
@@ -568,6 +597,10 @@ inline light light_of(const camlux_light &from) noexcept
     to.irradiance_w_m2 = rgb_of(from.irradiance_w_m2);
     to.inner_half_angle_deg = from.inner_half_angle_deg;
     to.outer_half_angle_deg = from.outer_half_angle_deg;
+    to.up = vec3_of(from.up);
+    to.width_m = from.size_m[0];
+    to.height_m = from.size_m[1];
+    to.radius_m = from.radius_m;
     return to;
 }
 

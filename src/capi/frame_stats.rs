@@ -66,6 +66,9 @@ pub struct camlux_frame_stats {
     pub device: *const c_char,
     /// Name and version of its driver, UTF-8, valid until the frame's last release.
     pub driver: *const c_char,
+    /// Relative error (relRMSE) of the direct light of lights with an area, estimated from two halves of the points of it: the largest of any such
+    /// light; NaN without one.
+    pub estimated_area_light_error: f64,
 }
 
 /// What a pass has cost. Begin with CAMLUX_PASS_TIME_INIT.
@@ -113,6 +116,7 @@ pub unsafe extern "C" fn camlux_frame_get_stats(
                     .estimated_interpolation_error
                     .unwrap_or(f64::NAN),
                 estimated_error_upper: found.estimated_error_upper.unwrap_or(f64::NAN),
+                estimated_area_light_error: found.estimated_area_light_error.unwrap_or(f64::NAN),
                 submissions: found.submissions,
                 stop: match found.stop {
                     None => CAMLUX_STOP_NONE,

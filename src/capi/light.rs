@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::*;
-use crate::scene::{Light, RadiationPattern, SpotCone};
+use crate::scene::{AreaShape, Light, RadiationPattern, SpotCone};
 
 /// Emits its power evenly over the sphere: position_m, power_w.
 pub const CAMLUX_LIGHT_POINT: i32 = 0;
@@ -16,6 +16,10 @@ pub const CAMLUX_LIGHT_PATTERN: i32 = 3;
 /// A projector, which comes from a scene file like CAMLUX_LIGHT_PATTERN.
 pub const CAMLUX_LIGHT_PROJECTOR: i32 = 4;
 
+/// Emits its power from every point of an area alike, to its front and there with the cosine: position_m, its middle, direction, up, power_w, and
+/// size_m of a rectangle or radius_m of a disc.
+pub const CAMLUX_LIGHT_AREA: i32 = 5;
+
 /// A light. Begin with CAMLUX_LIGHT_INIT: a point light without power at the origin; members that its kind does not have are
 /// not looked at.
 #[repr(C)]
@@ -23,7 +27,7 @@ pub const CAMLUX_LIGHT_PROJECTOR: i32 = 4;
 pub struct camlux_light {
     /// sizeof(camlux_light)
     pub struct_size: u32,
-    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT or CAMLUX_LIGHT_DIRECTIONAL; of a light that is read also CAMLUX_LIGHT_PATTERN
+    /// CAMLUX_LIGHT_POINT, CAMLUX_LIGHT_SPOT, CAMLUX_LIGHT_DIRECTIONAL or CAMLUX_LIGHT_AREA; of a light that is read also CAMLUX_LIGHT_PATTERN
     /// or CAMLUX_LIGHT_PROJECTOR.
     pub kind: i32,
     /// In world space, m.
@@ -38,9 +42,15 @@ pub struct camlux_light {
     pub inner_half_angle_deg: f64,
     /// None from here, degrees above 0 up to 180.
     pub outer_half_angle_deg: f64,
+    /// The direction of an area's height, of any length, at an angle to the direction.
+    pub up: [f64; 3],
+    /// Width and height of an area, m; 0 of a disc.
+    pub size_m: [f64; 2],
+    /// Of a disc, m; 0 of a rectangle.
+    pub radius_m: f64,
 }
 
-c_struct!(camlux_light, 120);
+c_struct!(camlux_light, 120, up: [0.0, 1.0, 0.0]);
 
 /// Adds a light.
 ///
@@ -132,6 +142,18 @@ fn light_from_c(light: camlux_light) -> Outcome<Light> {
             direction,
             irradiance_w_m2: light.irradiance_w_m2,
         },
+        CAMLUX_LIGHT_AREA => Light::Area {
+            position_m,
+            direction,
+            up: light.up.into(),
+            shape: match light.radius_m {
+                0.0 => AreaShape::Rectangle {
+                    size_m: light.size_m,
+                },
+                radius_m => AreaShape::Disc { radius_m },
+            },
+            power_w: light.power_w,
+        },
     ];
     args::one_of("kind", light.kind, &choices)
 }
@@ -152,6 +174,28 @@ fn light_to_c(light: &Light) -> camlux_light {
             },
             position_m: position_m.to_array(),
             direction: direction.to_array(),
+            power_w,
+            ..init
+        },
+        Light::Area {
+            position_m,
+            direction,
+            up,
+            shape,
+            power_w,
+        } => camlux_light {
+            kind: CAMLUX_LIGHT_AREA,
+            position_m: position_m.to_array(),
+            direction: direction.to_array(),
+            up: up.to_array(),
+            size_m: match shape {
+                AreaShape::Rectangle { size_m } => size_m,
+                AreaShape::Disc { .. } => init.size_m,
+            },
+            radius_m: match shape {
+                AreaShape::Rectangle { .. } => init.radius_m,
+                AreaShape::Disc { radius_m } => radius_m,
+            },
             power_w,
             ..init
         },

@@ -82,6 +82,7 @@ impl EmissionDomain {
     /// - Point: six faces along the world axes, in the order +x −x +y −y +z −z.
     /// - Spot: one face around the axis, or for wide cones those faces of a cube aligned with the axis that it reaches.
     /// - Pattern: likewise, the faces of a cube aligned with its plane C = 0, too. Of a projector one face, which its image lies in.
+    /// - Area: as a spot light in its middle that sends as much with the cosine; every point of it sends alike.
     /// - Directional: one orthographic face. The domain is the disc that the bounding sphere shows to the light and not the
     ///   square of the face: `rsm-average` divides by the domain, and the square would make the result depend on how the
     ///   face is turned about the light's direction.
@@ -96,6 +97,7 @@ impl EmissionDomain {
             axial_intensity,
         };
         match *light {
+            Light::Area { .. } => EmissionDomain::new(&light.at_middle(), size, scene),
             Light::Pattern {
                 position_m,
                 direction,

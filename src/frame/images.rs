@@ -2,7 +2,10 @@
 
 use crate::{
     Result,
-    passes::{Context, gbuffer::GBuffer, pixel_filter::PixelSample, refinement::gathered_shape},
+    passes::{
+        Context, area_light::AreaLightImages, gbuffer::GBuffer, pixel_filter::PixelSample,
+        refinement::gathered_shape,
+    },
     plan::{Plan, TofPlan},
     vulkan::{Allocate, Device, ImageShape, Recorder},
 };
@@ -26,6 +29,8 @@ pub(crate) struct FrameImages<A: Allocate = Device> {
     pub energy: Option<A::Image>,
     /// Direct and indirect together: for a host alone.
     pub radiance: Option<A::Image>,
+    /// Where lights have an area.
+    pub area_light: Option<AreaLightImages<A>>,
 }
 
 /// What averaging pixels takes. The images of a frame then hold the means, but for the G-buffer, which shows their centres.
@@ -91,6 +96,7 @@ pub(crate) struct FrameImagesKey {
     has_indirect_stderr: bool,
     has_energy: bool,
     has_radiance: bool,
+    has_area_light: bool,
     is_sampled: bool,
     /// With `is_sampled`, that of what is gathered.
     gathered_shape: ImageShape,
@@ -108,6 +114,7 @@ impl FrameImagesKey {
             has_indirect_stderr: plan.has_stderr_layer(),
             has_energy: plan.joule_per_irradiance.is_some(),
             has_radiance: stays_on_device,
+            has_area_light: plan.area_light_error.is_some(),
             is_sampled: plan.pixel_sampling.is_some(),
             gathered_shape: gathered_shape(plan),
         }
@@ -145,6 +152,7 @@ impl<A: Allocate> FrameImages<A> {
                 .then(|| SampledImages::new(allocate, plan))
                 .transpose()?,
             radiance: key.has_radiance.then(|| image("radiance")).transpose()?,
+            area_light: AreaLightImages::for_plan(allocate, plan)?,
             key,
         })
     }
@@ -162,7 +170,8 @@ impl FrameImages {
                 .chain(&images.centre_phasors)
                 .chain([&images.footprint])
         });
-        let others = others.chain(sampled);
+        let area_light = self.area_light.iter().flat_map(|sums| sums.images());
+        let others = others.chain(sampled).chain(area_light);
         let direct = [&self.direct].into_iter().chain(&self.direct_phasors);
         for image in others.chain(direct) {
             recorder.prepare_images(&[image]);

@@ -1,5 +1,6 @@
 //! A frame, from the scene to the images of its layers: [`draw`] is the sequence of passes.
 
+mod area_light;
 mod buffer_pool;
 mod cache;
 mod drawn;
@@ -85,14 +86,28 @@ pub(crate) fn draw(
         radiance: direct,
         phasors: images.direct_phasors.as_ref(),
     };
+    let mut area_light_error: Option<f64> = None;
     for index in 0..context.plan.lights.len() {
         progress.begin_light(index, "direct")?;
         let (light, dirty) = lights.update(context, index, scene)?;
+        let is_centre = context.plan.pixel_sampling.is_none();
+        if let (true, true, Some(sums)) = (is_centre, light.plan.is_area(), &images.area_light) {
+            let error = area_light::shade(
+                context,
+                surfaces,
+                (gbuffer, None),
+                (index, light, dirty.occluders),
+                (sums, direct_images),
+                context.seed,
+                progress,
+            )?;
+            area_light_error = Some(area_light_error.unwrap_or_default().max(error));
+        }
         context.submit(|r| {
             draw_maps(r, context, surfaces, light, &dirty)?;
-            if context.plan.pixel_sampling.is_none() {
+            if is_centre && !light.plan.is_area() {
                 let seen = (gbuffer, SeenAt::Centres);
-                let light = (light, dirty.occluders);
+                let light = (light, None, dirty.occluders);
                 direct::shade(r, context, surfaces, seen, light, direct_images)?;
             }
             if let Some((rsm, vpls)) = dirty.vpls {
@@ -108,12 +123,13 @@ pub(crate) fn draw(
         }
     }
 
-    let estimates = match context.plan.indirect {
+    let mut estimates = match context.plan.indirect {
         Some(plan) => indirect::gather(context, plan, scene, lights, images, progress)?,
         None => ErrorEstimates::default(),
     };
 
-    pixel_samples::average(context, scene, lights, images, progress)?;
+    let of_samples = pixel_samples::average(context, scene, lights, images, progress)?;
+    estimates.area_light_error = of_samples.or(area_light_error);
 
     // Radiance is the same sum as energy, for a host that reads it on the device.
     let plan = context.plan;

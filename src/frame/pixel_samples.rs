@@ -1,27 +1,31 @@
 //! What the pixels show over their area: depths and direct light, sample by sample. `indirect::pixel_samples` has the bounce.
 
 use super::{
-    FrameImages, ProgressReport, draw_maps, lights::Lights, scene_resources::SceneResources, see,
+    FrameImages, ProgressReport, area_light, draw_maps, lights::Lights,
+    scene_resources::SceneResources, see,
 };
 use crate::{
     Result,
     passes::{
         Context,
         direct::{self, DirectImages, SeenAt},
+        random::hash,
     },
 };
 
-/// Fills the images of direct light and of depths with those of all samples.
+/// Fills the images of direct light and of depths with those of all samples. Returns what the light with an area is off by at most that is off by
+/// most, where there is one.
 pub(super) fn average(
     context: &Context,
     scene: &SceneResources,
     lights: &mut Lights,
     images: &FrameImages,
     progress: &mut ProgressReport,
-) -> Result<()> {
+) -> Result<Option<f64>> {
     let Some(sampled) = &images.sampled else {
-        return Ok(());
+        return Ok(None);
     };
+    let mut squared_errors = vec![0.0; context.plan.lights.len()];
     let surfaces = scene.surfaces()?;
     let direct_images = DirectImages {
         radiance: &images.direct,
@@ -37,16 +41,32 @@ pub(super) fn average(
         progress.report_sample("direct", done)?;
         context.record(|r| see(r, context, scene, sample.offset_px, sample.gbuffer))?;
         for light in 0..context.plan.lights.len() {
+            let number = light;
             let (light, dirty) = lights.update(context, light, scene)?;
+            let share = sample.share;
+            if let (true, Some(sums)) = (light.plan.is_area(), &images.area_light) {
+                let error = area_light::shade(
+                    context,
+                    surfaces,
+                    (sample.gbuffer, Some(share)),
+                    (number, light, dirty.occluders),
+                    (sums, direct_images),
+                    hash(context.seed ^ hash(index as u32)),
+                    progress,
+                )?;
+                squared_errors[number] += (share * error).powi(2);
+                continue;
+            }
             context.record(|r| {
                 draw_maps(r, context, surfaces, light, &dirty)?;
-                let light = (light, dirty.occluders);
-                let share = sample.share;
+                let light = (light, None, dirty.occluders);
                 let seen = (sample.gbuffer, SeenAt::Samples { share });
                 direct::shade(r, context, surfaces, seen, light, direct_images)
             })?;
         }
         context.record(|r| sample.add_depth(r, context, &sampled.footprint))?;
     }
-    Ok(())
+    let has_area = context.plan.area_light_error.is_some();
+    let worst = squared_errors.into_iter().fold(0.0, f64::max).sqrt();
+    Ok(has_area.then_some(worst))
 }

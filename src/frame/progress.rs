@@ -24,6 +24,8 @@ pub(crate) struct ProgressReport<'a> {
     samples_share: f64,
     attempt: i32,
     is_last: bool,
+    /// What was reported last.
+    last: Progress,
 }
 
 /// Of that share, where indirect light is gathered, for all lights together.
@@ -52,6 +54,10 @@ impl<'a> ProgressReport<'a> {
             samples_share: if has_samples { SAMPLES_SHARE } else { 0.0 },
             attempt: 0,
             is_last: false,
+            last: Progress {
+                fraction: 0.0,
+                pass: "direct",
+            },
         }
     }
 
@@ -67,6 +73,14 @@ impl<'a> ProgressReport<'a> {
     pub fn report(&mut self, pass: &'static str, fraction: f64) -> Result<()> {
         let of_lights = (self.light as f64 + fraction) / self.light_count.max(1) as f64;
         self.tell(pass, self.lights_share * of_lights)
+    }
+
+    /// Whether the caller wants to go on, where nothing is known of how far the work is.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] where the caller wants no more.
+    pub fn ask(&mut self) -> Result<()> {
+        self.report_share(self.last.pass, self.last.fraction.into())
     }
 
     /// From here on indirect light is gathered, for the `attempt`-th time, counted from 0. After the last none can follow.
@@ -115,6 +129,7 @@ impl<'a> ProgressReport<'a> {
             fraction: fraction as f32,
             pass,
         };
+        self.last = progress;
         match report(progress) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Cancelled),

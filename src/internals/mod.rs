@@ -9,7 +9,7 @@ pub mod smooth_probe;
 
 pub use intermediates::{Intermediates, LightIntermediates, RsmTexel, SurfacePoint};
 
-pub use crate::lattice::sequence;
+pub use crate::lattice::{scrambled, sequence};
 
 use crate::{
     RenderOptions, Renderer, Result, Scene,

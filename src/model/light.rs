@@ -23,7 +23,7 @@ pub fn peak_intensity(power_w: Bands, pattern: &RadiationPattern) -> Bands {
 }
 
 /// I in W/sr towards `direction` (from the light, any length but zero). `None` for a directional light: its rays are
-/// parallel, so that only its irradiance is finite.
+/// parallel, so that only its irradiance is finite. Of an area that of its middle, with all of its power.
 pub fn radiant_intensity(light: &Light, direction: DVec3) -> Option<Bands> {
     match light {
         Light::Point { power_w, .. } => Some(power_w.map(|power_w| power_w / (4.0 * PI))),
@@ -46,12 +46,13 @@ pub fn radiant_intensity(light: &Light, direction: DVec3) -> Option<Bands> {
             let share = pattern.intensity(&PatternAxes::new(*axis, *up), direction);
             Some(peak_intensity(*power_w, pattern).map(|intensity| intensity * share))
         }
+        Light::Area { .. } => radiant_intensity(&light.at_middle(), direction),
         Light::Directional { .. } => None,
     }
 }
 
 /// L_{L→P} in W/m²: irradiance of a surface at P that faces the light. I_{L→P}/d_{LP}² for point and spot lights, E_L for
-/// directional ones. 0 at the light's own position, where no direction to the light exists.
+/// directional ones. Of a light with an area as if all of it came from its middle. 0 at the light's own position, where no direction to the light exists.
 pub fn irradiance_facing(light: &Light, p_m: DVec3) -> Bands {
     match *light {
         Light::Directional {
@@ -59,7 +60,8 @@ pub fn irradiance_facing(light: &Light, p_m: DVec3) -> Bands {
         } => irradiance_w_m2,
         Light::Point { position_m, .. }
         | Light::Spot { position_m, .. }
-        | Light::Pattern { position_m, .. } => {
+        | Light::Pattern { position_m, .. }
+        | Light::Area { position_m, .. } => {
             let from_light_m = p_m - position_m;
             let distance_squared_m2 = from_light_m.length_squared();
             match radiant_intensity(light, from_light_m) {
@@ -79,7 +81,8 @@ pub fn direction_to_light(light: &Light, p_m: DVec3) -> DVec3 {
         Light::Directional { direction, .. } => -direction.normalize_or_zero(),
         Light::Point { position_m, .. }
         | Light::Spot { position_m, .. }
-        | Light::Pattern { position_m, .. } => (position_m - p_m).normalize_or_zero(),
+        | Light::Pattern { position_m, .. }
+        | Light::Area { position_m, .. } => (position_m - p_m).normalize_or_zero(),
     }
 }
 

@@ -4,7 +4,9 @@ use super::atomic::output_error;
 use super::tof::TofCamera;
 use super::tof_layers::{TOF_LAYERS, TofQuantity, describe_tof};
 use crate::error::Result;
-use crate::scene::{Camera, ChargeUnit, IndirectLight, Light, Scene, Sensor, TimeOfFlight};
+use crate::scene::{
+    Camera, ChargeUnit, DEFAULT_TARGET_ERROR, IndirectLight, Light, Scene, Sensor, TimeOfFlight,
+};
 
 /// A quantity that a frame holds for each pixel. P is the surface point seen at the pixel centre, C the camera centre. Where pixels are averaged
 /// over [samples](crate::scene::PixelSampling), light is the mean over them, and P, normals, ids, `depth` and `range` are still the centre's.
@@ -272,6 +274,8 @@ impl Frame {
         let black = self.black_layer();
         let missed = self.stats.missed_target(&self.description);
         let full = self.full_taps();
+        let area_light = self.stats.missed_area_light(&self.description);
+        let missed = missed.into_iter().chain(area_light);
         black.into_iter().chain(missed).chain(full).collect()
     }
 
@@ -414,6 +418,9 @@ pub struct FrameStats {
     /// relRMSE of the indirect light against the sum over VPLs at every pixel, estimated likewise; `None` where no
     /// interpolation error was requested.
     pub estimated_interpolation_error: Option<f64>,
+    /// relRMSE of the direct light of lights with an area, estimated from two halves of the points of it: the largest of any such light; `None`
+    /// without one.
+    pub estimated_area_light_error: Option<f64>,
     /// Queue submissions of the passes.
     pub submissions: u32,
     /// From the call of the renderer to its return.
@@ -464,6 +471,10 @@ impl FrameStats {
             &mut self.estimated_interpolation_error,
             part.estimated_interpolation_error,
         );
+        worse(
+            &mut self.estimated_area_light_error,
+            part.estimated_area_light_error,
+        );
         if matches!(self.stop, None | Some(StopReason::TargetMet)) {
             self.stop = part.stop.or(self.stop);
         }
@@ -502,6 +513,19 @@ impl FrameStats {
                 "the target error was missed with the most samples there are: {error}; set a larger rsm_size, or raise target_error"
             ),
         })
+    }
+
+    /// That the direct light of a light with an area is off by more than was asked.
+    fn missed_area_light(&self, description: &FrameDescription) -> Option<String> {
+        let indirect = description
+            .indirect
+            .and_then(|indirect| indirect.target_error());
+        let requested = indirect.unwrap_or(DEFAULT_TARGET_ERROR);
+        let estimated = self.estimated_area_light_error.filter(|&e| e > requested)?;
+        let [requested, estimated] = [requested, estimated].map(|error| 100.0 * error);
+        Some(format!(
+            "the direct light of a light with an area is off by about {estimated:.2} %, with the most points that there are: requested {requested:.2} %; make the light smaller, or give the camera more samples"
+        ))
     }
 
     /// Pairs over the GPU time of the pass named `gather`; `None` without such a pass, or where it took no time.

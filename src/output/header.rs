@@ -163,11 +163,15 @@ pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes
         }
         (None, None) => add("estimator", "none".into()),
     }
+    if let Some(error) = stats.estimated_area_light_error {
+        add("estimated_area_light_error", Attribute::Number(error));
+    }
     for (index, light) in lights.iter().enumerate() {
         add(&format!("light.{index}.kind"), light.kind().into());
         for (name, numbers) in light.parameters() {
             let value = match numbers[..] {
                 [number] => Attribute::Number(number),
+                [x, y] => Attribute::Vector2([x, y]),
                 [x, y, z] => Attribute::Vector3([x, y, z]),
                 _ => Attribute::Text(format!("{numbers:?}")),
             };

@@ -3,7 +3,7 @@
 use super::{Context, gbuffer::GBuffer, light::DeviceLight, rays::RayTriangles, surface::Surfaces};
 use crate::{
     RayKernel, Result,
-    vulkan::{Image, Recorder, Resource, shaders::DirectParameters},
+    vulkan::{Buffer, Image, Recorder, Resource, shaders::DirectParameters},
 };
 
 /// What the shadow test looks into.
@@ -33,20 +33,20 @@ pub(crate) enum SeenAt {
     },
 }
 
-/// Shades the G-buffer.
+/// Shades the G-buffer. Of a light with an area it is one point that shines, as it was uploaded.
 pub(crate) fn shade(
     recorder: &mut Recorder,
     context: &Context,
     surfaces: &Surfaces,
     (gbuffer, seen_at): (&GBuffer, SeenAt),
-    (light, occluders): (&DeviceLight, Occluders),
+    (light, point, occluders): (&DeviceLight, Option<&Buffer>, Occluders),
     direct: DirectImages,
 ) -> Result<()> {
     let plan = context.plan;
-    let mut words = vec![light.plan.kind, plan.brdf_word()];
+    let mut words = vec![light.plan.emission_word(), plan.brdf_word()];
     let mut resources = gbuffer.resources();
     resources.extend([
-        ("light", Resource::Buffer(&light.uniform)),
+        ("light", Resource::Buffer(point.unwrap_or(&light.uniform))),
         ("direct_radiance", Resource::Image(direct.radiance)),
     ]);
     resources.extend(light.pattern_resource());

@@ -2,11 +2,11 @@
 
 use super::{Context, modulation, surface::upload_view, view};
 use crate::{
-    Result,
+    Error, Result,
     emission::EmissionDomain,
     local_space::LocalSpace,
     plan::{LightPlan, Plan},
-    scene::{Intrinsics, Light, PatternAxes, RadiationPattern},
+    scene::{AreaShape, Intrinsics, Light, PatternAxes, RadiationPattern},
     vulkan::{
         Allocate, Buffer, BufferUse, Resource,
         shaders::{self, LightFace},
@@ -126,6 +126,26 @@ impl DeviceLight {
     }
 }
 
+/// The light as one point of its area, at a place of the unit square, for `shaders/direct.wgsl`.
+pub(crate) fn upload_area_point(
+    context: &Context,
+    index: usize,
+    light: &DeviceLight,
+    place: [f64; 2],
+) -> Result<Buffer> {
+    let Context { scene, space, .. } = *context;
+    let point = scene.lights[index].area_point(place);
+    let position_m = point.and_then(|point| point.position_m());
+    let position_m =
+        position_m.ok_or_else(|| Error::internal("a light has no area to have a point of"))?;
+    let parameters = shaders::Light {
+        position: space.to_local(position_m),
+        origin_turns: modulation::turns_to_origin(scene, space, position_m),
+        ..light.parameters
+    };
+    Buffer::upload(context.device, "point of a light", &[parameters])
+}
+
 fn pattern_numbers(pattern: &RadiationPattern) -> Vec<f32> {
     match pattern {
         RadiationPattern::Measured(pattern) => {
@@ -163,6 +183,20 @@ fn parameters(light: &Light, domain: &EmissionDomain, space: &LocalSpace) -> sha
     // I/d² with d in local units is W/m² if I is divided by the unit squared.
     let per_local_unit = |intensity: f64| (intensity / space.metres_per_unit.powi(2)) as f32;
     match light {
+        Light::Area { shape, .. } => {
+            let [right, _] = light.area_axes().unwrap_or_default();
+            let [half_width_m, half_height_m] = shape.half_extents_m();
+            let aspect = half_height_m / half_width_m;
+            let middle = parameters(&light.at_middle(), domain, space);
+            shaders::Light {
+                plane_0: (right * space.length(half_width_m)).as_vec3().to_array(),
+                area_aspect: match shape {
+                    AreaShape::Rectangle { .. } => aspect as f32,
+                    AreaShape::Disc { .. } => -aspect as f32,
+                },
+                ..middle
+            }
+        }
         Light::Pattern {
             direction,
             up,

@@ -12,6 +12,7 @@ use crate::{
 
 use cost::{Cost, Work};
 
+pub(crate) mod area_light;
 pub(crate) mod compact;
 pub(crate) mod cost;
 pub(crate) mod direct;
@@ -163,6 +164,9 @@ mod tests {
             ("shadow", vec![]),
             ("compact", vec!["scan"]),
             ("stderr", vec![]),
+            ("area_light", vec!["merge"]),
+            ("area_light", vec!["add", ""]),
+            ("area_light", vec!["add", "phasors"]),
             ("sensor", vec!["", ""]),
             ("sensor", vec!["indirect", ""]),
             ("sensor", vec!["", "aperture"]),

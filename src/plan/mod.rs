@@ -12,7 +12,8 @@ use crate::{
     Result,
     emission::EmissionDomain,
     scene::{
-        ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling, Scene, Shadow, VplSum,
+        DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling,
+        Scene, Shadow, VplSum,
     },
     vulkan::{DeviceInfo, shaders::most_storage_images},
 };
@@ -61,6 +62,8 @@ pub struct Plan {
     pub irradiance_per_radiance: Option<f64>,
     /// With time of flight.
     pub tof: Option<TofPlan>,
+    /// relRMSE that is requested of the direct light of lights with an area; `None` without such lights.
+    pub area_light_error: Option<f64>,
 }
 
 /// What time of flight takes.
@@ -101,6 +104,21 @@ pub enum ShadowPlan {
     Map { size: u32 },
     /// By rays among all triangles.
     Rays(RayKernel),
+}
+
+impl LightPlan {
+    /// The word of the shader permutations that tells what the light emits: a point of an area is a spot.
+    pub(crate) fn emission_word(&self) -> &'static str {
+        match self.kind {
+            "area" => "spot",
+            kind => kind,
+        }
+    }
+
+    /// Whether it shines from an area.
+    pub(crate) fn is_area(&self) -> bool {
+        self.kind == "area"
+    }
 }
 
 impl ShadowPlan {
@@ -210,7 +228,8 @@ impl Plan {
         // Where there are rays, they cost less than a map, and their shadows are exact.
         let has_rays = primary_rays.is_some() || indirect.is_some_and(|i| i.is_final_gather());
         // What is left of a triangle with cut-outs is no triangle, which the test by a map takes it for.
-        let has_rays = has_rays || has_cutouts;
+        // Nor is a light with an area a point, which a map has seen all from.
+        let has_rays = has_rays || has_cutouts || scene.has_area_light();
         let shadow = scene.direct.shadow.unwrap_or(match has_rays {
             true => Shadow::Rays,
             false => Shadow::Map,
@@ -252,6 +271,10 @@ impl Plan {
                 .filter(|sensor| sensor.f_number.is_some())
                 .map(|sensor| sensor.irradiance_per_radiance(1.0)),
             tof,
+            area_light_error: scene.has_area_light().then(|| {
+                let target = scene.indirect.and_then(|indirect| indirect.target_error());
+                target.unwrap_or(DEFAULT_TARGET_ERROR)
+            }),
         })
     }
 

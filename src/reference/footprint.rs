@@ -68,7 +68,8 @@ impl Footprint {
             depths.push(depth_m);
             has_receiver |= !receiver.surface.brdf.is_black();
             let share = f64::from(DIRECT_SAMPLES).recip();
-            direct.add(&transport.direct(&receiver), share);
+            let lit = transport.direct(&receiver, index..index + 1, seed);
+            direct.add(&lit, share);
         }
         let (mean_depth_m, nearest_depth_m) = match depths.len() {
             0 => (f64::INFINITY, f64::INFINITY),

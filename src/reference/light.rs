@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use glam::DVec3;
 
 use super::{brdf::around, rays::Ray};
-use crate::scene::{Bands, Light, Pattern, ProjectedImage, RadiationPattern};
+use crate::scene::{AreaShape, Bands, Light, Pattern, ProjectedImage, RadiationPattern};
 
 /// Radius of a sphere around the local space.
 const SCENE_RADIUS: f64 = 1.733;
@@ -22,11 +22,20 @@ pub enum Emitter {
         beam: Beam,
         /// I where the beam's shape is 1, over the local unit squared: I/d² is W/m².
         intensity: DVec3,
+        area: Option<Area>,
     },
     Parallel {
         travel: DVec3,
         irradiance: DVec3,
     },
+}
+
+/// Which points a lamp shines from, each of which sends all of its light as often as the others: the position is their middle.
+#[derive(Debug, Clone, Copy)]
+pub struct Area {
+    /// To the middles of two edges, or to two points of the rim.
+    half_axes: [DVec3; 2],
+    is_round: bool,
 }
 
 /// Where a lamp shines.
@@ -117,8 +126,38 @@ impl Emitter {
             position: to_local(position_m),
             intensity: DVec3::from(power_w) / (beam.solid_angle() * metres_per_unit.powi(2)),
             beam,
+            area: None,
         };
         match *light {
+            Light::Area {
+                position_m,
+                direction,
+                up,
+                shape,
+                power_w,
+            } => {
+                let axis = direction.normalize();
+                let height = up.reject_from(axis).normalize();
+                let width = height.cross(axis);
+                let (extents_m, is_round) = match shape {
+                    AreaShape::Rectangle { size_m } => (size_m.map(|size_m| size_m / 2.0), false),
+                    AreaShape::Disc { radius_m } => ([radius_m; 2], true),
+                };
+                let [across, along] = extents_m.map(|extent_m| extent_m / metres_per_unit);
+                // The cosine.
+                let beam = Beam::Cone {
+                    axis,
+                    half_angles_rad: [0.0, FRAC_PI_2],
+                };
+                let mut emitter = lamp(position_m, power_w, beam);
+                if let Emitter::Lamp { area, .. } = &mut emitter {
+                    *area = Some(Area {
+                        half_axes: [across * width, along * height],
+                        is_round,
+                    });
+                }
+                emitter
+            }
             Light::Pattern {
                 position_m,
                 direction,
@@ -169,6 +208,35 @@ impl Emitter {
         }
     }
 
+    /// The lamp at a point of its area, evenly drawn by two numbers in 0 to 1; `None` without an area.
+    pub fn at_point(&self, [u, v]: [f64; 2]) -> Option<Emitter> {
+        let Emitter::Lamp {
+            position,
+            beam,
+            intensity,
+            area: Some(area),
+        } = self
+        else {
+            return None;
+        };
+        let [x, y] = if area.is_round {
+            let (sin, cos) = (TAU * u).sin_cos();
+            [v.sqrt() * cos, v.sqrt() * sin]
+        } else {
+            [2.0 * u - 1.0, 2.0 * v - 1.0]
+        };
+        Some(Emitter::Lamp {
+            position: *position + x * area.half_axes[0] + y * area.half_axes[1],
+            beam: beam.clone(),
+            intensity: *intensity,
+            area: None,
+        })
+    }
+
+    pub fn has_area(&self) -> bool {
+        matches!(self, Emitter::Lamp { area: Some(_), .. })
+    }
+
     /// Infinite where the light is parallel.
     pub fn distance_to(&self, point: DVec3) -> f64 {
         match self {
@@ -191,6 +259,7 @@ impl Emitter {
                 position,
                 ref beam,
                 intensity,
+                ..
             } => {
                 let offset = position - point;
                 let distance_squared = offset.length_squared();

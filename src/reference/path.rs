@@ -5,7 +5,10 @@
 //! (Veach & Guibas 1995), under which a sample of either counts F(Q) / (p_P(Q) + p_L(Q)), F being the integrand over surface
 //! area and the p the densities of the two ways.
 
+use std::ops::Range;
+
 use glam::DVec3;
+use sobol_burley::sample_4d;
 
 use super::{
     brdf::Lobes,
@@ -81,9 +84,13 @@ impl Receiver {
 pub struct Draws<'a> {
     pub lobe: f64,
     pub direction: [f64; 2],
-    /// For each light.
+    /// For each light: where in its area a path begins, and in which direction.
+    pub area: &'a dyn Fn(usize) -> [f64; 2],
     pub emission: &'a dyn Fn(usize) -> [f64; 2],
 }
+
+/// Points of each area light that its direct light is averaged over.
+pub const AREA_SAMPLES: u32 = 1024;
 
 impl Transport {
     pub fn new(scene: &Scene) -> Transport {
@@ -167,20 +174,43 @@ impl Transport {
         Some(self.surfaces.at(&hit, ray.direction))
     }
 
-    /// L_{P→C} of all lights.
-    pub fn direct(&self, receiver: &Receiver) -> Arrived {
+    /// L_{P→C} of all lights. Of those with an area it is that of these points of a sequence that the seed tells.
+    pub fn direct(&self, receiver: &Receiver, points: Range<u32>, seed: u32) -> Arrived {
         let mut arrived = Arrived::default();
         for (index, emitter) in self.emitters.iter().enumerate() {
-            let surface = &receiver.surface;
-            let sent = self.reflected(emitter, surface, receiver.to_camera);
-            if let Some((sent, illumination)) = sent
-                && self.is_lit(surface, &illumination)
-            {
-                let length = illumination.length + receiver.distance;
-                self.add_path(&mut arrived, sent, index, length);
+            if !emitter.has_area() {
+                self.add_direct(&mut arrived, receiver, index, emitter, 1.0);
+                continue;
+            }
+            for point in points.clone() {
+                // Two lights share a set of four dimensions.
+                let drawn = sample_4d(point, 3, seed ^ (index as u32 / 2)).map(f64::from);
+                let place = drawn.as_chunks().0[index % 2];
+                let share = f64::from(points.len() as u32).recip();
+                if let Some(emitter) = emitter.at_point(place) {
+                    self.add_direct(&mut arrived, receiver, index, &emitter, share);
+                }
             }
         }
         arrived
+    }
+
+    fn add_direct(
+        &self,
+        arrived: &mut Arrived,
+        receiver: &Receiver,
+        index: usize,
+        emitter: &Emitter,
+        share: f64,
+    ) {
+        let surface = &receiver.surface;
+        let sent = self.reflected(emitter, surface, receiver.to_camera);
+        if let Some((sent, illumination)) = sent
+            && self.is_lit(surface, &illumination)
+        {
+            let length = illumination.length + receiver.distance;
+            self.add_path(arrived, share * sent, index, length);
+        }
     }
 
     /// One sample of the single bounce: its expected value is the indirect light from P to C.
@@ -195,6 +225,8 @@ impl Transport {
             };
             if let Some(q) = self.follow(&ray) {
                 for (index, emitter) in self.emitters.iter().enumerate() {
+                    let at_point = emitter.at_point((draws.area)(index));
+                    let emitter = at_point.as_ref().unwrap_or(emitter);
                     if let Some((contribution, illumination, length)) =
                         self.bounce(receiver, &q, emitter)
                         && self.is_lit(&q, &illumination)
@@ -205,6 +237,8 @@ impl Transport {
             }
         }
         for (index, emitter) in self.emitters.iter().enumerate() {
+            let at_point = emitter.at_point((draws.area)(index));
+            let emitter = at_point.as_ref().unwrap_or(emitter);
             let ray = emitter.sample((draws.emission)(index));
             let Some(q) = self.follow(&ray) else {
                 continue;

@@ -4,9 +4,12 @@ use sobol_burley::sample_4d;
 
 use super::edge::{SUB_PIXEL_BITS, is_edge};
 use super::footprint::{Footprint, drawn_px, receiver_at};
-use super::path::{Arrived, Draws, Receiver, Transport};
+use super::path::{AREA_SAMPLES, Arrived, Draws, Receiver, Transport};
 use super::view_ray::view_ray;
 use crate::{model::Phasor, scene::PixelFilter};
+
+/// Of all random numbers of a pixel, those of the points of lights with an area that its direct light comes from.
+const AREA_SEED: u32 = 0x00a2_ea11;
 
 /// One pixel of a reference.
 #[derive(Debug, Clone)]
@@ -105,7 +108,10 @@ impl Pixel {
             range_m,
             direct: match footprint {
                 Some((_, footprint)) => footprint.direct,
-                None => transport.direct(&receiver),
+                None => {
+                    let seed = mix(x_px as u32, mix(y_px as u32, AREA_SEED));
+                    transport.direct(&receiver, 0..AREA_SAMPLES, seed)
+                }
             },
             ..background
         }
@@ -167,9 +173,14 @@ impl Pixel {
                 let [a, b, c, d] = draw(1, mix(seed, light as u32 / 2));
                 [[a, b], [c, d]][light % 2]
             };
+            let area = |light: usize| {
+                let [a, b, c, d] = draw(3, mix(seed, light as u32 / 2));
+                [[a, b], [c, d]][light % 2]
+            };
             let draws = Draws {
                 lobe,
                 direction: [u0, u1],
+                area: &area,
                 emission: &emission,
             };
             mean.add(

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
+use glam::DVec3;
+
 use super::projected_image::GreyImage;
 use super::{
-    Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material, Pattern,
-    PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor, Shadow,
-    SpotCone,
+    AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material,
+    Pattern, PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor,
+    Shadow, SpotCone,
 };
 use crate::Result;
 use crate::keys::{Keys, Value};
@@ -292,6 +294,36 @@ pub(super) fn light<'t>(mut keys: Keys<'t>, folder: &Path) -> Result<ReadLight<'
                 direction,
                 up,
                 pattern: image.into(),
+                power_w: keys.need("power_w", POWER)?.bands()?,
+            }
+        }
+        "area" => {
+            keys.only(&["position", "direction", "up", "size", "radius", "power_w"])?;
+            let direction = keys.need("direction", DIRECTION)?.vec3()?;
+            let shape = keys.take_one(&["size", "radius"])?;
+            let (shape, up) = match shape {
+                Some(("size", size)) => {
+                    let size_m = size.numbers()?;
+                    let up = keys.need("up", "up = [x, y, z], along its height")?;
+                    (AreaShape::Rectangle { size_m }, up.vec3()?)
+                }
+                Some((_, radius)) => {
+                    // A disc may be turned about its axis.
+                    let up = keys.optional("up", |up| up.vec3())?;
+                    let radius_m = radius.number()?;
+                    let any = || direction.normalize_or(DVec3::Z).any_orthonormal_vector();
+                    (AreaShape::Disc { radius_m }, up.unwrap_or_else(any))
+                }
+                None => {
+                    let hint = "add size = [width, height], or radius = 0.1, metres";
+                    return Err(keys.error("[[light]] has no \"size\"", hint));
+                }
+            };
+            Light::Area {
+                position_m: keys.need("position", POSITION)?.vec3()?,
+                direction,
+                up,
+                shape,
                 power_w: keys.need("power_w", POWER)?.bands()?,
             }
         }

@@ -204,6 +204,9 @@ impl Bytes {
                 .into_iter()
                 .for_each(|number| self.numbers([number]));
         }
+        if let Light::Area { shape, .. } = light {
+            self.name(shape.name());
+        }
         if let Light::Pattern { pattern, .. } = light {
             self.0.update(&match pattern {
                 RadiationPattern::Measured(pattern) => pattern.digest(digest_of_pattern),

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Bands, PatternAxes, RadiationPattern};
+use super::{AreaShape, Bands, PatternAxes, RadiationPattern};
 
 /// A light source L.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,6 +33,17 @@ pub enum Light {
         pattern: RadiationPattern,
         power_w: Bands,
     },
+    /// Emits P_L from every point of an area alike, to its front and there with the cosine.
+    Area {
+        /// The middle.
+        position_m: DVec3,
+        /// To the front; any length but zero.
+        direction: DVec3,
+        /// Along the height of a rectangle; of any length, at an angle to the direction.
+        up: DVec3,
+        shape: AreaShape,
+        power_w: Bands,
+    },
 }
 
 /// Opening of a spot light: full intensity up to the inner half angle, falling to 0 at the outer.
@@ -46,7 +57,14 @@ pub struct SpotCone {
 
 impl Light {
     /// The words that name kinds in scene files. A new one comes last: scene hashes count them.
-    pub const KINDS: [&str; 5] = ["point", "spot", "directional", "pattern", "projector"];
+    pub const KINDS: [&str; 6] = [
+        "point",
+        "spot",
+        "directional",
+        "pattern",
+        "projector",
+        "area",
+    ];
 
     /// The word that names this kind in scene files.
     pub fn kind(&self) -> &'static str {
@@ -54,6 +72,7 @@ impl Light {
             Light::Point { .. } => "point",
             Light::Spot { .. } => "spot",
             Light::Directional { .. } => "directional",
+            Light::Area { .. } => "area",
             Light::Pattern { pattern, .. } => match pattern {
                 RadiationPattern::Measured(_) => "pattern",
                 RadiationPattern::Projected(_) => "projector",
@@ -110,6 +129,22 @@ impl Light {
                 ("up", up.to_array().into()),
                 ("power_w", (*power_w).into()),
             ],
+            Light::Area {
+                position_m,
+                direction,
+                up,
+                shape,
+                power_w,
+            } => vec![
+                ("position_m", position_m.to_array().into()),
+                ("direction", direction.to_array().into()),
+                ("up", up.to_array().into()),
+                match *shape {
+                    AreaShape::Rectangle { size_m } => ("size_m", size_m.into()),
+                    AreaShape::Disc { radius_m } => ("radius_m", vec![radius_m]),
+                },
+                ("power_w", (*power_w).into()),
+            ],
         }
     }
 
@@ -118,7 +153,8 @@ impl Light {
         match *self {
             Light::Point { position_m, .. }
             | Light::Spot { position_m, .. }
-            | Light::Pattern { position_m, .. } => Some(position_m),
+            | Light::Pattern { position_m, .. }
+            | Light::Area { position_m, .. } => Some(position_m),
             Light::Directional { .. } => None,
         }
     }
@@ -128,17 +164,19 @@ impl Light {
         match self {
             Light::Point { position_m, .. }
             | Light::Spot { position_m, .. }
-            | Light::Pattern { position_m, .. } => Some(position_m),
+            | Light::Pattern { position_m, .. }
+            | Light::Area { position_m, .. } => Some(position_m),
             Light::Directional { .. } => None,
         }
     }
 
-    /// Axis of the cone or pattern, or direction in which parallel light travels, of any length but zero; `None` for a point light.
+    /// Axis of the cone or pattern, the front of an area, or direction in which parallel light travels, of any length but zero; `None` for a point light.
     pub fn direction(&self) -> Option<DVec3> {
         match *self {
             Light::Spot { direction, .. }
             | Light::Directional { direction, .. }
-            | Light::Pattern { direction, .. } => Some(direction),
+            | Light::Pattern { direction, .. }
+            | Light::Area { direction, .. } => Some(direction),
             Light::Point { .. } => None,
         }
     }
@@ -148,15 +186,16 @@ impl Light {
         match self {
             Light::Spot { direction, .. }
             | Light::Directional { direction, .. }
-            | Light::Pattern { direction, .. } => Some(direction),
+            | Light::Pattern { direction, .. }
+            | Light::Area { direction, .. } => Some(direction),
             Light::Point { .. } => None,
         }
     }
 
-    /// Which way up a pattern is, to be changed.
+    /// Which way up a pattern or an area is, to be changed.
     pub fn up_mut(&mut self) -> Option<&mut DVec3> {
         match self {
-            Light::Pattern { up, .. } => Some(up),
+            Light::Pattern { up, .. } | Light::Area { up, .. } => Some(up),
             _ => None,
         }
     }
@@ -166,7 +205,8 @@ impl Light {
         match *self {
             Light::Point { power_w, .. }
             | Light::Spot { power_w, .. }
-            | Light::Pattern { power_w, .. } => power_w,
+            | Light::Pattern { power_w, .. }
+            | Light::Area { power_w, .. } => power_w,
             Light::Directional {
                 irradiance_w_m2, ..
             } => irradiance_w_m2,
@@ -176,8 +216,8 @@ impl Light {
     /// The name of that value.
     pub fn emission_name(&self) -> &'static str {
         match self {
-            Light::Point { .. } | Light::Spot { .. } | Light::Pattern { .. } => "power_w",
             Light::Directional { .. } => "irradiance_w_m2",
+            _ => "power_w",
         }
     }
 
@@ -187,7 +227,8 @@ impl Light {
         match &mut light {
             Light::Point { power_w, .. }
             | Light::Spot { power_w, .. }
-            | Light::Pattern { power_w, .. } => *power_w = emission,
+            | Light::Pattern { power_w, .. }
+            | Light::Area { power_w, .. } => *power_w = emission,
             Light::Directional {
                 irradiance_w_m2, ..
             } => *irradiance_w_m2 = emission,

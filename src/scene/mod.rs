@@ -3,6 +3,7 @@
 //! Lengths are metres, angles in the scene description are degrees, powers watts. Positions are f64 so that a scene far
 //! from the origin keeps its detail. Build a [`Scene`] from slices, or load one with [`Scene::load`].
 
+mod area;
 mod assets;
 mod bounds;
 mod camera;
@@ -35,6 +36,7 @@ mod warnings;
 
 use std::f64::consts::FRAC_PI_4;
 
+pub use area::AreaShape;
 pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::Carrier;
@@ -91,6 +93,12 @@ impl Scene {
         materials.map(|&material| &self.materials[material as usize])
     }
 
+    /// Whether some light shines from an area.
+    pub(crate) fn has_area_light(&self) -> bool {
+        let mut lights = self.lights.iter();
+        lights.any(|light| matches!(light, Light::Area { .. }))
+    }
+
     /// Whether there is a surface with cut-outs. For a validated scene.
     pub(crate) fn has_cutouts(&self) -> bool {
         self.meshes.iter().any(|mesh| {
@@ -134,14 +142,14 @@ impl Sensor {
 /// How direct light is computed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Direct {
-    /// `None`: by rays where indirect light casts rays anyway or surfaces have cut-outs, else from maps.
+    /// `None`: by rays where indirect light casts rays anyway, surfaces have cut-outs or lights an area, else from maps.
     pub shadow: Option<Shadow>,
 }
 
 /// How V(L,P) of direct light is found. See `docs/model.md`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shadow {
-    /// From a map of what the light sees: its RSM where that is fine enough, else a map of its own. Not for surfaces with cut-outs.
+    /// From a map of what the light sees: its RSM where that is fine enough, else a map of its own. Not for surfaces with cut-outs and lights with an area.
     Map,
     /// By a ray from P to L among all triangles: exact but for rounding.
     Rays,

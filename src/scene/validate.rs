@@ -88,6 +88,23 @@ impl Scene {
             "set shadow to \"rays\", or leave it out",
         );
         placed("direct", 0, direct)?;
+        let area = |light: &Light| matches!(light, Light::Area { .. });
+        if let Some(index) = self.lights.iter().position(area) {
+            let part = Part(format!("light {index} (area)"));
+            let fitting = part.require(
+                self.direct.shadow != Some(Shadow::Map),
+                "a map cannot tell the shadows of a light with an area",
+                "set shadow to \"rays\", or leave it out",
+            );
+            placed("light", index, fitting)?;
+            let fitting = part.require(
+                self.indirect
+                    .is_none_or(|indirect| indirect.sum().is_none()),
+                "a sum over VPLs takes those that one point sees, and this light has an area",
+                "choose the estimator \"final-gather\", or a spot light",
+            );
+            placed("light", index, fitting)?;
+        }
         Ok(())
     }
 }
@@ -289,22 +306,23 @@ impl Light {
                 "make the inner cone no wider than the outer",
             )?;
         }
-        if let Light::Pattern {
-            direction,
-            up,
-            pattern,
-            ..
-        } = self
-        {
-            if let Err(problem) = pattern.check() {
-                part.require(false, problem, "correct the pattern")?;
+        if let Light::Area { shape, .. } = self {
+            for size_m in shape.half_extents_m() {
+                part.require_above_zero(shape.name(), size_m)?;
             }
+        }
+        if let Light::Pattern { pattern, .. } = self
+            && let Err(problem) = pattern.check()
+        {
+            part.require(false, problem, "correct the pattern")?;
+        }
+        if let Light::Pattern { direction, up, .. } | Light::Area { direction, up, .. } = self {
             part.require_direction("up", *up)?;
             let sine = direction.normalize().cross(up.normalize()).length();
             part.require(
                 sine > SMALLEST_UP_ANGLE_RAD,
                 format_args!("up {up} is parallel to direction {direction}"),
-                "give an up that is at an angle to the direction: the plane C = 0",
+                "give an up that is at an angle to the direction: the plane C = 0, or the height of an area",
             )?;
         }
         let emission = self.emission();

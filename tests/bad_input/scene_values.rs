@@ -1,9 +1,9 @@
 //! Every bad value of a scene from slices is refused with a message that names the part and the value.
 
 use camlux::scene::{
-    Camera, ChargeUnit, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Material, Mesh,
-    Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise, Shadow, SpotCone,
-    Texels, Texture, TimeOfFlight, VplSum,
+    AreaShape, Camera, ChargeUnit, Direct, ErrorNorm, IndirectLight, Intrinsics, Lens, Light,
+    Material, Mesh, Photodetector, PixelFilter, PixelSampling, Scene, Sensor, SensorNoise, Shadow,
+    SpotCone, Texels, Texture, TimeOfFlight, VplSum,
 };
 use glam::DVec3;
 
@@ -162,7 +162,47 @@ fn scenes_from_slices_are_validated() {
     };
     let down = -DVec3::Y;
     type Edit = Box<dyn Fn(&mut Scene)>;
+    let area = |up: DVec3, shape| Light::Area {
+        position_m: DVec3::Y,
+        direction: -2.0 * DVec3::Y,
+        up,
+        shape,
+        power_w: [1.0; 3],
+    };
+    let disc = AreaShape::Disc { radius_m: 0.1 };
     let cases: Vec<(Edit, &str)> = vec![
+        (
+            Box::new(move |s| s.lights[0] = area(DVec3::Y, disc)),
+            "light 0 (area): up [0, 1, 0] is parallel to direction",
+        ),
+        (
+            Box::new(move |s| {
+                let size_m = [0.5, 0.0];
+                s.lights[0] = area(DVec3::X, AreaShape::Rectangle { size_m });
+            }),
+            "light 0 (area): size",
+        ),
+        (
+            Box::new(move |s| {
+                let radius_m = NAN;
+                s.lights[0] = area(DVec3::X, AreaShape::Disc { radius_m });
+            }),
+            "light 0 (area): radius",
+        ),
+        (
+            Box::new(move |s| {
+                s.lights[0] = area(DVec3::X, disc);
+                s.direct.shadow = Some(Shadow::Map);
+            }),
+            "light 0 (area): a map cannot tell the shadows of a light with an area",
+        ),
+        (
+            Box::new(move |s| {
+                s.lights[0] = area(DVec3::X, disc);
+                s.indirect = Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8));
+            }),
+            "light 0 (area): a sum over VPLs",
+        ),
         (
             Box::new(|s| s.camera.resolution_px = [8, 0]),
             "camera: resolution is 8 x 0",

@@ -241,7 +241,7 @@ CHECK(camlux_mesh_triangle_materials_size, sizeof(((camlux_mesh *)0)->triangle_m
 CHECK(camlux_mesh_name_offset, offsetof(camlux_mesh, name) == 144);
 CHECK(camlux_mesh_name_size, sizeof(((camlux_mesh *)0)->name) == 8);
 
-CHECK(size_of_camlux_light, sizeof(camlux_light) == 120);
+CHECK(size_of_camlux_light, sizeof(camlux_light) == 168);
 CHECK(camlux_light_struct_size_offset, offsetof(camlux_light, struct_size) == 0);
 CHECK(camlux_light_struct_size_size, sizeof(((camlux_light *)0)->struct_size) == 4);
 CHECK(camlux_light_kind_offset, offsetof(camlux_light, kind) == 4);
@@ -258,6 +258,12 @@ CHECK(camlux_light_inner_half_angle_deg_offset, offsetof(camlux_light, inner_hal
 CHECK(camlux_light_inner_half_angle_deg_size, sizeof(((camlux_light *)0)->inner_half_angle_deg) == 8);
 CHECK(camlux_light_outer_half_angle_deg_offset, offsetof(camlux_light, outer_half_angle_deg) == 112);
 CHECK(camlux_light_outer_half_angle_deg_size, sizeof(((camlux_light *)0)->outer_half_angle_deg) == 8);
+CHECK(camlux_light_up_offset, offsetof(camlux_light, up) == 120);
+CHECK(camlux_light_up_size, sizeof(((camlux_light *)0)->up) == 24);
+CHECK(camlux_light_size_m_offset, offsetof(camlux_light, size_m) == 144);
+CHECK(camlux_light_size_m_size, sizeof(((camlux_light *)0)->size_m) == 16);
+CHECK(camlux_light_radius_m_offset, offsetof(camlux_light, radius_m) == 160);
+CHECK(camlux_light_radius_m_size, sizeof(((camlux_light *)0)->radius_m) == 8);
 
 CHECK(size_of_camlux_scene_counts, sizeof(camlux_scene_counts) == 24);
 CHECK(camlux_scene_counts_struct_size_offset, offsetof(camlux_scene_counts, struct_size) == 0);
@@ -385,7 +391,7 @@ CHECK(camlux_exr_options_layers_size, sizeof(((camlux_exr_options *)0)->layers) 
 CHECK(camlux_exr_options_tof_layers_offset, offsetof(camlux_exr_options, tof_layers) == 12);
 CHECK(camlux_exr_options_tof_layers_size, sizeof(((camlux_exr_options *)0)->tof_layers) == 4);
 
-CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 104);
+CHECK(size_of_camlux_frame_stats, sizeof(camlux_frame_stats) == 112);
 CHECK(camlux_frame_stats_struct_size_offset, offsetof(camlux_frame_stats, struct_size) == 0);
 CHECK(camlux_frame_stats_struct_size_size, sizeof(((camlux_frame_stats *)0)->struct_size) == 4);
 CHECK(camlux_frame_stats_pass_count_offset, offsetof(camlux_frame_stats, pass_count) == 4);
@@ -416,6 +422,8 @@ CHECK(camlux_frame_stats_device_offset, offsetof(camlux_frame_stats, device) == 
 CHECK(camlux_frame_stats_device_size, sizeof(((camlux_frame_stats *)0)->device) == 8);
 CHECK(camlux_frame_stats_driver_offset, offsetof(camlux_frame_stats, driver) == 96);
 CHECK(camlux_frame_stats_driver_size, sizeof(((camlux_frame_stats *)0)->driver) == 8);
+CHECK(camlux_frame_stats_estimated_area_light_error_offset, offsetof(camlux_frame_stats, estimated_area_light_error) == 104);
+CHECK(camlux_frame_stats_estimated_area_light_error_size, sizeof(((camlux_frame_stats *)0)->estimated_area_light_error) == 8);
 
 CHECK(size_of_camlux_pass_time, sizeof(camlux_pass_time) == 24);
 CHECK(camlux_pass_time_struct_size_offset, offsetof(camlux_pass_time, struct_size) == 0);
@@ -453,7 +461,7 @@ static const unsigned char rust_camlux_texture[] = {48,0,0,0,0,0,0,0,0,0,0,0,0,0
 static const camlux_mesh init_of_camlux_mesh = CAMLUX_MESH_INIT;
 static const unsigned char rust_camlux_mesh[] = {152,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,1,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,4,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_light init_of_camlux_light = CAMLUX_LIGHT_INIT;
-static const unsigned char rust_camlux_light[] = {120,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_light[] = {168,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_scene_counts init_of_camlux_scene_counts = CAMLUX_SCENE_COUNTS_INIT;
 static const unsigned char rust_camlux_scene_counts[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_bounds init_of_camlux_bounds = CAMLUX_BOUNDS_INIT;
@@ -469,7 +477,7 @@ static const unsigned char rust_camlux_view[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,
 static const camlux_exr_options init_of_camlux_exr_options = CAMLUX_EXR_OPTIONS_INIT;
 static const unsigned char rust_camlux_exr_options[] = {16,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_frame_stats init_of_camlux_frame_stats = CAMLUX_FRAME_STATS_INIT;
-static const unsigned char rust_camlux_frame_stats[] = {104,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
+static const unsigned char rust_camlux_frame_stats[] = {112,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const camlux_pass_time init_of_camlux_pass_time = CAMLUX_PASS_TIME_INIT;
 static const unsigned char rust_camlux_pass_time[] = {24,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0};
 static const struct init inits[] = {
@@ -485,7 +493,7 @@ static const struct init inits[] = {
     {"camlux_material", 80, rust_camlux_material, &init_of_camlux_material},
     {"camlux_texture", 48, rust_camlux_texture, &init_of_camlux_texture},
     {"camlux_mesh", 152, rust_camlux_mesh, &init_of_camlux_mesh},
-    {"camlux_light", 120, rust_camlux_light, &init_of_camlux_light},
+    {"camlux_light", 168, rust_camlux_light, &init_of_camlux_light},
     {"camlux_scene_counts", 24, rust_camlux_scene_counts, &init_of_camlux_scene_counts},
     {"camlux_bounds", 56, rust_camlux_bounds, &init_of_camlux_bounds},
     {"camlux_render_options", 40, rust_camlux_render_options, &init_of_camlux_render_options},
@@ -493,7 +501,7 @@ static const struct init inits[] = {
     {"camlux_vulkan_image", 88, rust_camlux_vulkan_image, &init_of_camlux_vulkan_image},
     {"camlux_view", 64, rust_camlux_view, &init_of_camlux_view},
     {"camlux_exr_options", 16, rust_camlux_exr_options, &init_of_camlux_exr_options},
-    {"camlux_frame_stats", 104, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
+    {"camlux_frame_stats", 112, rust_camlux_frame_stats, &init_of_camlux_frame_stats},
     {"camlux_pass_time", 24, rust_camlux_pass_time, &init_of_camlux_pass_time},
 };
 

@@ -12,7 +12,9 @@ use camlux::{
     RenderOptions, Renderer, Scene,
     capi::*,
     glam::{DQuat, DVec3},
-    scene::{Distortion, IndirectLight, Lens, Light, Mesh, PixelFilter, PixelSampling, VplSum},
+    scene::{
+        AreaShape, Distortion, IndirectLight, Lens, Light, Mesh, PixelFilter, PixelSampling, VplSum,
+    },
 };
 
 const SIZE_PX: [u32; 2] = [24, 20];
@@ -609,4 +611,48 @@ fn a_cancel_ends_the_render_under_way_and_no_other() {
     ok(camlux_cancel_token_release(token));
     ok(camlux_renderer_release(renderer));
     ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn area_lights_from_c_are_those_of_the_engine() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let size_m = [0.4, 0.2];
+    for shape in [
+        AreaShape::Rectangle { size_m },
+        AreaShape::Disc { radius_m: 0.2 },
+    ] {
+        let mut expected = engine_scene("cornell");
+        expected.lights = vec![Light::Area {
+            position_m: DVec3::new(0.1, 1.7, 0.2),
+            direction: DVec3::new(0.1, -1.0, 0.0),
+            up: DVec3::new(0.3, 0.0, -1.0),
+            shape,
+            power_w: [9.0, 8.0, 7.0],
+        }];
+        expected.indirect = None;
+        let built = from_arrays(&expected);
+        let mut light = init!(camlux_light {});
+        // SAFETY: it points to a struct of that size.
+        ok(unsafe { camlux_scene_get_light(built, 0, &mut light) });
+        let [width_m, height_m] = light.size_m;
+        assert_eq!(
+            (light.kind, light.up),
+            (CAMLUX_LIGHT_AREA, [0.3, 0.0, -1.0])
+        );
+        match shape {
+            AreaShape::Rectangle { .. } => assert_eq!([width_m, height_m], size_m),
+            AreaShape::Disc { radius_m } => assert_eq!(light.radius_m, radius_m),
+        }
+        let frame = render(renderer, built);
+        assert!(layers(frame) == engine_frame(&expected));
+        let mut stats = init!(camlux_frame_stats {});
+        // SAFETY: it points to a struct of that size.
+        ok(unsafe { camlux_frame_get_stats(frame, &mut stats) });
+        let estimated = stats.estimated_area_light_error;
+        assert!((1e-4..=0.02).contains(&estimated), "{estimated}");
+        ok(camlux_frame_release(frame));
+        ok(camlux_scene_release(built));
+    }
+    ok(camlux_renderer_release(renderer));
 }

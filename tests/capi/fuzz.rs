@@ -54,7 +54,7 @@ impl Random {
     fn choice(&mut self) -> i32 {
         match self.below(20) {
             0 => self.pick(&[-1, i32::MAX, i32::MIN, 100]),
-            _ => self.below(5) as i32,
+            _ => self.below(6) as i32,
         }
     }
 
@@ -289,7 +289,10 @@ impl Sequence {
                         power_w: r.reals(),
                         irradiance_w_m2: r.reals(),
                         inner_half_angle_deg: r.real(),
-                        outer_half_angle_deg: 30.0 * r.real()
+                        outer_half_angle_deg: 30.0 * r.real(),
+                        up: r.reals(),
+                        size_m: [r.real().abs(), r.real()],
+                        radius_m: r.pick(&[0.0, 0.1, -1.0])
                     });
                     if call == 15 {
                         camlux_scene_add_light(scene, r.pointer(&mut light), number)

@@ -10,8 +10,8 @@ use camlux::{
     capi::*,
     output::{Layer, LayerData, TofQuantity},
     scene::{
-        ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light, PixelFilter, PixelSampling,
-        TimeOfFlight,
+        AreaShape, ChargeUnit, Distortion, ErrorNorm, IndirectLight, Lens, Light, PixelFilter,
+        PixelSampling, TimeOfFlight,
     },
 };
 
@@ -414,6 +414,27 @@ pub fn c_light(light: &Light) -> camlux_light {
             power_w: power_w,
             inner_half_angle_deg: cone.inner_half_angle_deg,
             outer_half_angle_deg: cone.outer_half_angle_deg,
+        }),
+        Light::Area {
+            position_m,
+            direction,
+            up,
+            shape,
+            power_w,
+        } => init!(camlux_light {
+            kind: CAMLUX_LIGHT_AREA,
+            position_m: position_m.to_array(),
+            direction: direction.to_array(),
+            up: up.to_array(),
+            size_m: match shape {
+                AreaShape::Rectangle { size_m } => size_m,
+                AreaShape::Disc { .. } => [0.0; 2],
+            },
+            radius_m: match shape {
+                AreaShape::Rectangle { .. } => 0.0,
+                AreaShape::Disc { radius_m } => radius_m,
+            },
+            power_w: power_w,
         }),
         Light::Pattern { .. } => unreachable!("C makes no pattern"),
         Light::Directional {

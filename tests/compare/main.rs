@@ -6,6 +6,7 @@
 mod common;
 
 mod adaptive_sum;
+mod area_light;
 mod cutouts;
 mod direct;
 mod final_gather;

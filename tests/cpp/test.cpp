@@ -111,6 +111,8 @@ void values_come_back()
     CHECK(distorted.samples == 16 && distorted.filter == camlux::pixel_filter::gaussian);
     CHECK(distorted.lens->model == camlux::lens_model::fisheye && distorted.lens->distortion[1] == 0.002);
 
+    const std::uint32_t lamp = scene.add_light(camlux::light::disc({0, 1, 0}, {0, -1, 0}, 0.1, {1, 2, 3}));
+    CHECK(scene.light(lamp).radius_m == 0.1);
     const std::uint32_t light = scene.add_light(camlux::light::spot({0, 1, 0}, {0, -1, 0}, {1, 2, 3}, 10, 20));
     CHECK(scene.light(light).kind == CAMLUX_LIGHT_SPOT && scene.light(light).power_w.b == 3);
     CHECK(scene.light(light).direction.y == -1 && scene.light(light).outer_half_angle_deg == 20);

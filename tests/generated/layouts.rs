@@ -165,7 +165,7 @@ pub fn layouts() -> Vec<Layout> {
         }
         camlux_light {
             kind, position_m, direction, power_w, irradiance_w_m2, inner_half_angle_deg,
-            outer_half_angle_deg,
+            outer_half_angle_deg, up, size_m, radius_m,
         }
         camlux_scene_counts {
             textures, materials, meshes, instances, lights,
@@ -194,7 +194,7 @@ pub fn layouts() -> Vec<Layout> {
         camlux_frame_stats {
             pass_count, wall_ms, passes_ms, snapshot_ms, vpl_count, ray_count, pixel_vpl_pairs,
             estimated_error, estimated_error_upper, estimated_interpolation_error, submissions, stop,
-            device, driver,
+            device, driver, estimated_area_light_error,
         }
         camlux_pass_time {
             reserved, ms, name,

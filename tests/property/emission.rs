@@ -4,8 +4,10 @@ use std::f64::consts::{PI, TAU};
 
 use crate::common::texels::texel_direction;
 use camlux::emission::{EmissionDomain, EmissionFace, Projection, TexelEmission};
-use camlux::model::{CompensatedSum, radiant_intensity, spot_falloff};
-use camlux::scene::{BoundingSphere, Light, SpotCone};
+use camlux::model::{
+    CompensatedSum, direction_to_light, irradiance_facing, radiant_intensity, spot_falloff,
+};
+use camlux::scene::{AreaShape, BoundingSphere, Light, SpotCone};
 use glam::DVec3;
 
 const SCENE: BoundingSphere = BoundingSphere {
@@ -386,4 +388,52 @@ fn a_directional_light_covers_the_disc_over_the_scene() {
             domain.faces[0].forward
         );
     }
+}
+
+/// The irradiance straight below, as the mean over the points of an area: of a disc π L R²/(R² + h²), of a rectangle four times that of a quarter.
+#[test]
+fn points_of_an_area_make_its_closed_form() {
+    let (height_m, power_w) = (0.7, 5.0);
+    let light = |shape| Light::Area {
+        position_m: DVec3::new(0.3, height_m, 0.1),
+        direction: DVec3::new(0.0, -2.0, 0.0),
+        up: DVec3::new(0.5, 0.3, 1.0),
+        shape,
+        power_w: [power_w; 3],
+    };
+    let below_m = DVec3::new(0.3, 0.0, 0.1);
+    const STEPS: u32 = 600;
+    let found = |light: &Light| {
+        let step = |i: u32| (f64::from(i) + 0.5) / f64::from(STEPS);
+        let places = (0..STEPS * STEPS).map(|i| [step(i % STEPS), step(i / STEPS)]);
+        let irradiance = places.map(|place| {
+            let point = light.area_point(place).expect("it has an area");
+            let cosine = direction_to_light(&point, below_m).y;
+            irradiance_facing(&point, below_m)[0] * cosine
+        });
+        irradiance.sum::<f64>() / f64::from(STEPS * STEPS)
+    };
+    let radius_m = 0.4;
+    let disc = found(&light(AreaShape::Disc { radius_m }));
+    let radiance = power_w / (PI * PI * radius_m * radius_m);
+    let due = PI * radiance * radius_m.powi(2) / (radius_m.powi(2) + height_m.powi(2));
+    assert!((disc / due - 1.0).abs() < 1e-6, "{disc} for {due}");
+
+    let size_m = [0.9, 0.5];
+    let rectangle = found(&light(AreaShape::Rectangle { size_m }));
+    let [x, y] = size_m.map(|size_m: f64| 0.5 * size_m / height_m);
+    let edge = |a: f64, b: f64| a / a.hypot(1.0) * (b / a.hypot(1.0)).atan();
+    let radiance = power_w / (PI * size_m[0] * size_m[1]);
+    let due = 4.0 * radiance * 0.5 * (edge(x, y) + edge(y, x));
+    assert!(
+        (rectangle / due - 1.0).abs() < 1e-6,
+        "{rectangle} for {due}"
+    );
+    // Nothing goes to its back.
+    let above_m = below_m + 2.0 * DVec3::Y * height_m;
+    let point = light(AreaShape::Disc { radius_m }).area_point([0.2, 0.6]);
+    assert_eq!(
+        irradiance_facing(&point.expect("it has an area"), above_m),
+        [0.0; 3]
+    );
 }

@@ -1,6 +1,6 @@
-//! The points from which the bounce draws.
+//! The points from which the bounce draws, and those of areas that shine.
 
-use camlux::internals::sequence;
+use camlux::internals::{scrambled, sequence};
 
 fn around(a: f32, b: f32) -> f32 {
     let apart = (a - b).abs();
@@ -63,4 +63,33 @@ fn neighbours_in_a_packet_are_neighbours_on_the_square() {
     // In a random order the mean would be 0.52.
     let mean = steps.sum::<f32>() / (1024.0 - 16.0);
     assert!(mean < 0.2, "{mean}");
+}
+
+/// The first 2ⁿ, and the next, are one in each stratum of any shape, wherever in it; another seed is other points.
+#[test]
+fn scrambled_points_are_one_in_each_stratum() {
+    for (seed, first, count) in [(1, 0, 8), (1, 8, 8), (7, 0, 64), (7, 64, 64), (9, 512, 512)] {
+        let points: Vec<_> = (first..first + count).map(|i| scrambled(i, seed)).collect();
+        let halvings = count.trailing_zeros();
+        for columns in (0..=halvings).map(|n| 1_u32 << n) {
+            let rows = count / columns;
+            let place = |[x, y]: [f64; 2]| {
+                let [column, row] = [x * f64::from(columns), y * f64::from(rows)];
+                (column as u32 * rows + row as u32) as usize
+            };
+            let mut strata = vec![0; count as usize];
+            points.iter().for_each(|&point| strata[place(point)] += 1);
+            assert!(
+                strata.iter().all(|&n| n == 1),
+                "{columns} x {rows} of {first} + {count}"
+            );
+        }
+        let within = points
+            .iter()
+            .flatten()
+            .map(|x| (x * f64::from(count)).fract());
+        let mean = within.sum::<f64>() / f64::from(2 * count);
+        assert!((mean - 0.5).abs() < 1.2 / f64::from(count).sqrt(), "{mean}");
+    }
+    assert_ne!(scrambled(3, 1), scrambled(3, 2));
 }

@@ -2,8 +2,8 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    Carrier, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Intrinsics, Lens, Light, Scene,
-    Shadow, SpotCone, VplSum,
+    AreaShape, Carrier, DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Intrinsics, Lens, Light,
+    Scene, Shadow, SpotCone, VplSum,
 };
 use glam::DVec3;
 
@@ -306,4 +306,43 @@ fn lights_are_placed_relative_to_what_carries_them() {
     let quarter = glam::DMat3::from_rotation_z(std::f64::consts::FRAC_PI_2);
     scene.carry_lights(Carrier::Mesh(0), quarter, DVec3::Z);
     assert_at(&scene.lights[1], [-0.5, 10.25, 0.0], [0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn area_lights_are_read() {
+    let folder = SceneFolder::new();
+    let area =
+        "[[light]]\nkind = \"area\"\nposition = [0, 2, 0]\ndirection = [0, -1, 0]\npower_w = 3\n";
+    let load = |more: &str| {
+        let scene = folder.load(&format!("{CAMERA}{area}{more}\n"));
+        scene.map(|scene| scene.lights[0].clone())
+    };
+    let light = |up, shape| Light::Area {
+        position_m: 2.0 * DVec3::Y,
+        direction: DVec3::NEG_Y,
+        up,
+        shape,
+        power_w: [3.0; 3],
+    };
+    let rectangle = load("up = [0, 0, -1]\nsize = [0.6, 0.4]").unwrap();
+    let size_m = [0.6, 0.4];
+    assert_eq!(
+        rectangle,
+        light(DVec3::NEG_Z, AreaShape::Rectangle { size_m })
+    );
+    let radius_m = 0.1;
+    let disc = load("up = [1, 0, 0]\nradius = 0.1").unwrap();
+    assert_eq!(disc, light(DVec3::X, AreaShape::Disc { radius_m }));
+    // However a disc is turned.
+    assert!(load("radius = 0.1").is_ok());
+    for (more, part) in [
+        ("size = [0.6, 0.4]", "has no \"up\""),
+        ("up = [0, 0, -1]", "has no \"size\""),
+        ("size = [1, 1]\nradius = 1", "stands beside \"size\""),
+        ("radius = -0.1", "light 0 (area): radius"),
+        ("up = [0, 2, 0]\nradius = 0.1", "is parallel to direction"),
+    ] {
+        let error = load(more).expect_err(more).to_string();
+        assert!(error.contains(part), "{part} is missing in: {error}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::{
-    DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, IndirectLight, Lens, Light, PixelFilter,
+    AreaShape, DEFAULT_TARGET_ERROR, Encoding, ErrorNorm, IndirectLight, Lens, Light, PixelFilter,
     PixelSampling, Scene, Shadow, SpotCone, Texels, VplSum,
 };
 use glam::DVec3;
@@ -45,7 +45,12 @@ fn hash_changes_with_everything_but_names() {
     negative_zero.camera.position_m.x = -0.0;
     assert_eq!(negative_zero.hash(), hash);
 
-    let edits: [fn(&mut Scene); 49] = [
+    let edits: [fn(&mut Scene); 52] = [
+        |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.1 }),
+        |s| s.lights[0] = area(AreaShape::Disc { radius_m: 0.2 }),
+        |s| {
+            s.lights[0] = area(AreaShape::Rectangle { size_m: [0.1, 0.2] });
+        },
         |s| s.camera.resolution_px = [6, 8],
         |s| s.camera.position_m.x += 1e-15,
         |s| s.camera.look_at_m.y += 1e-9,
@@ -174,6 +179,16 @@ fn directional(direction: DVec3, irradiance: f64) -> Light {
     Light::Directional {
         direction,
         irradiance_w_m2: [irradiance; 3],
+    }
+}
+
+fn area(shape: AreaShape) -> Light {
+    Light::Area {
+        position_m: DVec3::Y,
+        direction: DVec3::NEG_Y,
+        up: DVec3::X,
+        shape,
+        power_w: [50.0; 3],
     }
 }
 

@@ -50,6 +50,7 @@ pub fn text(run: &RunSummary) -> String {
         "estimated_error_upper": stats.estimated_error_upper,
         "stop": stats.stop.map(StopReason::name),
         "estimated_interpolation_error": stats.estimated_interpolation_error,
+        "estimated_area_light_error": stats.estimated_area_light_error,
         "submissions": stats.submissions,
         "frame_wall_milliseconds": stats.wall_milliseconds,
         "wall_milliseconds": Map::from_iter(wall),

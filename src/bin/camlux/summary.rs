@@ -57,6 +57,13 @@ pub fn text(run: &RunSummary) -> String {
             line("error", describe_error(estimated, requested, against));
         }
     }
+    if let Some(error) = stats.estimated_area_light_error {
+        let text = format!(
+            "estimated {} (relRMSE of the direct light of lights with an area)",
+            percent(error)
+        );
+        line("error", text);
+    }
     line("wall", list_times(run.wall.iter().copied()));
     for (content, path) in &run.written {
         line("wrote", format!("{} ({content})", path.display()));

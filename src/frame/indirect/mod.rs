@@ -20,7 +20,7 @@ use crate::{
     plan::{GatherPlan, IndirectPlan},
 };
 
-/// The relRMSE of the indirect light as the engine estimates it.
+/// The relRMSE of the light as the engine estimates it: of the indirect light, but for the last.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ErrorEstimates {
     /// Against the true bounce: of final gathering.
@@ -31,6 +31,8 @@ pub(crate) struct ErrorEstimates {
     pub stop: Option<StopReason>,
     /// Against the sum at every pixel: where one was requested.
     pub interpolation_error: Option<f64>,
+    /// Of the direct light of lights with an area: the largest of any of them.
+    pub area_light_error: Option<f64>,
 }
 
 /// Fills the indirect radiance, gathered by the estimator that the scene wants.

@@ -302,6 +302,9 @@ impl Writer<'_> {
                 if let Some(error) = frame.stats.estimated_interpolation_error {
                     line["estimated_interpolation_error"] = json!(error);
                 }
+                if let Some(error) = frame.stats.estimated_area_light_error {
+                    line["estimated_area_light_error"] = json!(error);
+                }
                 let warnings = [frame.warnings(), self.exr.warnings(&frame)].concat();
                 self.done.warned += u64::from(!warnings.is_empty());
                 line["warnings"] = json!(warnings);

@@ -1,0 +1,76 @@
+// Adds up the direct light of points of one light's area, and tells how far two halves of them are apart.
+
+struct AreaLightParameters {
+    // What a point counts in the image.
+    share: f32,
+    // Layers of images of phasors.
+    pair_count: u32,
+}
+
+// Sums over the points of a half.
+var first_half: texture_storage_2d<rgba32float, read_write>;
+#if MERGE
+var second_half: texture_storage_2d<rgba32float, read_write>;
+// Of each workgroup: Σ(a − b)² and Σ(a + b)² over pixels and bands.
+var<storage, read_write> differences: array<vec2<f32>>;
+var<workgroup> of_pixels: array<vec2<f32>, 64>;
+#else
+var direct_radiance: texture_storage_2d<rgba32float, read_write>;
+#if PHASORS
+// Sums over all points.
+var point_phasors: texture_storage_2d_array<rgba32float, read_write>;
+var direct_phasors: texture_storage_2d_array<rgba32float, read_write>;
+#endif
+#endif
+var<immediate> parameters: AreaLightParameters;
+
+#if MERGE
+// Both halves become the first one, and there is nothing in the second.
+@compute @workgroup_size(8, 8)
+fn compute_main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let pixel = id.xy;
+    let size = textureDimensions(first_half);
+    let is_in_image = all(pixel < size);
+    let place = min(pixel, size - 1u);
+    let a = textureLoad(first_half, place).rgb;
+    let b = textureLoad(second_half, place).rgb;
+    let of_pixel = vec2<f32>(dot(a - b, a - b), dot(a + b, a + b));
+    of_pixels[local] = select(vec2<f32>(0.0), of_pixel, is_in_image);
+    workgroupBarrier();
+    if (is_in_image) {
+        textureStore(first_half, place, vec4<f32>(a + b, 0.0));
+        textureStore(second_half, place, vec4<f32>(0.0));
+    }
+    if (local == 0u) {
+        var sum = vec2<f32>(0.0);
+        for (var i = 0u; i < 64u; i++) {
+            sum += of_pixels[i];
+        }
+        differences[group.y * groups.x + group.x] = sum;
+    }
+}
+#else
+// Adds the mean over the points to the image, and leaves nothing of the sums.
+@compute @workgroup_size(8, 8)
+fn compute_main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let pixel = id.xy;
+    if (any(pixel >= textureDimensions(direct_radiance))) {
+        return;
+    }
+    let radiance = textureLoad(direct_radiance, pixel).rgb + parameters.share * textureLoad(first_half, pixel).rgb;
+    textureStore(direct_radiance, pixel, vec4<f32>(radiance, 0.0));
+    textureStore(first_half, pixel, vec4<f32>(0.0));
+#if PHASORS
+    for (var layer = 0u; layer < parameters.pair_count; layer++) {
+        let phasors = textureLoad(direct_phasors, pixel, layer) + parameters.share * textureLoad(point_phasors, pixel, layer);
+        textureStore(direct_phasors, pixel, layer, phasors);
+        textureStore(point_phasors, pixel, layer, vec4<f32>(0.0));
+    }
+#endif
+}
+#endif

@@ -1,0 +1,74 @@
+//! Direct light of a light with an area: that of more and more points of it, by rays, until the target error is met.
+
+use std::ops::Range;
+
+use super::ProgressReport;
+use crate::{
+    Result, lattice,
+    passes::{
+        Context,
+        area_light::AreaLightImages,
+        direct::{self, DirectImages, Occluders, SeenAt},
+        gbuffer::GBuffer,
+        light::{DeviceLight, upload_area_point},
+        random::hash,
+        surface::Surfaces,
+    },
+};
+
+/// Points of a half at first.
+const FIRST_POINTS: u32 = 8;
+/// Points at most: a pixel in a penumbra is then off by a tenth of a percent of the light.
+const MAX_POINTS: u32 = 1024;
+/// Points between which the device has time for something else.
+const POINTS_PER_SUBMISSION: u32 = 32;
+
+/// Adds a light to the images of direct light, as the G-buffer shows it. Another `seed`, other points. Returns an estimate of the
+/// relRMSE of that light: of the mean over two halves of the points, from their difference.
+pub(super) fn shade(
+    context: &Context,
+    surfaces: &Surfaces,
+    (gbuffer, share): (&GBuffer, Option<f64>),
+    (number, light, occluders): (usize, &DeviceLight, Occluders),
+    (sums, direct): (&AreaLightImages, DirectImages),
+    seed: u32,
+    progress: &mut ProgressReport,
+) -> Result<f64> {
+    // Samples of a pixel are off independently.
+    let target_error =
+        context.plan.area_light_error.unwrap_or_default() / share.unwrap_or(1.0).sqrt();
+    let seed = hash(seed ^ hash(number as u32));
+    let seen_at = match share {
+        None => SeenAt::Centres,
+        Some(_) => SeenAt::Samples { share: 1.0 },
+    };
+    let shade_points = |half: usize, points: Range<u32>| -> Result<()> {
+        for point in points {
+            let place = lattice::scrambled(point, seed);
+            let uniform = upload_area_point(context, number, light, place)?;
+            context.record(|recorder| {
+                let seen = (gbuffer, seen_at);
+                let light = (light, Some(&uniform), occluders);
+                direct::shade(recorder, context, surfaces, seen, light, sums.half(half))
+            })?;
+            if (point + 1) % POINTS_PER_SUBMISSION == 0 {
+                context.finish()?;
+            }
+        }
+        Ok(())
+    };
+    shade_points(0, 0..FIRST_POINTS)?;
+    let mut points = FIRST_POINTS;
+    let error = loop {
+        shade_points(1, points..2 * points)?;
+        points *= 2;
+        let error = sums.merge(context)?;
+        if error <= target_error || points == MAX_POINTS {
+            break error;
+        }
+        progress.ask()?;
+    };
+    let share = share.unwrap_or(1.0) / f64::from(points);
+    context.record(|recorder| sums.add_to(recorder, context, direct, share))?;
+    Ok(error)
+}

@@ -1,0 +1,118 @@
+//! Area light pass: adds up the direct light of points of one light's area, until two halves of them agree.
+
+use super::{Context, direct::DirectImages};
+use crate::{
+    Result,
+    plan::{Plan, TofPlan},
+    vulkan::{
+        Allocate, BufferUse, Device, Image, ImageShape, Recorder, Resource,
+        shaders::AreaLightParameters,
+    },
+};
+
+/// Pixels along the edge of a workgroup.
+const GROUP_EDGE: u32 = 8;
+
+/// Sums over points, which one light after the other uses.
+pub(crate) struct AreaLightImages<A: Allocate = Device> {
+    /// Radiance of one half of the points, and of the other.
+    halves: [A::Image; 2],
+    /// With time of flight: of all points.
+    phasors: Option<A::Image>,
+    differences: A::Buffer,
+}
+
+impl<A: Allocate> AreaLightImages<A> {
+    /// `None` where no light has an area.
+    pub fn for_plan(allocate: &A, plan: &Plan) -> Result<Option<AreaLightImages<A>>> {
+        if plan.area_light_error.is_none() {
+            return Ok(None);
+        }
+        let shape = ImageShape::plain(plan.resolution_px);
+        let half = || allocate.image("half of an area's light", shape);
+        let phasors = plan.tof.map(TofPlan::pair_count).map(|layers| ImageShape {
+            layers: Some(layers),
+            ..shape
+        });
+        let bytes = u64::from(group_count(plan)) * size_of::<[f32; 2]>() as u64;
+        Ok(Some(AreaLightImages {
+            halves: [half()?, half()?],
+            phasors: phasors
+                .map(|shape| allocate.image("phasors of an area's light", shape))
+                .transpose()?,
+            differences: allocate.buffer("differences", bytes, BufferUse::Readback)?,
+        }))
+    }
+}
+
+impl AreaLightImages {
+    /// Where the points of one half of them are added up.
+    pub fn half(&self, index: usize) -> DirectImages<'_> {
+        DirectImages {
+            radiance: &self.halves[index],
+            phasors: self.phasors.as_ref(),
+        }
+    }
+
+    /// All images, which have to be 0 before the first light.
+    pub fn images(&self) -> impl Iterator<Item = &Image> {
+        self.halves.iter().chain(&self.phasors)
+    }
+
+    /// Makes both halves the first. Returns how far they were apart, which is the relRMSE of their mean where they are independent and of as many points.
+    pub fn merge(&self, context: &Context) -> Result<f64> {
+        let [first, second] = &self.halves;
+        let resources = [
+            ("first_half", Resource::Image(first)),
+            ("second_half", Resource::Image(second)),
+            ("differences", Resource::Buffer(&self.differences)),
+        ];
+        context.submit(|recorder| {
+            let size_px = context.plan.resolution_px;
+            let parameters = AreaLightParameters::default();
+            let kernel = ("area_light", &["merge"][..]);
+            context.dispatch(recorder, kernel, &resources, &parameters, size_px)
+        })?;
+        let found: &[[f32; 2]] = self
+            .differences
+            .mapped(group_count(context.plan) as usize)?;
+        let sum = |i: usize| found.iter().map(|sums| f64::from(sums[i])).sum::<f64>();
+        let (apart, together) = (sum(0), sum(1));
+        Ok(match together > 0.0 {
+            true => (apart / together).sqrt(),
+            false => 0.0,
+        })
+    }
+
+    /// Adds the first half to the images of direct light, each point of it so many times.
+    pub fn add_to(
+        &self,
+        recorder: &mut Recorder,
+        context: &Context,
+        direct: DirectImages,
+        share: f64,
+    ) -> Result<()> {
+        let mut resources = vec![
+            ("first_half", Resource::Image(&self.halves[0])),
+            ("direct_radiance", Resource::Image(direct.radiance)),
+        ];
+        let mut word = "";
+        if let (Some(sums), Some(phasors)) = (&self.phasors, direct.phasors) {
+            word = "phasors";
+            resources.push(("point_phasors", Resource::Image(sums)));
+            resources.push(("direct_phasors", Resource::Image(phasors)));
+        }
+        let parameters = AreaLightParameters {
+            share: share as f32,
+            pair_count: context.plan.tof.map_or(0, TofPlan::pair_count),
+        };
+        let kernel = ("area_light", &["add", word][..]);
+        let size_px = context.plan.resolution_px;
+        context.dispatch(recorder, kernel, &resources, &parameters, size_px)
+    }
+}
+
+fn group_count(plan: &Plan) -> u32 {
+    let groups = plan.resolution_px.map(|size| size.div_ceil(GROUP_EDGE));
+    groups.iter().product()
+}

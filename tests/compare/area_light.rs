@@ -1,0 +1,189 @@
+//! Lights with an area: against closed forms, and against the reference, which draws the points of the area on its own.
+
+use std::f64::consts::PI;
+use std::ops::ControlFlow;
+
+use crate::common::gpu::{Gpu, demo_scene};
+use crate::common::rmse::relative_rmse_where;
+use crate::common::rooms::{quad, scene_of};
+use camlux::{
+    Scene,
+    output::{Frame, Layer, TofQuantity},
+    reference::Reference,
+    scene::{AreaShape, IndirectLight, Light, Mesh, PixelFilter, PixelSampling},
+};
+use glam::DVec3;
+
+const RECTANGLE: AreaShape = AreaShape::Rectangle {
+    size_m: [0.6, 0.35],
+};
+const DISC: AreaShape = AreaShape::Disc { radius_m: 0.25 };
+
+fn area(position_m: DVec3, direction: DVec3, shape: AreaShape) -> Light {
+    Light::Area {
+        position_m,
+        direction,
+        up: DVec3::new(0.2, 0.1, -1.0),
+        shape,
+        power_w: [40.0, 30.0, 20.0],
+    }
+}
+
+fn values(frame: &Frame, layer: Layer) -> &[f32] {
+    frame.values(layer).expect("both have it")
+}
+
+fn floor() -> Mesh {
+    let corner = DVec3::new(-2.0, 0.0, 2.0);
+    quad("floor", corner, 4.0 * DVec3::X, -4.0 * DVec3::Z, 0)
+}
+
+fn truth(scene: &Scene, rounds: u32) -> Frame {
+    let mut reference = Reference::new(scene, 256).expect("a valid scene");
+    for _ in 0..rounds {
+        let go_on = &mut |_| ControlFlow::Continue(());
+        reference.add_round(go_on).expect("nothing cancels it");
+    }
+    reference.frame()
+}
+
+/// The mean over a layer's pixels, but for those on edges.
+fn error(frame: &Frame, truth: &Frame, layer: Layer) -> f64 {
+    let edges = truth.ids(Layer::Edge).expect("a reference has it");
+    let counts = |pixel: usize| edges[pixel] == 0;
+    relative_rmse_where(values(frame, layer), values(truth, layer), counts)
+}
+
+/// Irradiance over the radiance of a rectangle that lies parallel, with a corner straight above at height 1, and reaches so far (Siegel & Howell).
+fn of_corner(x: f64, y: f64) -> f64 {
+    let edge = |a: f64, b: f64| a / a.hypot(1.0) * (b / a.hypot(1.0)).atan();
+    0.5 * (edge(x, y) + edge(y, x))
+}
+
+/// A rectangle straight above the floor, whose four corners each make one of the closed form's rectangles with the point below.
+#[test]
+fn a_rectangle_lights_a_floor_as_its_closed_form_has_it() {
+    let (height_m, [width_m, depth_m]) = (1.3, [0.8, 0.5]);
+    let light = Light::Area {
+        position_m: DVec3::new(0.1, height_m, -0.2),
+        direction: DVec3::NEG_Y,
+        up: DVec3::NEG_Z,
+        shape: AreaShape::Rectangle {
+            size_m: [width_m, depth_m],
+        },
+        power_w: [10.0; 3],
+    };
+    let mut scene = scene_of(vec![floor()], light, DVec3::new(0.3, 1.0, 2.2), DVec3::ZERO);
+    scene.indirect = Some(IndirectLight::final_gather(0.004));
+    let frame = Gpu::open().render(&scene);
+    let (positions, ids) = (
+        values(&frame, Layer::Position),
+        frame.ids(Layer::InstanceId),
+    );
+    let ids = ids.expect("every frame has it");
+    let emitted = 10.0 / (PI * width_m * depth_m);
+    let due: Vec<f32> = (0..ids.len())
+        .flat_map(|pixel| {
+            let [x, _, z] = [0, 1, 2].map(|i| f64::from(positions[3 * pixel + i]));
+            let (x, z) = ((x - 0.1) / height_m, (z + 0.2) / height_m);
+            let (w, d) = (0.5 * width_m / height_m, 0.5 * depth_m / height_m);
+            let signed = |x: f64, z: f64| of_corner(x.abs(), z.abs()) * x.signum() * z.signum();
+            let form = signed(x + w, z + d) - signed(x - w, z + d) - signed(x + w, z - d)
+                + signed(x - w, z - d);
+            let kd = scene.materials[0].kd;
+            let is_seen = f64::from(u8::from(ids[pixel] != 0));
+            kd.map(|kd| (is_seen * kd / PI * emitted * form) as f32)
+        })
+        .collect();
+    let error = relative_rmse_where(values(&frame, Layer::Direct), &due, |_| true);
+    let estimated = frame.stats.estimated_area_light_error.expect("it has one");
+    println!("{error:.1e}, estimated {estimated:.1e}");
+    assert!(error < 0.004 && estimated <= 0.004, "{error} {estimated}");
+}
+
+/// In boxes and on glossy surfaces, by each ray kernel: what is asked is met, and what is claimed holds.
+#[test]
+fn soft_shadows_and_their_bounce_are_those_of_the_reference() {
+    let mut gpu = Gpu::open();
+    for (name, shape, target) in [("cornell", RECTANGLE, 0.02), ("glossy", DISC, 0.03)] {
+        let mut scene = demo_scene(name, [48, 48]);
+        let position_m = scene.lights[0].position_m().expect("it has one");
+        scene.lights = vec![area(position_m, DVec3::new(0.1, -1.0, 0.05), shape)];
+        scene.indirect = Some(IndirectLight::final_gather(target));
+        let truth = truth(&scene, 12);
+        for frame in gpu.render_by_each_ray_kernel(&scene) {
+            let [direct, indirect] =
+                [Layer::Direct, Layer::Indirect].map(|layer| error(&frame, &truth, layer));
+            let estimated = frame.stats.estimated_area_light_error.expect("it has one");
+            println!(
+                "{name}: direct {direct:.4}, estimated {estimated:.4}, indirect {indirect:.4}"
+            );
+            assert!(direct < target && direct < 1.3 * estimated, "{direct}");
+            assert!(estimated <= target && indirect < 1.3 * target, "{indirect}");
+        }
+    }
+}
+
+/// Slats of many steps, the finest as the steps between points of the area: what is claimed holds where shadows repeat, too.
+#[test]
+fn slats_do_not_fool_the_estimate() {
+    let mut gpu = Gpu::open();
+    for slats in [9, 16, 32, 60, 120] {
+        let step_m = 1.6 / f64::from(slats);
+        let mut meshes = vec![floor()];
+        meshes.extend((0..slats).map(|i| {
+            let corner = DVec3::new(-0.8 + step_m * f64::from(i), 0.5, 0.8);
+            let (across, along) = (0.5 * step_m * DVec3::X, -1.6 * DVec3::Z);
+            quad(&format!("slat {i}"), corner, across, along, i + 1)
+        }));
+        let light = Light::Area {
+            position_m: DVec3::new(0.0, 1.4, 0.0),
+            direction: DVec3::NEG_Y,
+            up: DVec3::NEG_Z,
+            shape: RECTANGLE,
+            power_w: [40.0; 3],
+        };
+        let scene = scene_of(meshes, light, DVec3::new(0.3, 0.4, 2.4), DVec3::ZERO);
+        let truth = truth(&scene, 0);
+        let frame = gpu.render(&scene);
+        let direct = error(&frame, &truth, Layer::Direct);
+        let estimated = frame.stats.estimated_area_light_error.expect("it has one");
+        println!("{slats} slats: direct {direct:.4}, estimated {estimated:.4}");
+        assert!(direct < 0.02 && estimated <= 0.02, "{direct} {estimated}");
+    }
+}
+
+/// Each point has its own way: phasors, too, and pixels over their area.
+#[test]
+fn phasors_and_pixel_samples_are_those_of_the_reference() {
+    let mut gpu = Gpu::open();
+    let mut scene = demo_scene("tof_corner", [40, 40]);
+    let position_m = scene.lights[0].position_m().expect("it has one");
+    let direction = scene.lights[0].direction().unwrap_or(-position_m);
+    scene.lights.truncate(1);
+    scene.lights[0] = area(position_m, direction, DISC);
+    scene.indirect = Some(IndirectLight::final_gather(0.03));
+    for samples in [None, Some(8)] {
+        scene.camera.pixel_sampling = samples.map(|samples| PixelSampling {
+            samples,
+            filter: PixelFilter::Box,
+        });
+        let truth = truth(&scene, 12);
+        let frame = gpu.render(&scene);
+        let of_direct = error(&frame, &truth, Layer::Direct);
+        let of_bounce = error(&frame, &truth, Layer::Indirect);
+        let phasor = |frame: &Frame, quantity| {
+            let values = values(frame, Layer::Tof(0, quantity));
+            values.chunks(2).flat_map(|z| [z[0], z[1], 0.0]).collect()
+        };
+        let [direct, indirect] =
+            [TofQuantity::PhasorDirect, TofQuantity::PhasorIndirect].map(|quantity| {
+                let [found, due]: [Vec<f32>; 2] = [&frame, &truth].map(|f| phasor(f, quantity));
+                let edges = truth.ids(Layer::Edge).expect("a reference has it");
+                relative_rmse_where(&found, &due, |pixel| edges[pixel] == 0)
+            });
+        println!("{samples:?}: {of_direct:.4} {of_bounce:.4}, phasors {direct:.4} {indirect:.4}");
+        let most = [of_direct, of_bounce, direct, indirect].into_iter();
+        assert!(most.fold(0.0, f64::max) < 0.04);
+    }
+}
