@@ -22,6 +22,8 @@ EDGE = 1e-3
 MOST_EDGES = 5e-3
 # Of the mean over an image; 4 standard errors are left by 1 in 16 000 right programs.
 MOST_STANDARD_ERRORS = 4.0
+# relRMSE that camlux asks of direct light of areas, and of the bounce.
+MOST_OF_WHOLE = 0.02
 
 
 def compare(tracer: Tracer, size_px: tuple[int, int], path: Path):
@@ -69,6 +71,26 @@ def compare(tracer: Tracer, size_px: tuple[int, int], path: Path):
         raise Failure(f"not the same: {', '.join(failures)}; see the figures above")
 
 
+def compare_whole(tracer: Tracer, size_px: tuple[int, int], path: Path):
+    """Prints how far an image's layer `radiance` is from the plugin `path` with Mitsuba's own emitter `area`, which is seen and in the way where
+    camlux's is not: pixels that see one do not count. Raises Failure where they differ by more than camlux asks for by default.
+    """
+    image = read(path, size_px)
+    normal = host(tracer.direct_and_features()[2])
+    same_surface = (np.abs(normal - image["N"].reshape(-1, 3)) < SAME_NORMAL).all(axis=1)
+    counted = same_surface & ~np.array(tracer.sees_emitter()).astype(bool)
+    say(f"{(~counted).sum()} of {counted.size} pixels lie on an edge or see a light, and do not count")
+    theirs, error = (values[counted] for values in estimate(lambda seed: tracer.by_path_plugin(SAMPLES_A_BATCH, seed)))
+    ours = image["radiance"].reshape(-1, 3)[counted]
+    difference, noise = rms(ours - theirs) / rms(theirs), rms(error) / rms(theirs)
+    without_noise = np.sqrt(max(difference**2 - noise**2, 0.0))
+    say(f"radiance against `path`: relative RMS difference {difference:.4f}, of which noise {noise:.4f}")
+    say(f"radiance against `path`: without the noise {without_noise:.4f}")
+    say(f"radiance against `path`: mean differs by {np.round(100 * (ours.sum(axis=0) / theirs.sum(axis=0) - 1), 3)} %")
+    if without_noise > MOST_OF_WHOLE:
+        raise Failure("not the same: radiance; see the figures above")
+
+
 def compare_indirect(name: str, a, a_error, b, b_error, pixels) -> list[str]:
     a, a_error, b, b_error = (values[pixels] for values in (a, a_error, b, b_error))
     error = np.hypot(a_error, b_error)
@@ -106,7 +128,7 @@ def read(path: Path, size_px: tuple[int, int]) -> dict[str, np.ndarray]:
     except Exception as error:
         raise Failure(f"cannot read {path}: {error}; give an OpenEXR file with the layers `direct` and `N`") from error
     image = {}
-    for layer, letters in (("direct", "RGB"), ("indirect", "RGB"), ("stderr", "RGB"), ("N", "XYZ")):
+    for layer, letters in (("radiance", "RGB"), ("direct", "RGB"), ("indirect", "RGB"), ("stderr", "RGB"), ("N", "XYZ")):
         names = [f"{layer}.{letter}" for letter in letters]
         if all(name in channels for name in names):
             image[layer] = np.stack([channels[name] for name in names], axis=-1).astype(np.float64)

@@ -101,7 +101,7 @@ def fan(corners: list, path: Path):
 
 
 def read_mtl(path: Path) -> dict[str, dict]:
-    """Kd, Ks, Ns, map_Kd (a path), and whether there is a map of normals, of each material, where they are given."""
+    """Kd, Ks, Ns, map_Kd (a path), and whether there is a map of normals and cut-outs, of each material, where they are given."""
     materials: dict[str, dict] = {}
     properties: dict = {}
     for keyword, rest in statements(path):
@@ -115,5 +115,7 @@ def read_mtl(path: Path) -> dict[str, dict]:
         elif keyword == "map_Kd":
             properties["map_Kd"] = path.parent / rest
         elif keyword in ("norm", "bump", "map_Bump", "map_bump"):
-            properties["normals"] = True
+            properties["a map of normals"] = True
+        elif keyword == "map_d":
+            properties["cut-outs"] = True
     return materials

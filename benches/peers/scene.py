@@ -42,7 +42,7 @@ class Mesh:
 
 @dataclass
 class Light:
-    """`emission`: I (point) or I_0 (spot), W/sr times the square of the local scale; E_L (directional), W/m²."""
+    """`emission`: I (point) or I_0 (spot), W/sr times the square of the local scale; E_L (directional), W/m²; the radiance of an area, W/sr/m²."""
 
     kind: str
     emission: np.ndarray
@@ -50,6 +50,9 @@ class Light:
     direction: np.ndarray | None = None
     inner_rad: float = 0.0
     outer_rad: float = 0.0
+    # From the middle of an area to those of two edges, or to two points of a disc's rim.
+    half_axes: np.ndarray | None = None
+    is_disc: bool = False
 
 
 @dataclass
@@ -70,6 +73,9 @@ class Scene:
     meshes: list[Mesh]
     materials: dict[str, Material] = field(default_factory=dict)
     tof: TimeOfFlight | None = None
+
+    def has_area_light(self) -> bool:
+        return any(light.kind == "area" for light in self.lights)
 
 
 def load(path: Path, size_px: tuple[int, int]) -> Scene:
@@ -148,12 +154,25 @@ def light(keys: dict) -> Light:
     if keys["kind"] == "directional":
         return Light("directional", vector(bands(keys["irradiance_w_m2"])), direction=unit(keys["direction"]))
     power_w, position = vector(bands(keys["power_w"])), vector(keys["position"])
+    if keys["kind"] == "area":
+        return area_light(keys, power_w, position)
     if keys["kind"] == "point":
         return Light("point", power_w / (4.0 * math.pi), position)
     inner_rad = math.radians(keys["inner_half_angle_deg"])
     outer_rad = math.radians(keys["outer_half_angle_deg"])
     intensity = power_w / (2.0 * math.pi * falloff_integral(inner_rad, outer_rad))
     return Light("spot", intensity, position, unit(keys["direction"]), inner_rad, outer_rad)
+
+
+def area_light(keys: dict, power_w: np.ndarray, position: np.ndarray) -> Light:
+    direction = unit(keys["direction"])
+    up = vector(keys.get("up", [1.0, 0.0, 0.0] if abs(direction[0]) < 0.7 else [0.0, 1.0, 0.0]))
+    up = unit(up - direction * (up @ direction))
+    is_disc = "radius" in keys
+    width, height = [2 * keys["radius"]] * 2 if is_disc else keys["size"]
+    area_m2 = width * height * (math.pi / 4 if is_disc else 1.0)
+    half_axes = np.array([0.5 * width * np.cross(up, direction), 0.5 * height * up])
+    return Light("area", power_w / (math.pi * area_m2), position, direction, half_axes=half_axes, is_disc=is_disc)
 
 
 def falloff_integral(inner_rad: float, outer_rad: float) -> float:
@@ -205,8 +224,9 @@ def rotation_matrix(rotate_deg: list[float]) -> np.ndarray:
 
 
 def material_of(properties: dict) -> Material:
-    if "normals" in properties:
-        raise Unsupported("a material has a map of normals, which the peers do not know")
+    for what in ("a map of normals", "cut-outs"):
+        if what in properties:
+            raise Unsupported(f"a material has {what}, which the peers do not know")
     kd = properties.get("Kd", [1.0, 1.0, 1.0])
     ks = properties.get("Ks", [0.0, 0.0, 0.0])
     return Material(kd, ks, properties.get("Ns", 1.0), properties.get("map_Kd"))
@@ -223,6 +243,9 @@ def move_to_local_space(scene: Scene):
     for source in scene.lights:
         if source.position is not None:
             source.position = scale * (source.position - centre)
-            source.emission = source.emission * scale**2
+            if source.half_axes is None:
+                source.emission = source.emission * scale**2
+            else:
+                source.half_axes = scale * source.half_axes
     if scene.tof is not None:
         scene.tof.turns_per_unit = [turns / scale for turns in scene.tof.turns_per_unit]

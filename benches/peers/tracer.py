@@ -33,6 +33,10 @@ class Tracer:
     def primary_hits(self):
         return self.scene.ray_intersect(self.primary_rays(), mi.RayFlags.All, coherent=True)
 
+    def sees_emitter(self):
+        """Whether a pixel shows a light that has an area."""
+        return self.primary_hits().emitter(self.scene) != None  # noqa: E711 (Dr.Jit compares)
+
     def direct(self):
         """Direct light, and Z of each modulation frequency. Every light is a point or a direction, so this is no estimate."""
         return self._direct_at(self.primary_hits())
@@ -205,6 +209,16 @@ def emitter(light: Light) -> dict:
         return {"type": "point", "position": light.position.tolist(), "intensity": emission}
     if light.kind == "directional":
         return {"type": "directional", "direction": light.direction.tolist(), "irradiance": emission}
+    if light.kind == "area":
+        to_world = np.identity(4)
+        to_world[:3, 0], to_world[:3, 1] = light.half_axes
+        to_world[:3, 2], to_world[:3, 3] = light.direction, light.position
+        return {
+            "type": "disk" if light.is_disc else "rectangle",
+            "to_world": mi.ScalarTransform4f(to_world),
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.0}},
+            "emitter": {"type": "area", "radiance": emission},
+        }
     return {
         "type": "cosine_spot",
         "position": mi.ScalarVector3f(light.position),

@@ -18,13 +18,16 @@ use crate::{
 
 /// Points of a half at first.
 const FIRST_POINTS: u32 = 8;
+/// What the difference of halves is multiplied by: light that falls everywhere alike is off everywhere alike, so that the difference is one number drawn
+/// at random.
+const CAUTION: f64 = 1.5;
 /// Points at most: a pixel in a penumbra is then off by a tenth of a percent of the light.
 const MAX_POINTS: u32 = 1024;
 /// Points between which the device has time for something else.
 const POINTS_PER_SUBMISSION: u32 = 32;
 
 /// Adds a light to the images of direct light, as the G-buffer shows it. Another `seed`, other points. Returns an estimate of the
-/// relRMSE of that light: of the mean over two halves of the points, from their difference.
+/// relRMSE of that light, from the difference of two halves of the points.
 pub(super) fn shade(
     context: &Context,
     surfaces: &Surfaces,
@@ -59,13 +62,17 @@ pub(super) fn shade(
     };
     shade_points(0, 0..FIRST_POINTS)?;
     let mut points = FIRST_POINTS;
+    let mut before = f64::INFINITY;
     let error = loop {
         shade_points(1, points..2 * points)?;
         points *= 2;
-        let error = sums.merge(context)?;
+        let apart = sums.merge(context)?;
+        // Halves may agree by chance: at twice the points the error is half as large at best.
+        let error = CAUTION * apart.max(0.5 * before);
         if error <= target_error || points == MAX_POINTS {
             break error;
         }
+        before = apart;
         progress.ask()?;
     };
     let share = share.unwrap_or(1.0) / f64::from(points);

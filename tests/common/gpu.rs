@@ -43,6 +43,16 @@ impl Gpu {
             .collect()
     }
 
+    /// With other random numbers.
+    pub fn render_seeded(&mut self, scene: &Scene, seed: u32) -> Frame {
+        let mut options = RenderOptions {
+            seed,
+            ..RenderOptions::default()
+        };
+        let frame = self.renderer.render(scene, &mut options);
+        frame.expect("the scene renders")
+    }
+
     /// By the ray kernel that `scripts/test-rust --tracer` names, or else by the device's best.
     pub fn render(&mut self, scene: &Scene) -> Frame {
         let name = std::env::var("CAMLUX_TEST_TRACER").ok();

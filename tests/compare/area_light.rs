@@ -153,6 +153,35 @@ fn slats_do_not_fool_the_estimate() {
     }
 }
 
+/// A lamp amid a room, whose light is off everywhere alike: whatever points are drawn, what is claimed holds.
+#[test]
+fn claims_hold_for_most_seeds() {
+    let mut gpu = Gpu::open();
+    for shape in [RECTANGLE, DISC] {
+        let mut scene = demo_scene("cornell", [32, 32]);
+        scene.lights = vec![area(
+            DVec3::new(0.0, 1.6, 0.0),
+            DVec3::new(0.4, -1.0, -0.2),
+            shape,
+        )];
+        scene.indirect = None;
+        let truth = truth(&scene, 0);
+        let ratios = (0..24).map(|seed| {
+            let frame = gpu.render_seeded(&scene, seed);
+            let estimated = frame.stats.estimated_area_light_error.expect("it has one");
+            assert!(estimated <= 0.02);
+            [
+                error(&frame, &truth, Layer::Direct) / estimated,
+                error(&frame, &truth, Layer::Direct),
+            ]
+        });
+        let ratios: Vec<[f64; 2]> = ratios.collect();
+        println!("true over claimed, and true: {ratios:.2?}");
+        assert!(ratios.iter().filter(|[ratio, _]| *ratio > 1.0).count() <= 2);
+        assert!(ratios.iter().all(|[_, error]| *error < 0.02));
+    }
+}
+
 /// Each point has its own way: phasors, too, and pixels over their area.
 #[test]
 fn phasors_and_pixel_samples_are_those_of_the_reference() {
