@@ -21,6 +21,7 @@ pub mod capi;
 pub mod doctor;
 pub mod emission;
 pub mod error;
+mod exr_decode;
 mod frame;
 #[doc(hidden)]
 pub mod input_file;

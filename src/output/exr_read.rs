@@ -3,29 +3,17 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::exr_decode;
 use super::frame::Layer;
 use crate::error::{Error, Result};
+pub use crate::exr_decode::ImageLayer;
+use crate::exr_decode::{DecodedImage, decode_file};
 
 /// An image read from an OpenEXR file: camlux's own or another program's.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LayeredImage {
-    pub(super) resolution_px: [u32; 2],
-    pub(super) layers: Vec<ImageLayer>,
-    pub(super) attributes: BTreeMap<String, String>,
-}
-
-/// The channels of a file that share a prefix.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ImageLayer {
-    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.instance`, `id.material`
-    /// and `edge` are layers of one channel, as [`Layer::name`] has them.
-    pub name: String,
-    /// The full names, as in the file: R, G, B, A, then X, Y, Z, then others by the alphabet.
-    pub channel_names: Vec<String>,
-    /// Row by row from the top, channels interleaved in the order of `channel_names`: width · height · channels values.
-    /// 16-bit floats are exact; whole numbers (UINT) over 2^24 are rounded to the nearest f32.
-    pub values: Vec<f32>,
+    resolution_px: [u32; 2],
+    layers: Vec<ImageLayer>,
+    attributes: BTreeMap<String, String>,
 }
 
 impl LayeredImage {
@@ -37,8 +25,23 @@ impl LayeredImage {
     /// camlux does not read: several parts, deep pixels, subsampled channels, a data window that is not the display window.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        exr_decode::decode_file(path)
-            .map_err(|(problem, hint)| Error::input(path.display().to_string(), problem, hint))
+        let own_layer = |channel: &str| {
+            Layer::all().find_map(|layer| {
+                let mut names = layer.channel_names().iter();
+                Some((layer.name(), names.position(|name| *name == channel)?))
+            })
+        };
+        let DecodedImage {
+            size_px,
+            layers,
+            attributes,
+        } = decode_file(path, &own_layer)
+            .map_err(|(problem, hint)| Error::input(path.display().to_string(), problem, hint))?;
+        Ok(LayeredImage {
+            resolution_px: size_px,
+            layers,
+            attributes,
+        })
     }
 
     /// Width, height.

@@ -64,26 +64,6 @@ fn doubles(kind: &str, values: &[f64]) -> AttributeValue {
     }
 }
 
-/// Numbers, vectors and matrices of the header as text, for who reads it: `[0.5, 1.0, 3.0]`.
-pub(super) fn readable(value: &AttributeValue) -> Option<String> {
-    Some(match value {
-        AttributeValue::Text(text) => text.to_string(),
-        AttributeValue::I32(number) => number.to_string(),
-        AttributeValue::F32(number) => number.to_string(),
-        AttributeValue::F64(number) => number.to_string(),
-        AttributeValue::Custom { kind, bytes } => {
-            let kind = kind.to_string();
-            if !["v2d", "v3d", "m44d"].contains(&kind.as_str()) {
-                return None;
-            }
-            let (numbers, _) = bytes.as_chunks();
-            let numbers: Vec<f64> = numbers.iter().map(|&b| f64::from_le_bytes(b)).collect();
-            format!("{numbers:?}")
-        }
-        _ => return None,
-    })
-}
-
 /// The attributes of a frame's file. Those under `camlux.` keep every digit of positions and
 /// directions; the format's own matrices are f32.
 pub(super) fn attributes(frame: &Frame, options: &ExrOptions) -> LayerAttributes {

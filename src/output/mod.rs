@@ -2,7 +2,6 @@
 
 mod atomic;
 mod exr;
-mod exr_decode;
 mod exr_header_order;
 mod exr_read;
 mod frame;

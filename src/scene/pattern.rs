@@ -100,7 +100,7 @@ impl Pattern {
     /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, or a map of all directions (`.png`, `.jpg`), which is named at a line of the scene file.
     pub(super) fn load(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pattern> {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
-        if matches!(extension.to_str(), Some("png" | "jpg" | "jpeg")) {
+        if matches!(extension.to_str(), Some("png" | "jpg" | "jpeg" | "exr")) {
             return Pattern::of_map(&GreyImage::load(path, encoding, named_at)?)
                 .map_err(|problem| Error::scene(named_at, problem, "give another image"));
         }
@@ -111,7 +111,7 @@ impl Pattern {
                 return Err(Error::scene(
                     named_at,
                     format!("pattern {} is of no known format", path.display()),
-                    "give an IES file (.ies), a EULUMDAT file (.ldt), or a map of all directions (.png)",
+                    "give an IES file (.ies), a EULUMDAT file (.ldt), or a map of all directions (.png, .exr)",
                 ));
             }
         };

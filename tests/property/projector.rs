@@ -136,7 +136,42 @@ fn projectors_are_read() {
     assert!((lens.fx - 1.0).abs() < 1e-12 && (lens.fy - 1.0).abs() < 1e-12);
     assert_eq!([lens.cx, lens.cy], [2.0, 1.0]);
     assert!((f64::from(image.values[7]) - 190.0 / 255.0).abs() < 1e-7);
+    // Linear whatever the encoding of others, and over the largest.
+    let exr = |name: &str, value: fn(usize, usize) -> [f32; 3]| {
+        let values = |x, y| <(f32, f32, f32)>::from(value(x, y));
+        exr::prelude::write_rgb_file(folder.path(name), 3, 2, values).expect("it is written");
+    };
+    exr("grey.exr", |x, y| [(x + 4 * y) as f32; 3]);
+    exr("colours.exr", |x, _| [1.0, x as f32, 1.0]);
+    exr("dark.exr", |x, _| [-(x as f32); 3]);
+    let read = projector("grey.exr", "fov_y_deg = 90\npower_w = 2");
+    let Ok(Light::Pattern {
+        pattern: RadiationPattern::Projected(image),
+        ..
+    }) = read
+    else {
+        panic!("it is a projector: {read:?}");
+    };
+    assert_eq!(
+        image.values,
+        [0.0, 1.0, 2.0, 4.0, 5.0, 6.0].map(|v: f32| v / 6.0)
+    );
     for (image, more, parts) in [
+        (
+            "colours.exr",
+            "fov_y_deg = 90\npower_w = 2",
+            ["it is not grey", "give the bands by power_w"],
+        ),
+        (
+            "dark.exr",
+            "fov_y_deg = 90\npower_w = 2",
+            ["a pixel is -1", "save values from 0 on"],
+        ),
+        (
+            "none.exr",
+            "fov_y_deg = 90\npower_w = 2",
+            ["there is no such file", "check the name"],
+        ),
         (
             "colours.png",
             "fov_y_deg = 90\npower_w = 2",
@@ -201,6 +236,10 @@ fn maps_are_patterns_of_all_directions() {
     };
     assert!((total(&map("even.png")) / (4.0 * PI) - 1.0).abs() < 1e-12);
     assert!((total(&map("half.png")) / TAU - 1.0).abs() < 1e-3);
+    // The same in OpenEXR, with values of any size.
+    let of_column = |x, _| [(1000 * usize::from(x == 0)) as f32; 3].into();
+    exr::prelude::write_rgb_file(folder.path("side.exr"), 4, 3, of_column).expect("it is written");
+    assert_eq!(map("side.exr"), map("side.png"));
     let side = map("side.png");
     let at = |towards| radiant_intensity(&side, towards).expect("it has one")[0];
     let peak = at(DVec3::X - DVec3::Z);

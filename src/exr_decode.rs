@@ -12,25 +12,47 @@ use std::path::Path;
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::reader::{ChunksReader, Reader};
-use exr::meta::attribute::SampleType;
+use exr::meta::attribute::{AttributeValue, SampleType};
 use exr::meta::header::Header;
 use exr::prelude::{Compression, Vec2};
 use half::f16;
 
-use super::exr_read::{ImageLayer, LayeredImage};
-use super::frame::Layer;
-use super::header::readable;
 use crate::input_file;
 
 /// What is wrong, and what to do about it.
-type Refusal = (String, &'static str);
+pub(crate) type Refusal = (String, &'static str);
+
+/// The channels of a file that share a prefix.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImageLayer {
+    /// What stands before the last dot of the channels' names, `""` where there is no dot. But `id.instance`, `id.material`
+    /// and `edge` are layers of one channel, as [`Layer::name`](crate::output::Layer::name) has them.
+    pub name: String,
+    /// The full names, as in the file: R, G, B, A, then X, Y, Z, then others by the alphabet.
+    pub channel_names: Vec<String>,
+    /// Row by row from the top, channels interleaved in the order of `channel_names`: width · height · channels values.
+    /// 16-bit floats are exact; whole numbers (UINT) over 2^24 are rounded to the nearest f32.
+    pub values: Vec<f32>,
+}
+
+/// What a file holds.
+pub(crate) struct DecodedImage {
+    pub size_px: [u32; 2],
+    /// By the alphabet.
+    pub layers: Vec<ImageLayer>,
+    /// Of the header, as text.
+    pub attributes: BTreeMap<String, String>,
+}
+
+/// The layer of a channel whose name has dots that part nothing, and its place there.
+pub(crate) type OwnLayer<'n> = &'n dyn Fn(&str) -> Option<(&'static str, usize)>;
 
 /// Reads a file; what `exr` panics at becomes a refusal, too.
-pub(super) fn decode_file(path: &Path) -> Result<LayeredImage, Refusal> {
+pub(crate) fn decode_file(path: &Path, own_layer: OwnLayer) -> Result<DecodedImage, Refusal> {
     let (file, file_bytes) = open(path)?;
     // A net: 420 000 damaged files did not reach it, but a library must not end its program where one would.
     let read = catch_unwind(AssertUnwindSafe(|| {
-        decode(BufReader::new(file), file_bytes)
+        decode(BufReader::new(file), file_bytes, own_layer)
     }));
     read.unwrap_or_else(|panic| Err(damaged(panic_text(&*panic))))
 }
@@ -73,7 +95,11 @@ fn open(path: &Path) -> Result<(File, u64), Refusal> {
     Ok((file, file_bytes))
 }
 
-fn decode(file: impl Read + Seek, file_bytes: u64) -> Result<LayeredImage, Refusal> {
+fn decode(
+    file: impl Read + Seek,
+    file_bytes: u64,
+    own_layer: OwnLayer,
+) -> Result<DecodedImage, Refusal> {
     let reader = exr::block::read(file, false).map_err(explain)?;
     let [header] = reader.headers() else {
         let parts = reader.headers().len();
@@ -85,11 +111,31 @@ fn decode(file: impl Read + Seek, file_bytes: u64) -> Result<LayeredImage, Refus
         let name = name.iter().map(|&byte| char::from(byte)).collect();
         Some((name, readable(&value)?))
     });
-    Ok(LayeredImage {
+    Ok(DecodedImage {
         // The header has been checked: they fit.
-        resolution_px: [header.layer_size.0 as u32, header.layer_size.1 as u32],
-        layers: read_layers(reader, &header)?,
+        size_px: [header.layer_size.0 as u32, header.layer_size.1 as u32],
+        layers: read_layers(reader, &header, own_layer)?,
         attributes: attributes.collect(),
+    })
+}
+
+/// Numbers, vectors and matrices of the header as text, for who reads it: `[0.5, 1.0, 3.0]`.
+fn readable(value: &AttributeValue) -> Option<String> {
+    Some(match value {
+        AttributeValue::Text(text) => text.to_string(),
+        AttributeValue::I32(number) => number.to_string(),
+        AttributeValue::F32(number) => number.to_string(),
+        AttributeValue::F64(number) => number.to_string(),
+        AttributeValue::Custom { kind, bytes } => {
+            let kind = kind.to_string();
+            if !["v2d", "v3d", "m44d"].contains(&kind.as_str()) {
+                return None;
+            }
+            let (numbers, _) = bytes.as_chunks();
+            let numbers: Vec<f64> = numbers.iter().map(|&b| f64::from_le_bytes(b)).collect();
+            format!("{numbers:?}")
+        }
+        _ => return None,
     })
 }
 
@@ -137,8 +183,9 @@ fn check_header(header: &Header, file_bytes: u64) -> Result<(), Refusal> {
 fn read_layers<R: Read + Seek>(
     reader: Reader<R>,
     header: &Header,
+    own_layer: OwnLayer,
 ) -> Result<Vec<ImageLayer>, Refusal> {
-    let (mut layers, places) = empty_layers(header)?;
+    let (mut layers, places) = empty_layers(header, own_layer)?;
     let width = header.layer_size.width();
     let mut chunks = reader
         .filter_chunks(false, |_, tile, _| tile.is_largest_resolution_level())
@@ -192,11 +239,14 @@ fn read_layers<R: Read + Seek>(
 type Place = (usize, usize);
 
 /// The layers of a file with room for their values, and the place of each of its channels.
-fn empty_layers(header: &Header) -> Result<(Vec<ImageLayer>, Vec<Place>), Refusal> {
+fn empty_layers(
+    header: &Header,
+    own_layer: OwnLayer,
+) -> Result<(Vec<ImageLayer>, Vec<Place>), Refusal> {
     let mut by_name: BTreeMap<String, Vec<(usize, String, usize)>> = BTreeMap::new();
     for (index, channel) in header.channels.list.iter().enumerate() {
         let channel = channel.name.to_string();
-        let (layer, rank) = place_of_channel(&channel);
+        let (layer, rank) = place_of_channel(&channel, own_layer);
         let layer = by_name.entry(layer.into()).or_default();
         layer.push((rank, channel, index));
     }
@@ -223,18 +273,14 @@ fn empty_layers(header: &Header) -> Result<(Vec<ImageLayer>, Vec<Place>), Refusa
     Ok((layers, places))
 }
 
-/// The layer that a channel belongs to, and its place there: camlux's own by their names, others by what stands before and after the last
+/// The layer that a channel belongs to, and its place there: own ones by their names, others by what stands before and after the last
 /// dot.
-fn place_of_channel(channel: &str) -> (&str, usize) {
+fn place_of_channel<'n>(channel: &'n str, own_layer: OwnLayer) -> (&'n str, usize) {
     const ORDER: [&str; 7] = ["R", "G", "B", "A", "X", "Y", "Z"];
-    let rank_in = |names: &[&str], name: &str| names.iter().position(|known| *known == name);
-    let own = Layer::all().find_map(|layer| {
-        let rank = rank_in(layer.channel_names(), channel)?;
-        Some((layer.name(), rank))
-    });
-    own.unwrap_or_else(|| {
+    own_layer(channel).unwrap_or_else(|| {
         let (layer, last) = channel.rsplit_once('.').unwrap_or(("", channel));
-        (layer, rank_in(&ORDER, last).unwrap_or(ORDER.len()))
+        let rank = ORDER.iter().position(|known| *known == last);
+        (layer, rank.unwrap_or(ORDER.len()))
     })
 }
 
