@@ -9,7 +9,7 @@ use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
 use camlux::{
     DeviceInfo, DeviceKind, Error, GatherKernel, Plan, RayKernel, RenderOptions, Scene, ShadowPlan,
     output::{Frame, Layer},
-    scene::{Encoding, IndirectLight, Mesh, Shadow, Shared, Texels, Texture, VplSum},
+    scene::{Encoding, IndirectLight, Material, Mesh, Shadow, Shared, Texels, Texture, VplSum},
 };
 
 /// The device, but with lavapipe's limits: a real GPU's may be so large that nothing here is over them.
@@ -127,6 +127,11 @@ fn two_million_triangles_and_sixteen_textures_fit_2_gib() {
     }
     .into();
     scene.textures = vec![texture; 16];
+    // Textures that no material names are not there.
+    scene.materials.extend((0..16).map(|index| Material {
+        kd_texture: Some(index),
+        ..Material::lambert("large", [0.5; 3])
+    }));
     let mut device = gpu.device.info().clone();
     device.limits.memory_bytes = 2 << 30;
     Plan::new(&scene, &device).expect("it fits");
