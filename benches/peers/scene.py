@@ -53,6 +53,10 @@ class Light:
     # From the middle of an area to those of two edges, or to two points of a disc's rim.
     half_axes: np.ndarray | None = None
     is_disc: bool = False
+    # Of a projector; `emission` is then its power times the square of the local scale.
+    image: Path | None = None
+    up: np.ndarray | None = None
+    fov_y_deg: float = 0.0
 
 
 @dataclass
@@ -93,15 +97,17 @@ def load(path: Path, size_px: tuple[int, int]) -> Scene:
     if toml["camera"].get("samples", 1) != 1:
         raise Unsupported("the camera averages over the pixels, which the peers do not")
     for keys in toml["light"]:
-        if keys["kind"] in ("pattern", "projector") or "relative_to" in keys:
+        if keys["kind"] == "pattern" or "relative_to" in keys:
             raise Unsupported("a light is measured, or relative to what carries it, which the peers do not know")
+        if "intrinsics_px" in keys or "encoding" in keys or str(keys.get("image", "")).endswith(".exr"):
+            raise Unsupported("a projector has intrinsics, or values that are not sRGB, which the peers do not know")
     scene = Scene(size_px, vector(toml["camera"]["position"]), ray_directions(toml["camera"], size_px), [], [])
     for name, keys in toml.get("material", {}).items():
         ks = bands(keys.get("ks", 0.0))
         scene.materials[name] = Material(bands(keys["kd"]), ks, float(keys.get("shininess", 1.0)))
     for number, keys in enumerate(toml["mesh"]):
         add_mesh(scene, path.parent, keys, f"mesh {number}")
-    scene.lights = [light(keys) for keys in toml["light"]]
+    scene.lights = [light(keys, path.parent) for keys in toml["light"]]
     if "indirect" not in toml:
         raise Unsupported("the scene has no [indirect]: there is no single bounce to compare")
     if "tof" in toml:
@@ -150,12 +156,15 @@ def ray_directions(camera: dict, size_px: tuple[int, int]) -> np.ndarray:
     return (rays / np.linalg.norm(rays, axis=-1, keepdims=True)).reshape(-1, 3)
 
 
-def light(keys: dict) -> Light:
+def light(keys: dict, folder: Path) -> Light:
     if keys["kind"] == "directional":
         return Light("directional", vector(bands(keys["irradiance_w_m2"])), direction=unit(keys["direction"]))
     power_w, position = vector(bands(keys["power_w"])), vector(keys["position"])
     if keys["kind"] == "area":
         return area_light(keys, power_w, position)
+    if keys["kind"] == "projector":
+        aim = {"direction": unit(keys["direction"]), "up": vector(keys["up"]), "fov_y_deg": keys["fov_y_deg"]}
+        return Light("projector", power_w, position, image=folder / keys["image"], **aim)
     if keys["kind"] == "point":
         return Light("point", power_w / (4.0 * math.pi), position)
     inner_rad = math.radians(keys["inner_half_angle_deg"])
