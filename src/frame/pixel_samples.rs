@@ -13,8 +13,8 @@ use crate::{
     },
 };
 
-/// Fills the images of direct light and of depths with those of all samples. Returns what the light with an area is off by at most that is off by
-/// most, where there is one.
+/// Fills the images of direct light and of depths with those of all samples. Returns the estimated relRMSE
+/// of the direct light of lights with an area, the largest of any; `None` without one.
 pub(super) fn average(
     context: &Context,
     scene: &SceneResources,

@@ -8,6 +8,8 @@ pub mod gpu;
 pub mod lamps;
 pub mod quadrature;
 pub mod ray_caster;
+#[cfg(feature = "reference")]
+pub mod reference_frame;
 pub mod rmse;
 #[cfg(feature = "reference")]
 pub mod rooms;

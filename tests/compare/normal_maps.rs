@@ -1,21 +1,14 @@
 //! Maps of normals: against a closed form, and against the reference, which turns normals by a formula of its own.
 
-use std::ops::ControlFlow;
-
 use crate::common::gpu::{Gpu, demo_scene};
-use crate::common::rmse::relative_rmse_where;
+use crate::common::reference_frame::{error_off_edges, reference_frame, values};
 use crate::common::rooms::{quad, scene_of};
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    reference::Reference,
     scene::{Encoding, IndirectLight, Light, Shadow, Texels, Texture},
 };
 use glam::{DVec3, Vec3};
-
-fn values(frame: &Frame, layer: Layer) -> &[f32] {
-    frame.values(layer).expect("both have it")
-}
 
 fn texel(normal: Vec3) -> [f32; 3] {
     (0.5 * normal.normalize() + 0.5).to_array()
@@ -142,18 +135,8 @@ fn the_reference_has_the_same_normals_and_light() {
             }
             gpu.render(&scene)
         };
-        let mut reference = Reference::new(&scene, 512).expect("a valid scene");
-        for _ in 0..8 {
-            let go_on = &mut |_| ControlFlow::Continue(());
-            reference.add_round(go_on).expect("nothing cancels it");
-        }
-        let truth = reference.frame();
-        let edges = truth.ids(Layer::Edge).expect("a reference has it");
-        let error = |frame: &Frame, layer| {
-            relative_rmse_where(values(frame, layer), values(&truth, layer), |pixel| {
-                edges[pixel] == 0
-            })
-        };
+        let truth = reference_frame(&scene, 512, 8);
+        let error = |frame: &Frame, layer| error_off_edges(frame, &truth, layer);
         for frame in gpu.render_by_each_ray_kernel(&scene) {
             let [normal, direct, indirect] =
                 [Layer::Normal, Layer::Direct, Layer::Indirect].map(|layer| error(&frame, layer));

@@ -3,22 +3,18 @@
 use std::ops::ControlFlow;
 
 use crate::common::gpu::{Gpu, demo_scene};
+use crate::common::reference_frame::{reference_frame, values};
 use crate::tof::modulated_demo_scene;
 use camlux::{
     Progress, RenderOptions, Scene,
     metrics::{Comparison, Pixels},
-    output::{Frame, Layer, TofQuantity},
-    reference::Reference,
+    output::{Layer, TofQuantity},
     scene::{Distortion, IndirectLight, Lens, PixelFilter, PixelSampling, Shadow, VplSum},
 };
 
 fn sampled(mut scene: Scene, samples: u32, filter: PixelFilter) -> Scene {
     scene.camera.pixel_sampling = Some(PixelSampling { samples, filter });
     scene
-}
-
-fn values(frame: &Frame, layer: Layer) -> &[f32] {
-    frame.values(layer).expect("both have it")
 }
 
 /// sqrt(Σ(x−t)²/Σt²) over what is finite in both.
@@ -33,16 +29,6 @@ fn relative_rmse(found: &[f32], due: &[f32]) -> f64 {
     });
     assert!(sums.2 > 1000, "{} values", sums.2);
     (sums.0 / sums.1).sqrt()
-}
-
-/// Its direct light, and with some rounds its bounce, too.
-fn truth(scene: &Scene, rounds: u32) -> Frame {
-    let mut reference = Reference::new(scene, 256).expect("a valid scene");
-    for _ in 0..rounds {
-        let go_on = &mut |_| ControlFlow::Continue(());
-        reference.add_round(go_on).expect("nothing cancels it");
-    }
-    reference.frame()
 }
 
 #[test]
@@ -67,7 +53,7 @@ fn direct_light_and_depths_are_means_over_the_area() {
             };
         }
         let frame = gpu.render(&scene);
-        let truth = truth(&scene, 0);
+        let truth = reference_frame(&scene, 256, 0);
         let error = |layer| relative_rmse(values(&frame, layer), values(&truth, layer));
         let [direct, radiance] = [Layer::Direct, Layer::Radiance].map(error);
         println!("{name}, {samples} {}: {direct:.2e}", filter.name());
@@ -93,7 +79,7 @@ fn the_bounce_is_within_the_target_error_of_that_of_the_area() {
         let mut scene = sampled(demo_scene(name, [48, 48]), samples, filter);
         scene.indirect = Some(IndirectLight::final_gather(0.02));
         let frame = gpu.render(&scene);
-        let truth = truth(&scene, rounds);
+        let truth = reference_frame(&scene, 256, rounds);
         let ids = truth.ids(Layer::InstanceId).expect("it is there");
         let seen: Vec<bool> = ids.iter().map(|&id| id != 0).collect();
         let compared = Comparison::new(&Pixels {
@@ -151,7 +137,7 @@ fn phasors_are_averaged_with_the_way_of_each_sample() {
     for is_bounced in [false, true] {
         scene.indirect = is_bounced.then(|| IndirectLight::final_gather(0.03));
         let frame = gpu.render(&scene);
-        let truth = truth(&scene, if is_bounced { 16 } else { 0 });
+        let truth = reference_frame(&scene, 256, if is_bounced { 16 } else { 0 });
         for frequency in 0..2 {
             let quantity = if is_bounced {
                 TofQuantity::PhasorIndirect

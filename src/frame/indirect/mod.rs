@@ -20,7 +20,7 @@ use crate::{
     plan::{GatherPlan, IndirectPlan},
 };
 
-/// The relRMSE of the light as the engine estimates it: of the indirect light, but for the last.
+/// What the engine estimates of its errors, relRMSE; of the indirect light where nothing else is said.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct ErrorEstimates {
     /// Against the true bounce: of final gathering.
