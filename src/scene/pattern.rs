@@ -97,8 +97,12 @@ pub(super) struct Measured {
 }
 
 impl Pattern {
-    /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, or a map of all directions (`.png`, `.jpg`), which is named at a line of the scene file.
-    pub(super) fn load(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pattern> {
+    /// Reads an IES (`.ies`) or EULUMDAT (`.ldt`) file, or a map of all directions (`.png`, `.jpg`, `.exr`). `named_at`: the line of the scene file
+    /// that names it, or the file itself.
+    ///
+    /// # Errors
+    /// [`Error::Scene`](crate::Error::Scene) for a file that is missing, or no pattern.
+    pub fn load(path: &Path, encoding: Encoding, named_at: &str) -> Result<Pattern> {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if matches!(extension.to_str(), Some("png" | "jpg" | "jpeg" | "exr")) {
             return Pattern::of_map(&GreyImage::load(path, encoding, named_at)?)

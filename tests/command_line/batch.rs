@@ -560,34 +560,3 @@ fn a_contact_sheet_shows_the_frames() {
     assert!(stderr.contains("radiance"), "{stderr}");
 }
 
-/// By examples/python/read_dataset.py, which also sees P through pose and intrinsics.
-#[test]
-#[ignore = "scripts/test-python runs it, with numpy and OpenEXR in the python3 that CAMLUX_PYTHON names"]
-fn python_reads_the_data_set() {
-    let jobs = Jobs::new(JOB);
-    jobs.succeed("set", &[]);
-    let reader = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/examples/python/read_dataset.py"
-    );
-    let python = std::env::var("CAMLUX_PYTHON").unwrap_or("python3".into());
-    let output = std::process::Command::new(python)
-        .args([reader.as_ref(), jobs.path("set").as_os_str()])
-        .output()
-        .unwrap();
-    let stdout = String::from_utf8(output.stdout).unwrap();
-    let stderr = String::from_utf8(output.stderr).unwrap();
-    assert!(output.status.success(), "{stderr}");
-    let mut lines = stdout.lines();
-    assert_eq!(lines.next(), Some("12 of 12 frames, 0 failed"));
-    for (index, line) in lines.enumerate() {
-        assert!(line.starts_with(&format!("{index}: radiance [16, 16, 3], ")));
-        let (_, error) = line.split_once("pose fits to ").unwrap();
-        let (error_px, apart) = error.split_once(" px, header's pose within ").unwrap();
-        let [error_px, apart]: [f64; 2] = [error_px, apart].map(|number| number.parse().unwrap());
-        assert!(apart < 1e-14, "{line}");
-        // P is rounded to f32, and its ray to the centre comes from f32 as well.
-        assert!(error_px < 1e-4, "{line}");
-    }
-    assert_eq!(stdout.lines().count(), 1 + JOB_FRAMES);
-}

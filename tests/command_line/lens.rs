@@ -123,7 +123,7 @@ fn opencv_sees_points_at_their_pixels() {
     let python = std::env::var("CAMLUX_PYTHON").unwrap_or("python3".into());
     let script = concat!(
         env!("CARGO_MANIFEST_DIR"),
-        "/tests/python/project_points.py"
+        "/python/tests/project_points.py"
     );
     for calibration in calibrations::published() {
         let folder = tempfile::tempdir().unwrap();

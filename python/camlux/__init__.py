@@ -1,0 +1,110 @@
+"""camlux computes how a light illuminates what a camera sees, in physical units.
+
+    import camlux
+
+    scene = camlux.Scene.load("scenes/cornell.toml")
+    frame = camlux.Renderer().render(scene, target_error=0.02)
+    frame["radiance"]             # (height, width, 3), float32
+    frame.units["radiance"]       # W/sr/m^2
+    frame.stats.estimated_error   # of the indirect light, against the true bounce
+
+Scenes are plain objects (camlux.scene), loaded from a file or built from arrays. docs/python.md is the manual.
+"""
+
+from collections.abc import Mapping as _Mapping
+
+from ._camlux import (
+    CamluxWarning,
+    Cancelled,
+    Comparison,
+    Device,
+    DeviceError,
+    DeviceInfo,
+    DeviceLostError,
+    Error,
+    FileError,
+    Frame,
+    FrameStats,
+    Image,
+    Mesh,
+    Pattern,
+    Progress,
+    ProjectedImage,
+    Renderer,
+    SceneError,
+    Texture,
+    __version__,
+    devices,
+    read_exr,
+    reference,
+)
+from .comparison import compare
+from .dataset import Dataset, DatasetFrame
+from .scene import (
+    AreaLight,
+    Camera,
+    DirectionalLight,
+    FinalGather,
+    FisheyeDistortion,
+    InstantRadiosity,
+    Intrinsics,
+    Material,
+    PatternLight,
+    PointLight,
+    RationalDistortion,
+    RsmAverage,
+    Scene,
+    Sensor,
+    SensorNoise,
+    SpotLight,
+    TimeOfFlight,
+)
+
+_Mapping.register(Frame)
+_Mapping.register(Image)
+
+__all__ = [
+    "AreaLight",
+    "Camera",
+    "CamluxWarning",
+    "Cancelled",
+    "Comparison",
+    "Dataset",
+    "DatasetFrame",
+    "Device",
+    "DeviceError",
+    "DeviceInfo",
+    "DeviceLostError",
+    "DirectionalLight",
+    "Error",
+    "FileError",
+    "FinalGather",
+    "FisheyeDistortion",
+    "Frame",
+    "FrameStats",
+    "Image",
+    "InstantRadiosity",
+    "Intrinsics",
+    "Material",
+    "Mesh",
+    "Pattern",
+    "PatternLight",
+    "PointLight",
+    "Progress",
+    "ProjectedImage",
+    "RationalDistortion",
+    "Renderer",
+    "RsmAverage",
+    "Scene",
+    "SceneError",
+    "Sensor",
+    "SensorNoise",
+    "SpotLight",
+    "Texture",
+    "TimeOfFlight",
+    "__version__",
+    "compare",
+    "devices",
+    "read_exr",
+    "reference",
+]

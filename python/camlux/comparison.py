@@ -1,0 +1,52 @@
+"""How far an image is from a reference."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ._camlux import Comparison, Frame, Image, compare_arrays
+
+#: The layers whose noise is that of the layer `stderr`.
+_NOISY = ("indirect", "radiance")
+
+
+def compare(image: Frame | Image | npt.ArrayLike, reference: Frame | Image | npt.ArrayLike, layer: str = "radiance") -> Comparison:
+    """Compares a layer of two images, or two arrays of one shape, (height, width) or (height, width, channels).
+
+    Of images with layers, pixels without a surface and pixels on edges do not count, as far as the reference knows them, and the noise of the
+    reference is taken out where it has the layer `stderr`. Of arrays every value counts.
+
+    Raises ValueError for shapes that differ, KeyError for a layer that is not there.
+    """
+    standard_error = edges = None
+    if isinstance(reference, (Frame, Image)):
+        t = _array(reference[layer])
+        valid = _surface(reference, t.shape[:2])
+        if "edge" in reference:
+            edges = np.asarray(reference["edge"] > 0).reshape(-1)
+        if "stderr" in reference and layer in _NOISY:
+            standard_error = _array(reference["stderr"])
+    else:
+        t = _array(reference)
+        valid = np.ones(t.shape[:2], bool)
+    x = _array(image[layer] if isinstance(image, (Frame, Image)) else image)
+    if x.shape != t.shape or x.ndim not in (2, 3):
+        raise ValueError(f"the image has the shape {x.shape} and the reference {t.shape}; give two of one shape, (height, width, channels)")
+    channels = x.shape[2] if x.ndim == 3 else 1
+    return compare_arrays(x, t, channels, valid.reshape(-1), edges, standard_error)
+
+
+def _array(values: Any) -> npt.NDArray[np.float32]:
+    return np.ascontiguousarray(values, np.float32)
+
+
+def _surface(image: Frame | Image, shape: tuple[int, ...]) -> npt.NDArray[np.bool_]:
+    """Which pixels show a surface."""
+    if "id.instance" in image:
+        return np.asarray(image["id.instance"] > 0)
+    if "depth" in image:
+        return np.isfinite(image["depth"])
+    return np.ones(shape, bool)

@@ -1,0 +1,145 @@
+//! The attributes of scene.py's objects, each with an error that names the part of the scene.
+
+use pyo3::prelude::*;
+use pyo3::types::PyList;
+
+use crate::errors::SceneError;
+
+/// An object, and how messages call it: `light 0`.
+pub struct Part<'py> {
+    pub object: Bound<'py, PyAny>,
+    pub at: String,
+}
+
+impl<'py> Part<'py> {
+    pub fn new(object: Bound<'py, PyAny>, at: impl Into<String>) -> Self {
+        Part {
+            object,
+            at: at.into(),
+        }
+    }
+
+    pub fn error(&self, problem: impl std::fmt::Display, hint: &str) -> PyErr {
+        SceneError::new_err(format!("{}: {problem}; {hint}", self.at))
+    }
+
+    fn get(&self, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        self.object.getattr(name).map_err(|_| {
+            let is = self.object.get_type().to_string();
+            self.error(
+                format_args!("{is} has no {name}"),
+                "give an object of a class of camlux.scene",
+            )
+        })
+    }
+
+    fn extract<T>(&self, name: &str, value: Bound<'py, PyAny>, expected: &str) -> PyResult<T>
+    where
+        T: for<'a> FromPyObject<'a, 'py>,
+    {
+        value.extract().map_err(|_| {
+            // Its class, where it is an object that cannot show itself.
+            let shown = value.repr().map_or_else(
+                |_| value.get_type().to_string(),
+                |repr| repr.to_string_lossy().chars().take(200).collect(),
+            );
+            self.error(format_args!("{name} is {shown}"), expected)
+        })
+    }
+
+    pub fn need<T>(&self, name: &str, expected: &str) -> PyResult<T>
+    where
+        T: for<'a> FromPyObject<'a, 'py>,
+    {
+        self.extract(name, self.get(name)?, expected)
+    }
+
+    pub fn optional<T>(&self, name: &str, expected: &str) -> PyResult<Option<T>>
+    where
+        T: for<'a> FromPyObject<'a, 'py>,
+    {
+        let value = self.get(name)?;
+        if value.is_none() {
+            return Ok(None);
+        }
+        self.extract(name, value, expected).map(Some)
+    }
+
+    pub fn number(&self, name: &str) -> PyResult<f64> {
+        self.need(name, "give a number")
+    }
+
+    pub fn optional_number(&self, name: &str) -> PyResult<Option<f64>> {
+        self.optional(name, "give a number, or None")
+    }
+
+    pub fn count(&self, name: &str) -> PyResult<u32> {
+        self.need(name, "give a whole number from 0 to 4294967295")
+    }
+
+    pub fn text(&self, name: &str) -> PyResult<String> {
+        self.need(name, "give a text")
+    }
+
+    /// x, y, z.
+    pub fn vector<V: From<[f64; 3]>>(&self, name: &str) -> PyResult<V> {
+        let numbers: [f64; 3] = self.need(name, "give three numbers")?;
+        Ok(numbers.into())
+    }
+
+    /// One number for all bands, or one per band.
+    pub fn bands(&self, name: &str) -> PyResult<[f64; 3]> {
+        let value = self.get(name)?;
+        if let Ok(one) = value.extract() {
+            return Ok([one; 3]);
+        }
+        self.extract(
+            name,
+            value,
+            "give a number, or one for each of red, green and blue",
+        )
+    }
+
+    pub fn choice<T: Copy>(
+        &self,
+        name: &str,
+        choices: &[T],
+        name_of: fn(T) -> &'static str,
+    ) -> PyResult<Option<T>> {
+        let Some(word) = self.optional::<String>(name, "give a text")? else {
+            return Ok(None);
+        };
+        let chosen = choices.iter().find(|&&choice| name_of(choice) == word);
+        match chosen {
+            Some(&chosen) => Ok(Some(chosen)),
+            None => {
+                let names: Vec<_> = choices.iter().map(|&choice| name_of(choice)).collect();
+                let hint = format!("give one of: {}", names.join(", "));
+                Err(self.error(format_args!("{name} is \"{word}\""), &hint))
+            }
+        }
+    }
+
+    /// The object of that name, unless it is None.
+    pub fn part(&self, name: &str) -> PyResult<Option<Part<'py>>> {
+        let value = self.get(name)?;
+        let part = || Part::new(value.clone(), name);
+        Ok((!value.is_none()).then(part))
+    }
+
+    /// The objects of a list, called `one` and their index.
+    pub fn parts(&self, name: &str, one: &str) -> PyResult<Vec<Part<'py>>> {
+        let value = self.get(name)?;
+        let listed = value.try_iter().and_then(|items| {
+            let items: PyResult<Vec<_>> = items.collect();
+            PyList::new(value.py(), items?)
+        });
+        let list = listed.map_err(|_| {
+            let is = value.get_type().to_string();
+            self.error(format_args!("{name} is {is}"), "give a list")
+        })?;
+        let numbered = list.iter().enumerate();
+        let parts = numbered.map(|(index, object)| Part::new(object, format!("{one} {index}")));
+        Ok(parts.collect())
+    }
+}

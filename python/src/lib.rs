@@ -1,0 +1,38 @@
+//! camlux for Python: the engine behind the package `camlux`, whose `scene.py` has the classes that a scene is made of.
+//!
+//! Layers of a frame are numpy arrays that read the frame's own memory; arrays that a scene is made of are read where they lie and copied once.
+
+mod arrays;
+mod attributes;
+mod device;
+mod errors;
+mod frame;
+mod image;
+mod parts;
+mod reference;
+mod renderer;
+mod scene;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+mod _camlux {
+    #[pymodule_export]
+    use crate::{
+        device::{Device, DeviceInfo, devices},
+        errors::{
+            CamluxWarning, Cancelled, DeviceError, DeviceLostError, Error, FileError, SceneError,
+        },
+        frame::{Frame, FrameStats},
+        image::{Comparison, Image, compare_arrays, read_exr},
+        parts::{Mesh, Pattern, ProjectedImage, Texture},
+        reference::reference,
+        renderer::{Progress, Renderer},
+        scene::{load_scene, scene_warnings, validate_scene},
+    };
+
+    #[pymodule_init]
+    fn init(module: &super::Bound<'_, super::PyModule>) -> super::PyResult<()> {
+        super::PyModuleMethods::add(module, "__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

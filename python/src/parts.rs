@@ -1,0 +1,323 @@
+//! What scenes share: meshes, textures, patterns of lights. None of them changes once it is made.
+
+use std::f64::consts::TAU;
+use std::path::PathBuf;
+
+use camlux::glam::{DQuat, DVec3};
+use camlux::scene::{self, Encoding, Intrinsics, Shared, Texels};
+use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+
+use crate::arrays::{as_array, list, numbers, rows, view};
+use crate::errors::{SceneError, raised};
+
+const NUMBERS: &str = "numbers";
+const INDICES: &str = "whole numbers from 0 to 4294967295";
+
+/// A triangle mesh in world space. It never changes: `posed` makes another one.
+///
+/// Shape, unit:
+///     positions_m: (vertices, 3), m.
+///     triangles: (triangles, 3), indices of vertices. Which way round they go does not matter: surfaces have two sides.
+///     material: the index of a material of the scene for all triangles, or (triangles,), one for each.
+///     normals: (vertices, 3), of any length but zero; None: flat shading.
+///     texcoords: (vertices, 2), u and v, v up; None: no texture can be seen.
+#[pyclass(module = "camlux", frozen)]
+pub struct Mesh(pub Shared<scene::Mesh>);
+
+#[pymethods]
+impl Mesh {
+    #[new]
+    #[pyo3(signature = (name, positions_m, triangles, material=None, *, normals=None, texcoords=None))]
+    fn new(
+        name: String,
+        positions_m: Bound<'_, PyAny>,
+        triangles: Bound<'_, PyAny>,
+        material: Option<Bound<'_, PyAny>>,
+        normals: Option<Bound<'_, PyAny>>,
+        texcoords: Option<Bound<'_, PyAny>>,
+    ) -> PyResult<Mesh> {
+        let at = |array: &str| format!("mesh \"{name}\": {array}");
+        let vectors = |value: &Bound<'_, PyAny>, array: &str| -> PyResult<Vec<DVec3>> {
+            let rows = rows::<f64, 3>(value, &at(array), NUMBERS)?;
+            Ok(rows.into_iter().map(DVec3::from).collect())
+        };
+        let triangles = rows::<u32, 3>(&triangles, &at("triangles"), INDICES)?;
+        let triangle_materials = match &material {
+            None => vec![0; triangles.len()],
+            Some(material) => match material.extract() {
+                Ok(one) => vec![one; triangles.len()],
+                Err(_) => list(material, &at("material"), INDICES)?,
+            },
+        };
+        let normals = normals.map(|value| vectors(&value, "normals"));
+        let texcoords = texcoords.map(|value| rows(&value, &at("texcoords"), NUMBERS));
+        let mesh = scene::Mesh {
+            positions_m: vectors(&positions_m, "positions_m")?,
+            normals: normals.transpose()?.unwrap_or_default(),
+            texcoords: texcoords.transpose()?.unwrap_or_default(),
+            triangles,
+            triangle_materials,
+            name,
+        };
+        Ok(Mesh(mesh.into()))
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    #[getter]
+    fn vertex_count(&self) -> usize {
+        self.0.positions_m.len()
+    }
+
+    #[getter]
+    fn triangle_count(&self) -> usize {
+        self.0.triangles.len()
+    }
+
+    /// World positions, (vertices, 3), m.
+    #[getter]
+    fn positions_m<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &slf.get().0.positions_m)
+    }
+
+    /// Shading normals, (vertices, 3); (0, 3): flat shading.
+    #[getter]
+    fn normals<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        vectors(slf, &slf.get().0.normals)
+    }
+
+    /// u and v, (vertices, 2); (0, 2): there are none.
+    #[getter]
+    fn texcoords<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        elements(slf, slf.get().0.texcoords.as_flattened(), 2)
+    }
+
+    /// Indices of vertices, (triangles, 3).
+    #[getter]
+    fn triangles<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        elements(slf, slf.get().0.triangles.as_flattened(), 3)
+    }
+
+    /// The index of each triangle's material, (triangles,).
+    #[getter]
+    fn triangle_materials<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        let materials = &slf.get().0.triangle_materials;
+        Ok(view(materials, &[materials.len()], slf.clone().into_any())?.into_any())
+    }
+
+    /// The mesh turned about the world's origin by the unit quaternion x, y, z, w, and then moved.
+    #[pyo3(signature = (position_m=[0.0; 3], orientation_xyzw=[0.0, 0.0, 0.0, 1.0]))]
+    fn posed(&self, position_m: [f64; 3], orientation_xyzw: [f64; 4]) -> PyResult<Mesh> {
+        let orientation = DQuat::from_array(orientation_xyzw);
+        let length = orientation.length();
+        // What is off by more is no rounding.
+        if length.is_nan() || (length - 1.0).abs() > 1e-3 {
+            return Err(SceneError::new_err(format!(
+                "orientation_xyzw is {orientation_xyzw:?}, of length {length}; give a unit quaternion, x y z w"
+            )));
+        }
+        let posed = self.0.posed(orientation.normalize(), position_m.into());
+        Ok(Mesh(posed.into()))
+    }
+
+    fn __repr__(&self) -> String {
+        let (triangles, name) = (self.triangle_count(), &self.0.name);
+        format!("<camlux.Mesh {name:?}, {triangles} triangles>")
+    }
+}
+
+/// An array that reads a mesh's own memory.
+fn elements<'py, T: numpy::Element>(
+    mesh: &Bound<'py, Mesh>,
+    values: &[T],
+    length: usize,
+) -> PyResult<Bound<'py, PyAny>> {
+    let shape = [values.len() / length, length];
+    Ok(view(values, &shape, mesh.clone().into_any())?.into_any())
+}
+
+fn vectors<'py>(mesh: &Bound<'py, Mesh>, values: &[DVec3]) -> PyResult<Bound<'py, PyAny>> {
+    // Three numbers without a gap.
+    elements::<f64>(mesh, bytemuck::cast_slice(values), 3)
+}
+
+/// An image that surfaces show: (height, width) or (height, width, 1, 3 or 4), the first row above; a fourth channel is left out.
+///
+/// uint8 and uint16 are sRGB unless `encoding` is "linear", floats are linear, 0 to 1.
+#[pyclass(module = "camlux", frozen)]
+pub struct Texture(pub Shared<scene::Texture>);
+
+#[pymethods]
+impl Texture {
+    #[new]
+    #[pyo3(signature = (name, pixels, *, encoding=None))]
+    fn new(name: String, pixels: Bound<'_, PyAny>, encoding: Option<&str>) -> PyResult<Texture> {
+        let wrong = |problem: String| SceneError::new_err(format!("texture \"{name}\": {problem}"));
+        let array = as_array(&pixels)?;
+        let pixels = match array.ndim() {
+            2 => array.call_method1("reshape", ((array.shape()[0], array.shape()[1], 1),))?,
+            _ => array.clone().into_any(),
+        };
+        let encoding = match encoding {
+            None | Some("srgb") => Encoding::Srgb,
+            Some("linear") => Encoding::Linear,
+            Some(other) => {
+                return Err(wrong(format!(
+                    "encoding is \"{other}\"; give \"srgb\" or \"linear\""
+                )));
+            }
+        };
+        let shape = as_array(&pixels)?.shape().to_vec();
+        let &[height, width, channels @ (1 | 3 | 4)] = &shape[..] else {
+            return Err(wrong(format!(
+                "pixels has the shape {shape:?}; give (height, width) or (height, width, 3)"
+            )));
+        };
+        let texels = if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u8>>() {
+            Texels::U8(bands(&pixels, channels), encoding)
+        } else if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<u16>>() {
+            Texels::U16(bands(&pixels, channels), encoding)
+        } else if let Ok(pixels) = pixels.extract::<PyReadonlyArray3<f32>>() {
+            Texels::F32(bands(&pixels, channels))
+        } else {
+            let pixels = pixels.call_method1("astype", ("float32",))?;
+            let is_float = array.dtype().to_string().starts_with("float");
+            let pixels = pixels.extract::<PyReadonlyArray3<f32>>();
+            match pixels {
+                Ok(pixels) if is_float => Texels::F32(bands(&pixels, channels)),
+                _ => {
+                    let is = array.dtype().to_string();
+                    return Err(wrong(format!(
+                        "pixels is an array of {is}; give uint8, uint16 or floats"
+                    )));
+                }
+            }
+        };
+        let texture = scene::Texture {
+            name,
+            size_px: [width as u32, height as u32],
+            texels,
+        };
+        Ok(Texture(texture.into()))
+    }
+
+    #[getter]
+    fn name(&self) -> &str {
+        &self.0.name
+    }
+
+    /// Width, height.
+    #[getter]
+    fn size_px(&self) -> (u32, u32) {
+        self.0.size_px.into()
+    }
+
+    fn __repr__(&self) -> String {
+        let ([width, height], name) = (self.0.size_px, &self.0.name);
+        format!("<camlux.Texture {name:?}, {width} x {height}>")
+    }
+}
+
+fn bands<T: numpy::Element + Copy>(pixels: &PyReadonlyArray3<T>, channels: usize) -> Vec<[T; 3]> {
+    let pixels = pixels.as_array();
+    let rows = pixels.rows();
+    let of_pixel = |pixel: numpy::ndarray::ArrayView1<T>| {
+        std::array::from_fn(|band| pixel[if channels == 1 { 0 } else { band }])
+    };
+    rows.into_iter().map(of_pixel).collect()
+}
+
+/// The measured radiant intensity of a lamp over all directions, in the C-γ system of the CIE.
+///
+/// Shape, unit:
+///     gammas_deg: (n,), increasing, 0 to 180: angles from the direction in which the lamp shines.
+///     planes_deg: (m,), increasing from 0 to 360, whose intensities are the same.
+///     intensities: (m, n), 0 or more; only their ratios count.
+#[pyclass(module = "camlux", frozen)]
+pub struct Pattern(pub Shared<scene::Pattern>);
+
+#[pymethods]
+impl Pattern {
+    #[new]
+    fn new(
+        gammas_deg: Bound<'_, PyAny>,
+        planes_deg: Bound<'_, PyAny>,
+        intensities: Bound<'_, PyAny>,
+    ) -> PyResult<Pattern> {
+        let gammas: Vec<f64> = list(&gammas_deg, "gammas_deg", NUMBERS)?;
+        let planes: Vec<f64> = list(&planes_deg, "planes_deg", NUMBERS)?;
+        let intensities = as_array(&intensities)?;
+        if intensities.shape() != [planes.len(), gammas.len()] {
+            let shape = intensities.shape();
+            let due = [planes.len(), gammas.len()];
+            return Err(SceneError::new_err(format!(
+                "intensities has the shape {shape:?}; give (planes, gammas), which is {due:?}"
+            )));
+        }
+        let intensities: Vec<f64> = numbers(&intensities, "intensities", NUMBERS)?;
+        let peak = intensities.iter().copied().fold(0.0, f64::max);
+        let radians = |degrees: Vec<f64>| degrees.into_iter().map(f64::to_radians).collect();
+        let is_whole = planes.last() == Some(&360.0);
+        let mut planes_rad: Vec<f64> = radians(planes);
+        if is_whole && let Some(last) = planes_rad.last_mut() {
+            *last = TAU;
+        }
+        let pattern = scene::Pattern {
+            gammas_rad: radians(gammas),
+            planes_rad,
+            intensities: intensities.into_iter().map(|value| value / peak).collect(),
+            peak,
+        };
+        Ok(Pattern(pattern.into()))
+    }
+
+    /// Reads an IES (.ies) or EULUMDAT (.ldt) file, or a map of all directions (.png, .exr).
+    #[staticmethod]
+    #[pyo3(signature = (path, *, encoding="srgb"))]
+    fn load(path: PathBuf, encoding: &str) -> PyResult<Pattern> {
+        let at = path.display().to_string();
+        let encoding = match encoding {
+            "linear" => Encoding::Linear,
+            "srgb" => Encoding::Srgb,
+            other => {
+                return Err(SceneError::new_err(format!(
+                    "{at}: encoding is \"{other}\"; give \"srgb\" or \"linear\""
+                )));
+            }
+        };
+        let pattern = scene::Pattern::load(&path, encoding, &at).map_err(raised)?;
+        Ok(Pattern(pattern.into()))
+    }
+}
+
+/// What a projector shows: (height, width), 0 to 1, relative irradiance of a screen across its axis.
+///
+/// The lens is a camera's: focal lengths and principal point, pixels.
+#[pyclass(module = "camlux", frozen)]
+pub struct ProjectedImage(pub Shared<scene::ProjectedImage>);
+
+#[pymethods]
+impl ProjectedImage {
+    #[new]
+    #[pyo3(signature = (values, *, fx, fy, cx, cy))]
+    fn new(values: Bound<'_, PyAny>, fx: f64, fy: f64, cx: f64, cy: f64) -> PyResult<Self> {
+        let array = as_array(&values)?;
+        let &[height, width] = array.shape() else {
+            let shape = array.shape();
+            return Err(SceneError::new_err(format!(
+                "values has the shape {shape:?}; give (height, width)"
+            )));
+        };
+        let values: Vec<f64> = numbers(&array, "values", NUMBERS)?;
+        let image = scene::ProjectedImage {
+            size_px: [width as u32, height as u32],
+            intrinsics: Intrinsics { fx, fy, cx, cy },
+            values: values.into_iter().map(|value| value as f32).collect(),
+        };
+        Ok(ProjectedImage(image.into()))
+    }
+}

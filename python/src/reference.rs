@@ -1,0 +1,54 @@
+//! The true single bounce, by paths on the CPU.
+
+use camlux::reference::{Goal, Reference};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+
+use crate::errors::Watch;
+use crate::frame::Frame;
+use crate::scene::scene_from;
+
+/// The true single bounce of a scene by path tracing on the CPU, as exact as asked for, without the GIL. Control-C ends it.
+///
+/// stderr: standard error of the indirect light over its root mean square, 0.01 is one percent. samples_per_pixel: so many samples instead.
+/// progress: called with a number from 0 to 1 now and then; where it returns False, Cancelled is raised.
+///
+/// The frame has the layers `stderr`, the standard error of each pixel, and `edge`, 1 where rounding decides what a pixel shows.
+#[pyfunction]
+#[pyo3(signature = (scene, *, stderr=None, samples_per_pixel=None, progress=None))]
+pub fn reference(
+    py: Python,
+    scene: &Bound<'_, PyAny>,
+    stderr: Option<f64>,
+    samples_per_pixel: Option<u32>,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Frame> {
+    let goal = match (stderr, samples_per_pixel) {
+        (Some(share), None) if share > 0.0 && share < 1.0 => Goal::StandardError(share),
+        (None, Some(samples)) if samples > 0 => Goal::SamplesPerPixel(samples),
+        (Some(_), None) | (None, Some(_)) => {
+            return Err(PyValueError::new_err(
+                "give a stderr between 0 and 1, such as 0.01, or samples_per_pixel above 0",
+            ));
+        }
+        _ => {
+            return Err(PyValueError::new_err(
+                "give one of stderr and samples_per_pixel, such as stderr=0.01",
+            ));
+        }
+    };
+    let scene = scene_from(scene)?;
+    let mut watch = Watch::new(progress);
+    let found = py.detach(|| {
+        let mut reference = Reference::start(&scene, goal, &mut |_| watch.goes_on(|| (0.0,)))?;
+        while !reference.meets(goal) {
+            let now = reference.progress_to(goal);
+            let then = reference.progress_after_round(goal);
+            reference.add_round(&mut |fraction| {
+                watch.goes_on(|| (now + (then - now) * f64::from(fraction),))
+            })?;
+        }
+        Ok(reference.frame())
+    });
+    Ok(Frame::new(watch.outcome(found)?, &scene, None))
+}

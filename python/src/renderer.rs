@@ -1,0 +1,109 @@
+//! Rendering.
+
+use std::sync::{Mutex, PoisonError};
+
+use camlux::RenderOptions;
+use camlux::scene::IndirectLight;
+use pyo3::prelude::*;
+
+use crate::device::Device;
+use crate::errors::{Watch, raised, warn};
+use crate::frame::{Frame, Returned};
+use crate::scene::scene_from;
+
+/// How far a render is: 0 to 1, and the pass that runs next.
+#[pyclass(module = "camlux", frozen, get_all)]
+pub struct Progress {
+    fraction: f32,
+    pass_name: &'static str,
+}
+
+/// Renders scenes. What the next frame may need again stays on the device: one renderer for all frames is fastest.
+///
+/// A renderer takes one render at a time, others wait; threads that render side by side have one each, for one device.
+#[pyclass(module = "camlux", frozen)]
+pub struct Renderer {
+    renderer: Mutex<camlux::Renderer>,
+    returned: Returned,
+    device: Py<Device>,
+}
+
+#[pymethods]
+impl Renderer {
+    /// device: None opens the best one.
+    #[new]
+    #[pyo3(signature = (device=None))]
+    fn new(py: Python, device: Option<Py<Device>>) -> PyResult<Renderer> {
+        let device = match device {
+            Some(device) => device,
+            None => Py::new(py, Device::new(py, None, false)?)?,
+        };
+        Ok(Renderer {
+            renderer: Mutex::new(camlux::Renderer::new(&device.get().0).map_err(raised)?),
+            returned: Returned::default(),
+            device,
+        })
+    }
+
+    #[getter]
+    fn device(&self, py: Python) -> Py<Device> {
+        self.device.clone_ref(py)
+    }
+
+    /// Renders a frame, without the GIL. Control-C ends it.
+    ///
+    /// target_error: indirect light by final gathering to this relRMSE, whatever the scene has. seed: another number, other samples. frame_index: of a
+    /// series, other noise of the sensor. progress: called with a Progress now and then; where it returns False, Cancelled is raised.
+    ///
+    /// Raises SceneError for a scene that cannot be rendered, DeviceError for one that the device cannot hold. Shows a CamluxWarning
+    /// for a frame that is probably not meant, such as a black one.
+    #[pyo3(signature = (scene, *, target_error=None, seed=0, frame_index=0, progress=None))]
+    fn render(
+        &self,
+        py: Python,
+        scene: &Bound<'_, PyAny>,
+        target_error: Option<f64>,
+        seed: u32,
+        frame_index: u32,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Frame> {
+        let mut scene = scene_from(scene)?;
+        if let Some(requested) = target_error {
+            match &mut scene.indirect {
+                Some(IndirectLight::FinalGather { target_error, .. }) => *target_error = requested,
+                other => *other = Some(IndirectLight::final_gather(requested)),
+            }
+        }
+        let mut watch = Watch::new(progress);
+        let rendered = py.detach(|| {
+            let mut renderer = self.renderer.lock().unwrap_or_else(PoisonError::into_inner);
+            let returned = self.returned.lock().ok().and_then(|mut frame| frame.take());
+            if let Some(frame) = returned {
+                renderer.return_buffers(frame);
+            }
+            let mut ask = |progress: camlux::Progress| {
+                watch.goes_on(|| {
+                    (Progress {
+                        fraction: progress.fraction,
+                        pass_name: progress.pass,
+                    },)
+                })
+            };
+            let frame = renderer.render(
+                &scene,
+                &mut RenderOptions {
+                    progress: Some(&mut ask),
+                    seed,
+                    frame_index,
+                    ..RenderOptions::default()
+                },
+            )?;
+            let warnings = frame.warnings();
+            Ok((frame, warnings))
+        });
+        let (frame, warnings) = watch.outcome(rendered)?;
+        let frame = Frame::new(frame, &scene, Some(self.returned.clone()));
+        warn(py, &warnings)?;
+        Ok(frame)
+    }
+}

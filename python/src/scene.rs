@@ -1,0 +1,590 @@
+//! The classes of scene.py to a scene of the engine, and back.
+
+use std::path::PathBuf;
+
+use camlux::glam::DVec3;
+use camlux::scene::{
+    self, AreaShape, Camera, Carrier, ChargeUnit, Direct, Distortion, ErrorNorm, IndirectLight,
+    Intrinsics, Lens, Light, Material, Photodetector, PixelFilter, PixelSampling, RadiationPattern,
+    Sensor, SensorNoise, Shadow, Shared, SpotCone, TimeOfFlight,
+};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+
+use crate::attributes::Part;
+use crate::errors::{raised, warn};
+use crate::parts::{Mesh, Pattern, ProjectedImage, Texture};
+
+const FILTERS: [PixelFilter; 2] = [PixelFilter::Box, PixelFilter::Gaussian];
+const RATIONAL: [&str; 8] = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"];
+const FISHEYE: [&str; 4] = ["k1", "k2", "k3", "k4"];
+
+/// The scene that a `camlux.Scene` describes; its values are not checked yet.
+pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
+    let part = Part::new(object.clone(), "scene");
+    let need = |name: &str, hint: &str| {
+        let found = part.part(name)?;
+        found.ok_or_else(|| part.error(format_args!("{name} is None"), hint))
+    };
+    let camera = camera_from(&need("camera", "give a camlux.Camera")?)?;
+    let lights = part.parts("lights", "light")?;
+    let mut textures = Textures::default();
+    let materials = part.parts("materials", "material")?;
+    let meshes = part.parts("meshes", "mesh")?;
+    let meshes = meshes.iter().map(|mesh| {
+        let known = mesh.object.cast::<Mesh>();
+        let known = known.map_err(|_| mesh.error("is no camlux.Mesh", "give one"))?;
+        Ok(known.get().0.clone())
+    });
+    let mut scene = camlux::Scene {
+        camera,
+        sensor: part
+            .part("sensor")?
+            .map(|sensor| sensor_from(&sensor))
+            .transpose()?,
+        tof: part.part("tof")?.map(|tof| tof_from(&tof)).transpose()?,
+        lights: lights.iter().map(light_from).collect::<PyResult<_>>()?,
+        carried_lights: Vec::new(),
+        meshes: meshes.collect::<PyResult<_>>()?,
+        materials: materials
+            .iter()
+            .map(|material| textures.material(material))
+            .collect::<PyResult<_>>()?,
+        textures: textures.list,
+        direct: Direct {
+            shadow: part.choice("shadow", &Shadow::ALL, Shadow::name)?,
+        },
+        indirect: part
+            .part("indirect")?
+            .map(|part| indirect_from(&part))
+            .transpose()?,
+    };
+    if let Some(carried) = part.part("carried_by_camera")? {
+        let (indices, from): (Vec<usize>, Bound<PyAny>) = carried.object.extract()?;
+        scene.camera = camera_from(&Part::new(from, "carried_by_camera"))?;
+        let lights = indices.into_iter().map(|light| (light, Carrier::Camera));
+        scene.carried_lights = lights.collect();
+        scene.set_camera(camera);
+    }
+    Ok(scene)
+}
+
+fn camera_from(part: &Part) -> PyResult<Camera> {
+    let samples = part.count("samples")?;
+    let filter = part.choice("filter", &FILTERS, PixelFilter::name)?;
+    let intrinsics = part.part("intrinsics_px")?;
+    let intrinsics = intrinsics.map(|k| intrinsics_from(&k)).transpose()?;
+    let distortion = part.part("distortion")?;
+    let distortion = distortion.map(|d| distortion_from(&d)).transpose()?;
+    let lens = match (part.optional_number("fov_y_deg")?, intrinsics, distortion) {
+        (Some(fov_y_deg), None, None) => Lens::FovY { fov_y_deg },
+        (None, Some(intrinsics), None) => Lens::Intrinsics(intrinsics),
+        (None, Some(intrinsics), Some(distortion)) => Lens::Distorted {
+            intrinsics,
+            distortion,
+        },
+        _ => {
+            return Err(part.error(
+                "the lens is not clear",
+                "give one of fov_y_deg and intrinsics_px, and a distortion beside intrinsics_px alone",
+            ));
+        }
+    };
+    Ok(Camera {
+        resolution_px: part.need("resolution_px", "give width and height, such as (400, 300)")?,
+        position_m: part.vector("position_m")?,
+        look_at_m: part.vector("look_at_m")?,
+        up: part.vector("up")?,
+        lens,
+        pixel_sampling: match samples {
+            1 => None,
+            samples => Some(PixelSampling {
+                samples,
+                filter: filter.unwrap_or_default(),
+            }),
+        },
+    })
+}
+
+fn intrinsics_from(part: &Part) -> PyResult<Intrinsics> {
+    Ok(Intrinsics {
+        fx: part.number("fx")?,
+        fy: part.number("fy")?,
+        cx: part.number("cx")?,
+        cy: part.number("cy")?,
+    })
+}
+
+fn distortion_from(part: &Part) -> PyResult<Distortion> {
+    fn coefficients<const N: usize>(part: &Part, names: [&str; N]) -> PyResult<[f64; N]> {
+        let mut values = [0.0; N];
+        for (value, name) in values.iter_mut().zip(names) {
+            *value = part.number(name)?;
+        }
+        Ok(values)
+    }
+    // A fisheye has none across.
+    if part.object.hasattr("p1")? {
+        Ok(Distortion::Rational(coefficients(part, RATIONAL)?))
+    } else {
+        Ok(Distortion::Fisheye(coefficients(part, FISHEYE)?))
+    }
+}
+
+fn light_from(part: &Part) -> PyResult<Light> {
+    let class = part
+        .object
+        .getattr("kind")
+        .and_then(|kind| kind.extract::<String>());
+    Ok(match class.as_deref() {
+        Ok("point") => Light::Point {
+            position_m: part.vector("position_m")?,
+            power_w: part.bands("power_w")?,
+        },
+        Ok("spot") => Light::Spot {
+            position_m: part.vector("position_m")?,
+            direction: part.vector("direction")?,
+            cone: SpotCone {
+                inner_half_angle_deg: part.number("inner_half_angle_deg")?,
+                outer_half_angle_deg: part.number("outer_half_angle_deg")?,
+            },
+            power_w: part.bands("power_w")?,
+        },
+        Ok("directional") => Light::Directional {
+            direction: part.vector("direction")?,
+            irradiance_w_m2: part.bands("irradiance_w_m2")?,
+        },
+        Ok("pattern") => {
+            let pattern: Bound<PyAny> = part.need("pattern", "give a camlux.Pattern")?;
+            Light::Pattern {
+                position_m: part.vector("position_m")?,
+                direction: part.vector("direction")?,
+                up: part.vector("up")?,
+                pattern: if let Ok(pattern) = pattern.cast::<Pattern>() {
+                    RadiationPattern::Measured(pattern.get().0.clone())
+                } else if let Ok(image) = pattern.cast::<ProjectedImage>() {
+                    RadiationPattern::Projected(image.get().0.clone())
+                } else {
+                    let hint = "give a camlux.Pattern or a camlux.ProjectedImage";
+                    return Err(part.error("pattern is none", hint));
+                },
+                power_w: part.bands("power_w")?,
+            }
+        }
+        Ok("area") => {
+            let direction: DVec3 = part.vector("direction")?;
+            let size_m = part.optional("size_m", "give width and height, metres")?;
+            let up: Option<[f64; 3]> = part.optional("up", "give three numbers")?;
+            let (shape, up) = match (size_m, part.optional_number("radius_m")?, up) {
+                (Some(size_m), None, Some(up)) => (AreaShape::Rectangle { size_m }, up.into()),
+                (None, Some(radius_m), up) => {
+                    // A disc may be turned about its axis.
+                    let any = || direction.normalize_or(DVec3::Z).any_orthonormal_vector();
+                    (
+                        AreaShape::Disc { radius_m },
+                        up.map_or_else(any, DVec3::from),
+                    )
+                }
+                _ => {
+                    return Err(part.error(
+                        "its area is not clear",
+                        "give size_m=(width, height) and up, or radius_m",
+                    ));
+                }
+            };
+            Light::Area {
+                position_m: part.vector("position_m")?,
+                direction,
+                up,
+                shape,
+                power_w: part.bands("power_w")?,
+            }
+        }
+        _ => {
+            let hint = "give a PointLight, SpotLight, DirectionalLight, PatternLight or AreaLight";
+            return Err(part.error(format_args!("is of {}", part.object.get_type()), hint));
+        }
+    })
+}
+
+/// The textures of a scene, each once.
+#[derive(Default)]
+struct Textures {
+    list: Vec<Shared<scene::Texture>>,
+}
+
+impl Textures {
+    fn index(&mut self, part: &Part, name: &str) -> PyResult<Option<usize>> {
+        let texture: Option<Bound<Texture>> =
+            part.optional(name, "give a camlux.Texture, or None")?;
+        let Some(texture) = texture else {
+            return Ok(None);
+        };
+        let texture = &texture.get().0;
+        let known = self.list.iter().position(|known| known.ptr_eq(texture));
+        Ok(Some(known.unwrap_or_else(|| {
+            self.list.push(texture.clone());
+            self.list.len() - 1
+        })))
+    }
+
+    fn material(&mut self, part: &Part) -> PyResult<Material> {
+        Ok(Material {
+            name: part.text("name")?,
+            kd: part.bands("kd")?,
+            ks: part.bands("ks")?,
+            shininess: part.number("shininess")?,
+            kd_texture: self.index(part, "kd_texture")?,
+            normal_texture: self.index(part, "normal_texture")?,
+            alpha_texture: self.index(part, "alpha_texture")?,
+        })
+    }
+}
+
+fn sensor_from(part: &Part) -> PyResult<Sensor> {
+    let wavelength_nm = part.optional_number("wavelength_nm")?;
+    let quantum_efficiency = part.optional_number("quantum_efficiency")?;
+    Ok(Sensor {
+        pixel_pitch_um: part.need("pixel_pitch_um", "give width and height, micrometres")?,
+        exposure_time_s: part.number("exposure_time_s")?,
+        duty_cycle: part.number("duty_cycle")?,
+        photodetector: match (wavelength_nm, quantum_efficiency) {
+            (None, None) => None,
+            (Some(wavelength_nm), Some(quantum_efficiency)) => Some(Photodetector {
+                wavelength_nm,
+                quantum_efficiency,
+            }),
+            _ => {
+                return Err(part.error(
+                    "has one of wavelength_nm and quantum_efficiency",
+                    "give both or neither",
+                ));
+            }
+        },
+        f_number: part.optional_number("f_number")?,
+    })
+}
+
+fn tof_from(part: &Part) -> PyResult<TimeOfFlight> {
+    let frequencies_hz: Vec<f64> = part.need("frequencies_hz", "give a list of numbers")?;
+    let contrasts: Vec<f64> = part.need("contrasts", "give a list of numbers, one a frequency")?;
+    let output = part.choice("output", &ChargeUnit::ALL, ChargeUnit::name)?;
+    let noise = part.part("noise")?;
+    let noise = noise.map(|noise| {
+        Ok::<_, PyErr>(SensorNoise {
+            seed: noise.need("seed", "give a whole number of 0 or more")?,
+            dark_e_per_s: noise.number("dark_e_per_s")?,
+            read_noise_e: noise.number("read_noise_e")?,
+            full_well_e: noise.number("full_well_e")?,
+            gain_dn_per_e: noise.number("gain_dn_per_e")?,
+            black_level_dn: noise.number("black_level_dn")?,
+            bits: noise.count("bits")?,
+        })
+    });
+    Ok(TimeOfFlight {
+        frequencies_hz,
+        phase_count: part.count("phase_count")?,
+        contrasts,
+        band_weights: part.bands("band_weights")?,
+        phase_offset_deg: part.number("phase_offset_deg")?,
+        ambient_lights: part.need("ambient_lights", "give a list of indices of lights")?,
+        output: output.unwrap_or_default(),
+        noise: noise.transpose()?,
+    })
+}
+
+fn indirect_from(part: &Part) -> PyResult<IndirectLight> {
+    let class = part
+        .object
+        .getattr("estimator")
+        .and_then(|name| name.extract::<String>());
+    Ok(match class.as_deref() {
+        Ok("final-gather") => IndirectLight::FinalGather {
+            target_error: part.number("target_error")?,
+            error_norm: part
+                .choice("error_norm", &ErrorNorm::ALL, ErrorNorm::name)?
+                .unwrap_or_default(),
+            rsm_size: part.optional("rsm_size", "give a whole number, or None")?,
+            max_ms: part.optional_number("max_ms")?,
+            max_rays: part.optional("max_rays", "give a whole number, or None")?,
+            stderr_layer: part.need("stderr_layer", "give True or False")?,
+        },
+        Ok("rsm-average") => IndirectLight::RsmAverage {
+            rsm_size: part.count("rsm_size")?,
+            interpolation_error: part.optional_number("interpolation_error")?,
+        },
+        Ok("instant-radiosity") => IndirectLight::InstantRadiosity {
+            rsm_size: part.count("rsm_size")?,
+        },
+        _ => {
+            let hint = "give a FinalGather, RsmAverage or InstantRadiosity, or None";
+            return Err(part.error(format_args!("is of {}", part.object.get_type()), hint));
+        }
+    })
+}
+
+/// `camlux.Scene.load` is this.
+#[pyfunction]
+pub fn load_scene(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'_, PyAny>> {
+    let loaded = py.detach(|| {
+        let scene = camlux::Scene::load(&path)?;
+        let warnings = scene.warnings();
+        Ok((scene, warnings))
+    });
+    let (scene, warnings) = loaded.map_err(raised)?;
+    warn(py, &warnings)?;
+    Classes(py.import("camlux.scene")?).scene(&scene)
+}
+
+/// `camlux.Scene.validate` is this.
+#[pyfunction]
+pub fn validate_scene(scene: &Bound<'_, PyAny>) -> PyResult<()> {
+    scene_from(scene)?.validate().map_err(raised)
+}
+
+/// `camlux.Scene.warnings` is this.
+#[pyfunction]
+pub fn scene_warnings(scene: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    let scene = scene_from(scene)?;
+    scene.validate().map_err(raised)?;
+    Ok(scene.warnings())
+}
+
+/// The classes of scene.py.
+struct Classes<'py>(Bound<'py, PyModule>);
+
+/// An object of a class, with its fields by name.
+macro_rules! object {
+    ($classes:expr, $class:literal, $($name:ident: $value:expr),* $(,)?) => {{
+        let fields = PyDict::new($classes.0.py());
+        $(fields.set_item(stringify!($name), $value)?;)*
+        $classes.0.getattr($class)?.call((), Some(&fields))
+    }};
+}
+
+/// A tuple, which Python compares as one expects.
+fn triple(vector: impl Into<[f64; 3]>) -> (f64, f64, f64) {
+    vector.into().into()
+}
+
+impl<'py> Classes<'py> {
+    fn scene(&self, scene: &camlux::Scene) -> PyResult<Bound<'py, PyAny>> {
+        let py = self.0.py();
+        let textures = scene.textures.iter();
+        let textures = textures.map(|texture| Bound::new(py, Texture(texture.clone())));
+        let textures = textures.collect::<PyResult<Vec<_>>>()?;
+        let materials = scene.materials.iter().map(|m| self.material(m, &textures));
+        let lights = scene.lights.iter().map(|light| self.light(light));
+        let meshes = scene
+            .meshes
+            .iter()
+            .map(|mesh| Bound::new(py, Mesh(mesh.clone())));
+        let carried = scene.carried_lights.iter();
+        let carried = carried.filter(|(_, by)| *by == Carrier::Camera);
+        let carried: Vec<usize> = carried.map(|&(light, _)| light).collect();
+        let carried = match carried.is_empty() {
+            true => None,
+            false => Some((carried, self.camera(&scene.camera)?)),
+        };
+        object!(self, "Scene",
+            camera: self.camera(&scene.camera)?,
+            lights: PyList::new(py, lights.collect::<PyResult<Vec<_>>>()?)?,
+            meshes: PyList::new(py, meshes.collect::<PyResult<Vec<_>>>()?)?,
+            materials: PyList::new(py, materials.collect::<PyResult<Vec<_>>>()?)?,
+            indirect: scene.indirect.map(|indirect| self.indirect(&indirect)).transpose()?,
+            sensor: scene.sensor.map(|sensor| self.sensor(&sensor)).transpose()?,
+            tof: scene.tof.as_ref().map(|tof| self.tof(tof)).transpose()?,
+            shadow: scene.direct.shadow.map(Shadow::name),
+            carried_by_camera: carried,
+        )
+    }
+
+    fn camera(&self, camera: &Camera) -> PyResult<Bound<'py, PyAny>> {
+        let (fov_y_deg, intrinsics) = match camera.lens {
+            Lens::FovY { fov_y_deg } => (Some(fov_y_deg), None),
+            Lens::Intrinsics(k) | Lens::Distorted { intrinsics: k, .. } => (None, Some(k)),
+        };
+        let intrinsics =
+            intrinsics.map(|k| object!(self, "Intrinsics", fx: k.fx, fy: k.fy, cx: k.cx, cy: k.cy));
+        let distortion = camera.distortion().map(|distortion| {
+            let (class, names) = match distortion {
+                Distortion::Rational(_) => ("RationalDistortion", &RATIONAL[..]),
+                Distortion::Fisheye(_) => ("FisheyeDistortion", &FISHEYE[..]),
+            };
+            let fields = PyDict::new(self.0.py());
+            for (name, value) in names.iter().zip(distortion.coefficients()) {
+                fields.set_item(name, value)?;
+            }
+            self.0.getattr(class)?.call((), Some(&fields))
+        });
+        let [width, height] = camera.resolution_px;
+        object!(self, "Camera",
+            resolution_px: (width, height),
+            position_m: triple(camera.position_m),
+            look_at_m: triple(camera.look_at_m),
+            up: triple(camera.up),
+            fov_y_deg: fov_y_deg,
+            intrinsics_px: intrinsics.transpose()?,
+            distortion: distortion.transpose()?,
+            samples: camera.pixel_sampling.map_or(1, |sampling| sampling.samples),
+            filter: camera.pixel_sampling.map(|sampling| sampling.filter.name()),
+        )
+    }
+
+    fn light(&self, light: &Light) -> PyResult<Bound<'py, PyAny>> {
+        let py = self.0.py();
+        match light {
+            Light::Point {
+                position_m,
+                power_w,
+            } => object!(self, "PointLight",
+                position_m: triple(*position_m),
+                power_w: triple(*power_w),
+            ),
+            Light::Spot {
+                position_m,
+                direction,
+                cone,
+                power_w,
+            } => object!(self, "SpotLight",
+                position_m: triple(*position_m),
+                direction: triple(*direction),
+                inner_half_angle_deg: cone.inner_half_angle_deg,
+                outer_half_angle_deg: cone.outer_half_angle_deg,
+                power_w: triple(*power_w),
+            ),
+            Light::Directional {
+                direction,
+                irradiance_w_m2,
+            } => object!(self, "DirectionalLight",
+                direction: triple(*direction),
+                irradiance_w_m2: triple(*irradiance_w_m2),
+            ),
+            Light::Pattern {
+                position_m,
+                direction,
+                up,
+                pattern,
+                power_w,
+            } => object!(self, "PatternLight",
+                position_m: triple(*position_m),
+                direction: triple(*direction),
+                up: triple(*up),
+                pattern: match pattern {
+                    RadiationPattern::Measured(pattern) => {
+                        Bound::new(py, Pattern(pattern.clone()))?.into_any()
+                    }
+                    RadiationPattern::Projected(image) => {
+                        Bound::new(py, ProjectedImage(image.clone()))?.into_any()
+                    }
+                },
+                power_w: triple(*power_w),
+            ),
+            Light::Area {
+                position_m,
+                direction,
+                up,
+                shape,
+                power_w,
+            } => {
+                let (size_m, radius_m) = match *shape {
+                    AreaShape::Rectangle {
+                        size_m: [width, height],
+                    } => (Some((width, height)), None),
+                    AreaShape::Disc { radius_m } => (None, Some(radius_m)),
+                };
+                object!(self, "AreaLight",
+                    position_m: triple(*position_m),
+                    direction: triple(*direction),
+                    power_w: triple(*power_w),
+                    size_m: size_m,
+                    radius_m: radius_m,
+                    up: triple(*up),
+                )
+            }
+        }
+    }
+
+    fn material(
+        &self,
+        material: &Material,
+        textures: &[Bound<'py, Texture>],
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let texture = |index: Option<usize>| index.and_then(|index| textures.get(index));
+        object!(self, "Material",
+            name: &material.name,
+            kd: triple(material.kd),
+            ks: triple(material.ks),
+            shininess: material.shininess,
+            kd_texture: texture(material.kd_texture),
+            normal_texture: texture(material.normal_texture),
+            alpha_texture: texture(material.alpha_texture),
+        )
+    }
+
+    fn sensor(&self, sensor: &Sensor) -> PyResult<Bound<'py, PyAny>> {
+        let [width, height] = sensor.pixel_pitch_um;
+        object!(self, "Sensor",
+            pixel_pitch_um: (width, height),
+            exposure_time_s: sensor.exposure_time_s,
+            duty_cycle: sensor.duty_cycle,
+            wavelength_nm: sensor.photodetector.map(|detector| detector.wavelength_nm),
+            quantum_efficiency: sensor.photodetector.map(|detector| detector.quantum_efficiency),
+            f_number: sensor.f_number,
+        )
+    }
+
+    fn tof(&self, tof: &TimeOfFlight) -> PyResult<Bound<'py, PyAny>> {
+        let noise = tof.noise.map(|noise| {
+            object!(self, "SensorNoise",
+                dark_e_per_s: noise.dark_e_per_s,
+                read_noise_e: noise.read_noise_e,
+                full_well_e: noise.full_well_e,
+                gain_dn_per_e: noise.gain_dn_per_e,
+                black_level_dn: noise.black_level_dn,
+                bits: noise.bits,
+                seed: noise.seed,
+            )
+        });
+        object!(self, "TimeOfFlight",
+            frequencies_hz: &tof.frequencies_hz,
+            phase_count: tof.phase_count,
+            contrasts: &tof.contrasts,
+            band_weights: triple(tof.band_weights),
+            phase_offset_deg: tof.phase_offset_deg,
+            ambient_lights: &tof.ambient_lights,
+            output: tof.output.name(),
+            noise: noise.transpose()?,
+        )
+    }
+
+    fn indirect(&self, indirect: &IndirectLight) -> PyResult<Bound<'py, PyAny>> {
+        match *indirect {
+            IndirectLight::FinalGather {
+                target_error,
+                error_norm,
+                rsm_size,
+                max_ms,
+                max_rays,
+                stderr_layer,
+            } => object!(self, "FinalGather",
+                target_error: target_error,
+                error_norm: error_norm.name(),
+                rsm_size: rsm_size,
+                max_ms: max_ms,
+                max_rays: max_rays,
+                stderr_layer: stderr_layer,
+            ),
+            IndirectLight::RsmAverage {
+                rsm_size,
+                interpolation_error,
+            } => object!(self, "RsmAverage",
+                rsm_size: rsm_size,
+                interpolation_error: interpolation_error,
+            ),
+            IndirectLight::InstantRadiosity { rsm_size } => object!(self, "InstantRadiosity",
+                rsm_size: rsm_size,
+            ),
+        }
+    }
+}

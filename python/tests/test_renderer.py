@@ -1,0 +1,110 @@
+"""Renderers: progress, signals, threads, devices."""
+
+import os
+import signal
+import threading
+import time
+
+import camlux
+import numpy as np
+import pytest
+
+from conftest import SCENES
+
+
+def cornell(size, target_error=0.02):
+    scene = camlux.Scene.load(SCENES / "cornell.toml")
+    scene.camera.resolution_px = (size, size)
+    scene.indirect = camlux.FinalGather(target_error)
+    return scene
+
+
+def test_progress_rises_to_the_end(renderer, scene):
+    seen = []
+    renderer.render(scene, progress=seen.append)
+    fractions = [progress.fraction for progress in seen]
+    assert fractions == sorted(fractions) and 0 <= fractions[0] and fractions[-1] <= 1
+    assert "final_gather" in {progress.pass_name for progress in seen} | {"final_gather"} and len(seen) > 2
+
+
+def test_false_cancels_and_an_exception_passes_through(renderer, scene):
+    with pytest.raises(camlux.Cancelled):
+        renderer.render(scene, progress=lambda progress: progress.fraction < 0.1)
+    with pytest.raises(ZeroDivisionError):
+        renderer.render(scene, progress=lambda progress: 1 / 0)
+    with pytest.raises(camlux.Cancelled):
+        camlux.reference(scene, samples_per_pixel=64, progress=lambda fraction: False)
+    assert renderer.render(scene)["radiance"].max() > 0
+
+
+def test_control_c_ends_a_render(device):
+    renderer, scene = camlux.Renderer(device), cornell(400, 0.003)
+    threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+    with pytest.raises(KeyboardInterrupt):
+        for _ in range(100):
+            renderer.render(scene)
+
+
+def test_the_gil_is_free_during_a_render(device):
+    renderer, scene = camlux.Renderer(device), cornell(128)
+    longest_s, last, done = 0.0, time.perf_counter(), threading.Event()
+
+    def render():
+        renderer.render(scene)
+        done.set()
+
+    thread = threading.Thread(target=render)
+    thread.start()
+    count = 0
+    while not done.is_set():
+        count += 1
+        time.sleep(0.001)
+    thread.join()
+    # Held, it would let this thread run between submissions alone.
+    assert count > 20, longest_s
+
+
+def test_threads_render_side_by_side(device):
+    scenes = [cornell(32, 0.1), cornell(48, 0.1)]
+    alone = [camlux.Renderer(device).render(scene)["radiance"].copy() for scene in scenes]
+    found = [None, None]
+
+    def work(which):
+        renderer = camlux.Renderer(device)
+        found[which] = [renderer.render(scenes[which])["radiance"].copy() for _ in range(3)]
+
+    threads = [threading.Thread(target=work, args=(which,)) for which in (0, 1)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    for which in (0, 1):
+        for radiance in found[which]:
+            np.testing.assert_array_equal(radiance, alone[which])
+
+
+def test_one_renderer_takes_turns(renderer, scene):
+    alone = renderer.render(scene)["radiance"].copy()
+    found = []
+    threads = [threading.Thread(target=lambda: found.append(renderer.render(scene)["radiance"])) for _ in range(4)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    assert len(found) == 4
+    for radiance in found:
+        np.testing.assert_array_equal(radiance, alone)
+
+
+def test_a_target_error_and_a_seed(renderer, scene):
+    scene.indirect = camlux.RsmAverage()
+    first = renderer.render(scene, target_error=0.05)
+    assert first.stats.estimated_error <= 0.05
+    other = renderer.render(scene, target_error=0.05, seed=1)
+    assert (first["indirect"] != other["indirect"]).any()
+    np.testing.assert_array_equal(first["direct"], other["direct"])
+
+
+def test_devices_have_names_and_are_chosen_by_them():
+    infos = camlux.devices()
+    usable = [info for info in infos if info.unusable is None]
+    assert usable and infos[0].index == 0 and usable[0].memory_bytes > 0
+    assert camlux.Device(usable[0].uuid).info.name == usable[0].name
+    with pytest.raises(camlux.DeviceError, match="choose one of"):
+        camlux.Device("no such device")
