@@ -814,7 +814,7 @@ typedef struct camlux_mesh {
 } camlux_mesh;
 
 /**
- * Where something is and how it is turned: what takes its own space to world space, x_world = q * x_own + position. Begin
+ * Where something is and how it is turned: what takes its own space to world space, x_world = q * (scale * x_own) + position. Begin
  * with CAMLUX_POSE_INIT: the identity.
  */
 typedef struct camlux_pose {
@@ -826,6 +826,8 @@ typedef struct camlux_pose {
   double position_m[3];
   /** The unit quaternion x, y, z, w. A length within 0.001 of 1 is taken for rounding, and mended. */
   double orientation_xyzw[4];
+  /** Of an instance: its own space is so much larger, above 0. Of others 1. */
+  double scale;
 } camlux_pose;
 
 /**
@@ -1368,6 +1370,17 @@ camlux_status camlux_scene_add_texture(struct camlux_scene *scene,
                                        uint32_t *index);
 
 /**
+ * Puts another texture in the place of one.
+ *
+ * \param index of the texture that it replaces.
+ * \errors as camlux_scene_add_texture.
+ * \threads any; calls for one scene take turns.
+ */
+camlux_status camlux_scene_set_texture(struct camlux_scene *scene,
+                                       uint32_t index,
+                                       const struct camlux_texture *texture);
+
+/**
  * Adds a material.
  *
  * \param index receives its index; may be NULL.
@@ -1390,6 +1403,15 @@ camlux_status camlux_scene_set_material(struct camlux_scene *scene,
                                         const struct camlux_material *material);
 
 /**
+ * A material as it is set.
+ *
+ * \param material begin with CAMLUX_MATERIAL_INIT. Its name is NULL.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_scene_get_material(struct camlux_scene *scene, uint32_t index, struct camlux_material *material);
+
+/**
  * Adds a mesh. It is seen once camlux_scene_add_instance has placed it. Its materials have to be there before it.
  *
  * \param index receives its index; may be NULL.
@@ -1402,19 +1424,16 @@ camlux_status camlux_scene_add_mesh(struct camlux_scene *scene,
                                     uint32_t *index);
 
 /**
- * Places a mesh in the scene. The layer CAMLUX_LAYER_INSTANCE_ID holds 1 + the instance's index.
+ * Puts another mesh in the place of one, for all of its instances: for bodies that deform, and to free what is no longer needed, by a mesh
+ * without triangles.
  *
- * \param mesh the index of a mesh. It may be placed any number of times; without an instance it is not there.
- * \param pose NULL: where it is.
- * \param index receives the instance's index; may be NULL.
- * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or takes the mesh
- * too far out; CAMLUX_ERROR_OUT_OF_MEMORY.
+ * \param index of the mesh that it replaces.
+ * \errors as camlux_scene_add_mesh, and CAMLUX_ERROR_SCENE where an instance's pose takes the new mesh too far out.
  * \threads any; calls for one scene take turns.
  */
-camlux_status camlux_scene_add_instance(struct camlux_scene *scene,
-                                        uint32_t mesh,
-                                        const struct camlux_pose *pose,
-                                        uint32_t *index);
+camlux_status camlux_scene_set_mesh(struct camlux_scene *scene,
+                                    uint32_t index,
+                                    const struct camlux_mesh *mesh);
 
 /**
  * Moves the camera, a light or an instance. The next frame of a renderer makes anew what this changes, and nothing else:
@@ -1435,6 +1454,76 @@ camlux_status camlux_scene_set_pose(struct camlux_scene *scene,
                                     int32_t part,
                                     uint32_t index,
                                     const struct camlux_pose *pose);
+
+/**
+ * Moves many lights or instances at once: all of them, or where one pose is refused, none.
+ *
+ * \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+ * \param indices of the parts, `count` of them; NULL: 0 to count - 1.
+ * \param poses the first of `count`, each begun with CAMLUX_POSE_INIT.
+ * \param stride_bytes from one pose to the next: sizeof(camlux_pose), or the size of what a pose is the first member of.
+ * \errors as camlux_scene_set_pose; the message tells which pose it is.
+ * \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
+ */
+camlux_status camlux_scene_set_poses(struct camlux_scene *scene,
+                                     int32_t part,
+                                     const uint32_t *indices,
+                                     size_t count,
+                                     const struct camlux_pose *poses,
+                                     size_t stride_bytes);
+
+/**
+ * Where the camera, a light or an instance is, as camlux_scene_set_pose takes it.
+ *
+ * \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+ * \param index of the light or instance; 0 for the camera.
+ * \param pose begin with CAMLUX_POSE_INIT. What has no position is at 0; what has no direction of its own is not turned; a light that may
+ * turn about its direction is turned by any angle.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any.
+ */
+camlux_status camlux_scene_get_pose(struct camlux_scene *scene,
+                                    int32_t part,
+                                    uint32_t index,
+                                    struct camlux_pose *pose);
+
+/**
+ * Places a mesh in the scene. The layer CAMLUX_LAYER_INSTANCE_ID holds 1 + the instance's index.
+ *
+ * \param mesh the index of a mesh. It may be placed any number of times; without an instance it is not there.
+ * \param pose NULL: where it is.
+ * \param index receives the instance's index; may be NULL.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or takes the mesh
+ * too far out; CAMLUX_ERROR_OUT_OF_MEMORY.
+ * \threads any; calls for one scene take turns.
+ */
+camlux_status camlux_scene_add_instance(struct camlux_scene *scene,
+                                        uint32_t mesh,
+                                        const struct camlux_pose *pose,
+                                        uint32_t *index);
+
+/**
+ * Shows or hides a light or an instance. A hidden one keeps its index and its pose, and can be changed; frames are as if it were not there,
+ * and spend nothing on it.
+ *
+ * \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+ * \param is_visible 0 or 1.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any; calls for one scene take turns.
+ */
+camlux_status camlux_scene_set_visible(struct camlux_scene *scene,
+                                       int32_t part,
+                                       uint32_t index,
+                                       int32_t is_visible);
+
+/**
+ * Removes a light or an instance. The indices of others stay; its own is taken by the next one that is added.
+ *
+ * \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any; calls for one scene take turns.
+ */
+camlux_status camlux_scene_remove(struct camlux_scene *scene, int32_t part, uint32_t index);
 
 /**
  * Adds a light.
@@ -1675,7 +1764,7 @@ camlux_status camlux_frame_get_vulkan_image(struct camlux_frame *frame,
 
 #define CAMLUX_DIRECT_INIT { (uint32_t)sizeof(camlux_direct), 0 }
 
-#define CAMLUX_POSE_INIT { (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0} }
+#define CAMLUX_POSE_INIT { (uint32_t)sizeof(camlux_pose), 0, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0, 1.0}, 1.0 }
 
 #define CAMLUX_MATERIAL_INIT { (uint32_t)sizeof(camlux_material), CAMLUX_NONE, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}, -1.0, NULL, CAMLUX_NONE, CAMLUX_NONE }
 

@@ -214,6 +214,13 @@ public:
         return added(camlux_scene_add_texture, raw);
     }
 
+    void set_texture(std::uint32_t index, const camlux::texture &texture) { try_set_texture(index, texture).value(); }
+    result<void> try_set_texture(std::uint32_t index, const camlux::texture &texture)
+    {
+        const camlux_texture raw = detail::raw_of(texture);
+        return detail::ended(camlux_scene_set_texture(get(), index, &raw));
+    }
+
     std::uint32_t add_material(const camlux::material &material) { return try_add_material(material).value(); }
     result<std::uint32_t> try_add_material(const camlux::material &material)
     {
@@ -231,14 +238,32 @@ public:
         return detail::ended(camlux_scene_set_material(get(), index, &raw));
     }
 
+    /** Without its name. */
+    camlux::material material(std::uint32_t index) const { return try_material(index).value(); }
+    result<camlux::material> try_material(std::uint32_t index) const
+    {
+        camlux_material raw = CAMLUX_MATERIAL_INIT;
+        const camlux_status status = camlux_scene_get_material(get(), index, &raw);
+        return detail::ended(status, detail::material_of(raw));
+    }
+
     std::uint32_t add_mesh(const camlux::mesh &mesh) { return try_add_mesh(mesh).value(); }
     result<std::uint32_t> try_add_mesh(const camlux::mesh &mesh)
     {
         if (!detail::counts_fit(mesh))
-            return {CAMLUX_ERROR_INVALID_ARGUMENT,
-                    "camlux::mesh: normals, texcoords and triangle_materials are empty, or as many as positions_m and triangles"};
+            return {CAMLUX_ERROR_INVALID_ARGUMENT, detail::counts_that_fit};
         const camlux_mesh raw = detail::raw_of(mesh);
         return added(camlux_scene_add_mesh, raw);
+    }
+
+    /** For all instances of the mesh. */
+    void set_mesh(std::uint32_t index, const camlux::mesh &mesh) { try_set_mesh(index, mesh).value(); }
+    result<void> try_set_mesh(std::uint32_t index, const camlux::mesh &mesh)
+    {
+        if (!detail::counts_fit(mesh))
+            return {CAMLUX_ERROR_INVALID_ARGUMENT, detail::counts_that_fit};
+        const camlux_mesh raw = detail::raw_of(mesh);
+        return detail::ended(camlux_scene_set_mesh(get(), index, &raw));
     }
 
     /** \param mesh the index of a mesh. */
@@ -285,6 +310,43 @@ public:
     {
         const camlux_pose raw = detail::raw_of(pose);
         return detail::ended(camlux_scene_set_pose(get(), detail::number(part), index, &raw));
+    }
+
+    camlux::pose pose(camlux::part part, std::uint32_t index = 0) const { return try_pose(part, index).value(); }
+    result<camlux::pose> try_pose(camlux::part part, std::uint32_t index = 0) const
+    {
+        camlux_pose raw = CAMLUX_POSE_INIT;
+        const camlux_status status = camlux_scene_get_pose(get(), detail::number(part), index, &raw);
+        return detail::ended(status, detail::pose_of(raw));
+    }
+
+    /** Moves the lights or instances 0 to below poses.size(), all or none. */
+    void set_poses(camlux::part part, const std::vector<camlux::pose> &poses) { try_set_poses(part, poses).value(); }
+    result<void> try_set_poses(camlux::part part, const std::vector<camlux::pose> &poses)
+    {
+        std::vector<camlux_pose> raw;
+        raw.reserve(poses.size());
+        for (const camlux::pose &pose : poses)
+            raw.push_back(detail::raw_of(pose));
+        return detail::ended(
+            camlux_scene_set_poses(get(), detail::number(part), nullptr, raw.size(), raw.data(), sizeof(camlux_pose)));
+    }
+
+    /** Shows or hides a light or an instance. */
+    void set_visible(camlux::part part, std::uint32_t index, bool is_visible)
+    {
+        try_set_visible(part, index, is_visible).value();
+    }
+    result<void> try_set_visible(camlux::part part, std::uint32_t index, bool is_visible)
+    {
+        return detail::ended(camlux_scene_set_visible(get(), detail::number(part), index, is_visible ? 1 : 0));
+    }
+
+    /** Removes a light or an instance. The indices of others stay. */
+    void remove(camlux::part part, std::uint32_t index) { try_remove(part, index).value(); }
+    result<void> try_remove(camlux::part part, std::uint32_t index)
+    {
+        return detail::ended(camlux_scene_remove(get(), detail::number(part), index));
     }
 
     void validate() const { try_validate().value(); }

@@ -39,6 +39,8 @@ struct quaternion {
 struct pose {
     vec3 position_m;
     quaternion orientation;
+    /** Of an instance; others have 1. */
+    double scale = 1;
 };
 
 enum class part : std::int32_t {
@@ -429,7 +431,14 @@ inline camlux_pose raw_of(const pose &from) noexcept
     to.orientation_xyzw[1] = from.orientation.y;
     to.orientation_xyzw[2] = from.orientation.z;
     to.orientation_xyzw[3] = from.orientation.w;
+    to.scale = from.scale;
     return to;
+}
+
+inline pose pose_of(const camlux_pose &from) noexcept
+{
+    const double(&q)[4] = from.orientation_xyzw;
+    return {vec3_of(from.position_m), {q[0], q[1], q[2], q[3]}, from.scale};
 }
 
 inline camlux_camera raw_of(const camera &from) noexcept
@@ -570,6 +579,10 @@ inline bool counts_fit(const mesh &mesh) noexcept
            fits(mesh.triangle_materials, mesh.triangles);
 }
 
+/** What is said where they do not. */
+constexpr const char *counts_that_fit =
+    "camlux::mesh: normals, texcoords and triangle_materials are empty, or as many as positions_m and triangles";
+
 inline camlux_light raw_of(const light &from) noexcept
 {
     camlux_light to = CAMLUX_LIGHT_INIT;
@@ -601,6 +614,18 @@ inline light light_of(const camlux_light &from) noexcept
     to.width_m = from.size_m[0];
     to.height_m = from.size_m[1];
     to.radius_m = from.radius_m;
+    return to;
+}
+
+inline material material_of(const camlux_material &from)
+{
+    material to;
+    to.kd = rgb_of(from.kd);
+    to.ks = rgb_of(from.ks);
+    to.shininess = from.shininess;
+    to.kd_texture = from.kd_texture;
+    to.normal_texture = from.normal_texture;
+    to.alpha_texture = from.alpha_texture;
     return to;
 }
 

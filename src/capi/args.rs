@@ -244,6 +244,18 @@ impl Rows<'_> {
         Ok(values)
     }
 
+    /// Where each row begins, aligned for a `C`.
+    pub fn places<C>(&self) -> Outcome<Vec<*const C>> {
+        if self.count == 0 {
+            return Ok(Vec::new());
+        }
+        let stride_bytes = self.checked_stride::<C>()?;
+        let mut places = room_for(self.count, self.name)?;
+        let place = |row| self.data.cast::<u8>().wrapping_add(row * stride_bytes);
+        places.extend((0..self.count).map(|row| place(row).cast()));
+        Ok(places)
+    }
+
     /// Bytes from one row to the next, where all of them can be.
     fn checked_stride<C>(&self) -> Outcome<usize> {
         let (name, count, size) = (self.name, self.count, size_of::<C>());

@@ -1,90 +1,9 @@
-//! Instances of meshes, and the poses of what can be moved.
+//! Instances of meshes; what is hidden, and what is removed.
 
-use glam::{DQuat, DVec3};
+use std::collections::BTreeSet;
 
 use super::*;
-use crate::{
-    Error,
-    scene::{BoundingBox, Mesh, Shared, validate_instance},
-};
-
-/// The camera; its index is 0.
-pub const CAMLUX_PART_CAMERA: i32 = 0;
-/// A light.
-pub const CAMLUX_PART_LIGHT: i32 = 1;
-/// An instance of a mesh.
-pub const CAMLUX_PART_INSTANCE: i32 = 2;
-
-/// Where something is and how it is turned: what takes its own space to world space, x_world = q * x_own + position. Begin
-/// with CAMLUX_POSE_INIT: the identity.
-#[repr(C)]
-#[derive(Debug, Clone, Copy)]
-pub struct camlux_pose {
-    /// sizeof(camlux_pose)
-    pub struct_size: u32,
-    /// 0.
-    pub reserved: u32,
-    /// Its origin in world space, m.
-    pub position_m: [f64; 3],
-    /// The unit quaternion x, y, z, w. A length within 0.001 of 1 is taken for rounding, and mended.
-    pub orientation_xyzw: [f64; 4],
-}
-
-c_struct!(camlux_pose, 64, orientation_xyzw: [0.0, 0.0, 0.0, 1.0]);
-
-/// A checked pose.
-///
-/// cbindgen:ignore
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Pose {
-    position_m: DVec3,
-    orientation: DQuat,
-}
-
-/// What a quaternion's length may be off 1.
-const LENGTH_TOLERANCE: f64 = 1e-3;
-
-impl Pose {
-    pub const IDENTITY: Pose = Pose {
-        position_m: DVec3::ZERO,
-        orientation: DQuat::IDENTITY,
-    };
-
-    fn from_c(pose: camlux_pose) -> Outcome<Pose> {
-        args::reserved(camlux_pose::NAME, pose.reserved)?;
-        let orientation_xyzw = pose.orientation_xyzw;
-        let orientation = DQuat::from_array(orientation_xyzw);
-        let length = orientation.length();
-        if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
-            let problem = format!("orientation_xyzw is {orientation_xyzw:?}, of length {length}");
-            return Err(Error::scene("pose", problem, "give a unit quaternion, x y z w").into());
-        }
-        Ok(Pose {
-            position_m: DVec3::from(pose.position_m),
-            orientation: orientation.normalize(),
-        })
-    }
-
-    fn is_identity(&self) -> bool {
-        // A quaternion and its negative are one rotation.
-        self.position_m == DVec3::ZERO && self.orientation.xyz() == DVec3::ZERO
-    }
-
-    /// From the own space to world space.
-    fn place(&self, position_m: DVec3) -> DVec3 {
-        self.orientation * position_m + self.position_m
-    }
-
-    fn place_mesh(&self, mesh: &Mesh) -> Mesh {
-        let positions_m = mesh.positions_m.iter().map(|&at_m| self.place(at_m));
-        let normals = mesh.normals.iter().map(|&normal| self.orientation * normal);
-        Mesh {
-            positions_m: positions_m.collect(),
-            normals: normals.collect(),
-            ..mesh.clone()
-        }
-    }
-}
+use crate::scene::{BoundingBox, Mesh, Shared, validate_instance};
 
 /// A mesh in its own space.
 pub(super) struct UnplacedMesh {
@@ -100,7 +19,7 @@ impl UnplacedMesh {
         }
     }
 
-    fn validate_pose(&self, pose: &Pose, instance: usize) -> crate::Result<()> {
+    pub fn validate_pose(&self, pose: &Pose, instance: usize) -> crate::Result<()> {
         let corners_m = self.bounds.iter().flat_map(BoundingBox::corners_m);
         let placed_m = corners_m.map(|corner_m| pose.place(corner_m));
         validate_instance(instance, pose.position_m, placed_m)
@@ -109,10 +28,10 @@ impl UnplacedMesh {
 
 /// A mesh as it is placed.
 pub(super) struct Instance {
-    mesh: usize,
-    pose: Pose,
-    /// In world space, once it was needed there.
-    placed: Option<Shared<Mesh>>,
+    pub mesh: usize,
+    pub pose: Pose,
+    /// In world space, once it was needed there; `None` where it has moved since.
+    pub placed: Option<Shared<Mesh>>,
 }
 
 impl Instance {
@@ -161,86 +80,104 @@ pub unsafe extern "C" fn camlux_scene_add_instance(
             let unplaced = part(&mut state.meshes, mesh, "mesh")?;
             unplaced.validate_pose(&pose, state.instances.len())?;
             let instance = Instance::new(mesh as usize, pose);
-            push(&mut state.instances, instance, "instance")
+            let free = state.absent_instances.take_free();
+            put(&mut state.instances, free, instance, "instance")
         };
         // SAFETY: the caller's word.
         unsafe { object.add(index, add) }
     })
 }
 
-/// Moves the camera, a light or an instance. The next frame of a renderer makes anew what this changes, and nothing else:
-/// a moved camera uses the surfaces, reflective shadow maps and virtual lights of the frame before.
+/// Lights or instances that are not there for a while, and places of those that are gone.
+#[derive(Debug, Default)]
+pub(super) struct Absent {
+    hidden: BTreeSet<usize>,
+    removed: BTreeSet<usize>,
+}
+
+impl Absent {
+    pub fn contains(&self, index: usize) -> bool {
+        self.hidden.contains(&index) || self.removed.contains(&index)
+    }
+
+    /// The lowest place of one that is gone.
+    pub fn take_free(&mut self) -> Option<usize> {
+        self.removed.pop_first()
+    }
+
+    /// Refuses the index of one that is gone.
+    pub fn check(&self, index: u32, what: &str) -> Outcome {
+        if self.removed.contains(&(index as usize)) {
+            return Err(Failure::argument(format!(
+                "{what} {index} was removed; the next one that is added takes its index"
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// Shows or hides a light or an instance. A hidden one keeps its index and its pose, and can be changed; frames are as if it were not there,
+/// and spend nothing on it.
 ///
-/// - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens stay.
-/// - CAMLUX_PART_LIGHT: a spot light shines along its +z from its position; a point light has no orientation; a directional
-///   light travels along +z, and has no position.
-/// - CAMLUX_PART_INSTANCE: takes the mesh's own space to world space, whatever the pose before.
-///
-/// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
-/// \param index of the light or instance; 0 for the camera.
-/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or too far
-/// out.
-/// \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
+/// \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+/// \param is_visible 0 or 1.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any; calls for one scene take turns.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn camlux_scene_set_pose(
+pub extern "C" fn camlux_scene_set_visible(
     scene: *mut camlux_scene,
     part: i32,
     index: u32,
-    pose: *const camlux_pose,
+    is_visible: i32,
 ) -> camlux_status {
-    ffi_guard("camlux_scene_set_pose", || {
+    ffi_guard("camlux_scene_set_visible", || {
         let object = handle::get(scene)?;
-        // SAFETY: the caller's word.
-        let pose = Pose::from_c(unsafe { args::read(pose) }?)?;
-        let choices = args::choices![
-            CAMLUX_PART_CAMERA => move_camera as fn(&mut SceneState, u32, Pose) -> Outcome,
-            CAMLUX_PART_LIGHT => move_light,
-            CAMLUX_PART_INSTANCE => move_instance,
-        ];
-        let move_it = args::one_of("part", part, &choices)?;
-        move_it(&mut object.lock_to_change(), index, pose)
+        let is_visible = args::flag("is_visible", is_visible)?;
+        let mut state = object.lock_to_change();
+        let absent = absent_part(&mut state, part, index)?;
+        if is_visible {
+            absent.hidden.remove(&(index as usize));
+        } else {
+            absent.hidden.insert(index as usize);
+        }
+        Ok(())
     })
 }
 
-fn move_camera(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
-    if index != 0 {
-        return Err(Failure::argument(format!(
-            "there is one camera, not a camera {index}; give index 0"
-        )));
-    }
-    let mut camera = state.scene.camera;
-    camera.position_m = pose.position_m;
-    camera.look_at_m = pose.position_m + pose.orientation * DVec3::Z;
-    camera.up = pose.orientation * DVec3::NEG_Y;
-    camera.validate()?;
-    state.scene.set_camera(camera);
-    Ok(())
+/// Removes a light or an instance. The indices of others stay; its own is taken by the next one that is added.
+///
+/// \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any; calls for one scene take turns.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_scene_remove(
+    scene: *mut camlux_scene,
+    part: i32,
+    index: u32,
+) -> camlux_status {
+    ffi_guard("camlux_scene_remove", || {
+        let object = handle::get(scene)?;
+        let mut state = object.lock_to_change();
+        let absent = absent_part(&mut state, part, index)?;
+        absent.hidden.remove(&(index as usize));
+        absent.removed.insert(index as usize);
+        if part == CAMLUX_PART_INSTANCE {
+            state.instances[index as usize].placed = None;
+        } else {
+            state.forget_light(index as usize);
+        }
+        Ok(())
+    })
 }
 
-fn move_light(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
-    let light = part(&mut state.scene.lights, index, "light")?;
-    let mut moved = light.clone();
-    let ahead = pose.orientation * DVec3::Z;
-    if let Some(position_m) = moved.position_m_mut() {
-        *position_m = pose.position_m;
-    }
-    if let Some(direction) = moved.direction_mut() {
-        *direction = ahead;
-    }
-    if let Some(up) = moved.up_mut() {
-        *up = pose.orientation * DVec3::NEG_Y;
-    }
-    moved.validate(index as usize)?;
-    *light = moved;
-    Ok(())
-}
-
-fn move_instance(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
-    let instance = part(&mut state.instances, index, "instance")?;
-    state.meshes[instance.mesh].validate_pose(&pose, index as usize)?;
-    if instance.pose != pose {
-        instance.pose = pose;
-        instance.placed = None;
-    }
-    Ok(())
+/// Where it is noted that a part is absent, for a part that is there.
+fn absent_part(state: &mut SceneState, part: i32, index: u32) -> Outcome<&mut Absent> {
+    let choices = args::choices![CAMLUX_PART_LIGHT => true, CAMLUX_PART_INSTANCE => false];
+    Ok(if args::one_of("part", part, &choices)? {
+        state.light(index)?;
+        &mut state.absent_lights
+    } else {
+        state.instance(index)?;
+        &mut state.absent_instances
+    })
 }

@@ -71,7 +71,8 @@ pub unsafe extern "C" fn camlux_scene_add_light(
             object.add(index, |state| {
                 let lights = &mut state.scene.lights;
                 light.validate(lights.len())?;
-                push(lights, light, "light")
+                let free = state.absent_lights.take_free();
+                put(lights, free, light, "light")
             })
         }
     })
@@ -93,7 +94,9 @@ pub unsafe extern "C" fn camlux_scene_set_light(
         // SAFETY: the caller's word.
         let light = light_from_c(unsafe { args::read(light) }?)?;
         light.validate(index as usize)?;
-        *part(&mut object.lock_to_change().scene.lights, index, "light")? = light;
+        let mut state = object.lock_to_change();
+        state.light(index)?;
+        state.put(index as usize, Moved::Light(light));
         Ok(())
     })
 }
@@ -111,11 +114,7 @@ pub unsafe extern "C" fn camlux_scene_get_light(
 ) -> camlux_status {
     ffi_guard("camlux_scene_get_light", || {
         let object = handle::get(scene)?;
-        let found = || {
-            let lights = &object.lock().scene.lights;
-            let found = lights.get(index as usize).map(light_to_c);
-            found.ok_or_else(|| no_part(index, lights.len(), "light"))
-        };
+        let found = || Ok(light_to_c(object.lock().light(index)?));
         // SAFETY: the caller's word.
         unsafe { args::write(light, found) }
     })

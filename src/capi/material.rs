@@ -86,6 +86,39 @@ pub unsafe extern "C" fn camlux_scene_set_material(
     })
 }
 
+/// A material as it is set.
+///
+/// \param material begin with CAMLUX_MATERIAL_INIT. Its name is NULL.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_get_material(
+    scene: *mut camlux_scene,
+    index: u32,
+    material: *mut camlux_material,
+) -> camlux_status {
+    ffi_guard("camlux_scene_get_material", || {
+        let object = handle::get(scene)?;
+        let found = || {
+            let materials = &object.lock().scene.materials;
+            let found = materials.get(index as usize);
+            let found = found.ok_or_else(|| no_part(index, materials.len(), "material"))?;
+            let texture = |index: Option<usize>| index.map_or(CAMLUX_NONE, |index| index as u32);
+            Ok(camlux_material {
+                kd: found.kd,
+                ks: found.ks,
+                shininess: found.shininess,
+                kd_texture: texture(found.kd_texture),
+                normal_texture: texture(found.normal_texture),
+                alpha_texture: texture(found.alpha_texture),
+                ..Default::default()
+            })
+        };
+        // SAFETY: the caller's word.
+        unsafe { args::write(material, found) }
+    })
+}
+
 /// # Safety
 /// The name is null or a C string.
 unsafe fn material_from_c(raw: camlux_material) -> Outcome<Material> {

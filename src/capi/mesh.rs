@@ -73,6 +73,38 @@ pub unsafe extern "C" fn camlux_scene_add_mesh(
     })
 }
 
+/// Puts another mesh in the place of one, for all of its instances: for bodies that deform, and to free what is no longer needed, by a mesh
+/// without triangles.
+///
+/// \param index of the mesh that it replaces.
+/// \errors as camlux_scene_add_mesh, and CAMLUX_ERROR_SCENE where an instance's pose takes the new mesh too far out.
+/// \threads any; calls for one scene take turns.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_mesh(
+    scene: *mut camlux_scene,
+    index: u32,
+    mesh: *const camlux_mesh,
+) -> camlux_status {
+    ffi_guard("camlux_scene_set_mesh", || {
+        let object = handle::get(scene)?;
+        // SAFETY: the caller's word.
+        let mesh = unsafe { mesh_from_c(args::read(mesh)?) }?;
+        let mut state = object.lock_to_change();
+        part(&mut state.meshes, index, "mesh")?;
+        mesh.validate(index as usize, state.scene.materials.len())?;
+        let unplaced = UnplacedMesh::new(mesh.into());
+        let instances = state.instances.iter().enumerate();
+        for (place, instance) in instances.filter(|(_, i)| i.mesh == index as usize) {
+            unplaced.validate_pose(&instance.pose, place)?;
+        }
+        state.meshes[index as usize] = unplaced;
+        let instances = state.instances.iter_mut();
+        let own = instances.filter(|instance| instance.mesh == index as usize);
+        own.for_each(|instance| instance.placed = None);
+        Ok(())
+    })
+}
+
 /// # Safety
 /// The arrays are as long as the mesh says; the name is null or a C string.
 unsafe fn mesh_from_c(mesh: camlux_mesh) -> Outcome<Mesh> {

@@ -7,7 +7,10 @@ use std::{
 };
 
 use super::*;
-use crate::{Scene, scene::Direct};
+use crate::{
+    Scene,
+    scene::{Direct, Light, Mesh, Shared},
+};
 
 /// How many parts a scene has. Begin with CAMLUX_SCENE_COUNTS_INIT.
 #[repr(C)]
@@ -56,6 +59,10 @@ pub(super) struct SceneState {
     pub scene: Scene,
     pub meshes: Vec<UnplacedMesh>,
     pub instances: Vec<Instance>,
+    pub absent_instances: Absent,
+    pub absent_lights: Absent,
+    /// What is in the place of an instance that is not there.
+    nothing: Shared<Mesh>,
     /// Whether the log has had the warnings.
     is_warned: bool,
 }
@@ -71,6 +78,9 @@ impl SceneObject {
                 instances: (0..meshes.len()).map(at_home).collect(),
                 scene,
                 meshes,
+                absent_instances: Absent::default(),
+                absent_lights: Absent::default(),
+                nothing: Shared::default(),
                 is_warned: false,
             }),
         }
@@ -107,18 +117,7 @@ impl SceneObject {
 
     /// The scene as it is now, to render. Its meshes are the ones of the snapshot before, where they have not moved.
     pub fn snapshot(&self) -> Scene {
-        let mut state = self.lock();
-        let SceneState {
-            scene,
-            meshes,
-            instances,
-            ..
-        } = &mut *state;
-        let placed = instances.iter_mut().map(|instance| instance.placed(meshes));
-        Scene {
-            meshes: placed.collect(),
-            ..scene.clone()
-        }
+        self.lock().snapshot()
     }
 
     /// Tells the log once what is probably not meant in a scene that has been found fine.
@@ -126,12 +125,118 @@ impl SceneObject {
         if !log::is_wanted(CAMLUX_LOG_WARNING) {
             return;
         }
-        if std::mem::replace(&mut self.lock().is_warned, true) {
-            return;
-        }
-        for warning in snapshot.warnings() {
+        let nothing = {
+            let mut state = self.lock();
+            if std::mem::replace(&mut state.is_warned, true) {
+                return;
+            }
+            state.nothing.clone()
+        };
+        let mut present = snapshot.clone();
+        present.meshes.retain(|mesh| !mesh.ptr_eq(&nothing));
+        for warning in present.warnings() {
             log::write(CAMLUX_LOG_WARNING, || warning);
         }
+    }
+}
+
+impl SceneState {
+    fn snapshot(&mut self) -> Scene {
+        let SceneState {
+            scene,
+            meshes,
+            instances,
+            absent_instances,
+            nothing,
+            ..
+        } = self;
+        let placed = instances.iter_mut().enumerate().map(|(index, instance)| {
+            match absent_instances.contains(index) {
+                // It keeps its place, for the ids of the others.
+                true => nothing.clone(),
+                false => instance.placed(meshes),
+            }
+        });
+        let mut snapshot = Scene {
+            meshes: placed.collect(),
+            ..scene.clone()
+        };
+        self.leave_out_lights(&mut snapshot);
+        snapshot
+    }
+
+    /// Takes the lights that are not there out of a copy of the scene.
+    fn leave_out_lights(&self, snapshot: &mut Scene) {
+        let all = 0..snapshot.lights.len();
+        let there: Vec<usize> = all.filter(|&i| !self.absent_lights.contains(i)).collect();
+        if there.len() == snapshot.lights.len() {
+            return;
+        }
+        let new_index = |old: usize| there.iter().position(|&index| index == old);
+        let lights = there.iter().map(|&index| snapshot.lights[index].clone());
+        snapshot.lights = lights.collect();
+        let carried = snapshot.carried_lights.iter();
+        let carried = carried.filter_map(|&(light, by)| Some((new_index(light)?, by)));
+        snapshot.carried_lights = carried.collect();
+        if let Some(tof) = &mut snapshot.tof {
+            let ambient = tof.ambient_lights.iter();
+            tof.ambient_lights = ambient.filter_map(|&light| new_index(light)).collect();
+        }
+    }
+
+    /// The light of an index, unless it was removed.
+    pub fn light(&self, index: u32) -> Outcome<&Light> {
+        self.absent_lights.check(index, "light")?;
+        let lights = &self.scene.lights;
+        let found = lights.get(index as usize);
+        found.ok_or_else(|| no_part(index, lights.len(), "light"))
+    }
+
+    /// The instance of an index, unless it was removed.
+    pub fn instance(&self, index: u32) -> Outcome<&Instance> {
+        self.absent_instances.check(index, "instance")?;
+        let found = self.instances.get(index as usize);
+        found.ok_or_else(|| no_part(index, self.instances.len(), "instance"))
+    }
+
+    /// What was said of a light that is gone is not said of the one that takes its index.
+    pub fn forget_light(&mut self, index: usize) {
+        self.scene
+            .carried_lights
+            .retain(|&(light, _)| light != index);
+        if let Some(tof) = &mut self.scene.tof {
+            tof.ambient_lights.retain(|&light| light != index);
+        }
+    }
+
+    /// Puts a checked part where it goes.
+    pub fn put(&mut self, index: usize, moved: Moved) {
+        match moved {
+            Moved::Light(light) => self.scene.lights[index] = light,
+            Moved::Instance(pose) => {
+                let instance = &mut self.instances[index];
+                if instance.pose != pose {
+                    instance.pose = pose;
+                    instance.placed = None;
+                }
+            }
+        }
+    }
+}
+
+/// Puts a part in a free place of a list, or behind it, and says where it is.
+pub(super) fn put<T>(
+    list: &mut Vec<T>,
+    free: Option<usize>,
+    part: T,
+    what: &str,
+) -> Outcome<usize> {
+    match free {
+        Some(index) => {
+            list[index] = part;
+            Ok(index)
+        }
+        None => push(list, part, what),
     }
 }
 

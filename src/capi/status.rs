@@ -78,6 +78,11 @@ impl Failure {
     pub fn argument(message: impl Into<String>) -> Failure {
         Failure::new(CAMLUX_ERROR_INVALID_ARGUMENT, message)
     }
+
+    /// The same, of one of many.
+    pub fn within(self, which: &str) -> Failure {
+        Failure::new(self.status, format!("{which}: {}", self.message))
+    }
 }
 
 impl From<Error> for Failure {

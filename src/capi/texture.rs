@@ -73,6 +73,29 @@ pub unsafe extern "C" fn camlux_scene_add_texture(
     })
 }
 
+/// Puts another texture in the place of one.
+///
+/// \param index of the texture that it replaces.
+/// \errors as camlux_scene_add_texture.
+/// \threads any; calls for one scene take turns.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_texture(
+    scene: *mut camlux_scene,
+    index: u32,
+    texture: *const camlux_texture,
+) -> camlux_status {
+    ffi_guard("camlux_scene_set_texture", || {
+        let object = handle::get(scene)?;
+        // SAFETY: the caller's word.
+        let texture = unsafe { texture_from_c(args::read(texture)?) }?;
+        let mut state = object.lock_to_change();
+        let place = part(&mut state.scene.textures, index, "texture")?;
+        texture.validate(index as usize)?;
+        *place = texture.into();
+        Ok(())
+    })
+}
+
 /// # Safety
 /// The pixels are null or as many as it says; the name is null or a C string.
 unsafe fn texture_from_c(texture: camlux_texture) -> Outcome<Texture> {

@@ -192,7 +192,15 @@ impl Light {
         }
     }
 
-    /// Which way up a pattern or an area is, to be changed.
+    /// Which way up a pattern or an area is, of any length; `None` for others.
+    pub fn up(&self) -> Option<DVec3> {
+        match *self {
+            Light::Pattern { up, .. } | Light::Area { up, .. } => Some(up),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed.
     pub fn up_mut(&mut self) -> Option<&mut DVec3> {
         match self {
             Light::Pattern { up, .. } | Light::Area { up, .. } => Some(up),

@@ -171,7 +171,7 @@ CHECK(camlux_direct_struct_size_size, sizeof(((camlux_direct *)0)->struct_size) 
 CHECK(camlux_direct_shadow_offset, offsetof(camlux_direct, shadow) == 4);
 CHECK(camlux_direct_shadow_size, sizeof(((camlux_direct *)0)->shadow) == 4);
 
-CHECK(size_of_camlux_pose, sizeof(camlux_pose) == 64);
+CHECK(size_of_camlux_pose, sizeof(camlux_pose) == 72);
 CHECK(camlux_pose_struct_size_offset, offsetof(camlux_pose, struct_size) == 0);
 CHECK(camlux_pose_struct_size_size, sizeof(((camlux_pose *)0)->struct_size) == 4);
 CHECK(camlux_pose_reserved_offset, offsetof(camlux_pose, reserved) == 4);
@@ -180,6 +180,8 @@ CHECK(camlux_pose_position_m_offset, offsetof(camlux_pose, position_m) == 8);
 CHECK(camlux_pose_position_m_size, sizeof(((camlux_pose *)0)->position_m) == 24);
 CHECK(camlux_pose_orientation_xyzw_offset, offsetof(camlux_pose, orientation_xyzw) == 32);
 CHECK(camlux_pose_orientation_xyzw_size, sizeof(((camlux_pose *)0)->orientation_xyzw) == 32);
+CHECK(camlux_pose_scale_offset, offsetof(camlux_pose, scale) == 64);
+CHECK(camlux_pose_scale_size, sizeof(((camlux_pose *)0)->scale) == 8);
 
 CHECK(size_of_camlux_material, sizeof(camlux_material) == 80);
 CHECK(camlux_material_struct_size_offset, offsetof(camlux_material, struct_size) == 0);
@@ -453,7 +455,7 @@ static const unsigned char rust_camlux_indirect[] = {56,0,0,0,0,0,0,0,0,0,0,0,0,
 static const camlux_direct init_of_camlux_direct = CAMLUX_DIRECT_INIT;
 static const unsigned char rust_camlux_direct[] = {8,0,0,0,0,0,0,0};
 static const camlux_pose init_of_camlux_pose = CAMLUX_POSE_INIT;
-static const unsigned char rust_camlux_pose[] = {64,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63};
+static const unsigned char rust_camlux_pose[] = {72,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,63,0,0,0,0,0,0,240,63};
 static const camlux_material init_of_camlux_material = CAMLUX_MATERIAL_INIT;
 static const unsigned char rust_camlux_material[] = {80,0,0,0,255,255,255,255,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,0,240,191,0,0,0,0,0,0,0,0,255,255,255,255,255,255,255,255};
 static const camlux_texture init_of_camlux_texture = CAMLUX_TEXTURE_INIT;
@@ -489,7 +491,7 @@ static const struct init inits[] = {
     {"camlux_tof", 136, rust_camlux_tof, &init_of_camlux_tof},
     {"camlux_indirect", 56, rust_camlux_indirect, &init_of_camlux_indirect},
     {"camlux_direct", 8, rust_camlux_direct, &init_of_camlux_direct},
-    {"camlux_pose", 64, rust_camlux_pose, &init_of_camlux_pose},
+    {"camlux_pose", 72, rust_camlux_pose, &init_of_camlux_pose},
     {"camlux_material", 80, rust_camlux_material, &init_of_camlux_material},
     {"camlux_texture", 48, rust_camlux_texture, &init_of_camlux_texture},
     {"camlux_mesh", 152, rust_camlux_mesh, &init_of_camlux_mesh},

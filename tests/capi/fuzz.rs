@@ -332,7 +332,10 @@ impl Sequence {
                     if r.one_in(20) {
                         mesh.positions_m.data = mesh.positions_m.data.wrapping_byte_add(1);
                     }
-                    camlux_scene_add_mesh(scene, r.pointer(&mut mesh), number)
+                    match r.one_in(3) {
+                        true => camlux_scene_set_mesh(scene, index, r.pointer(&mut mesh)),
+                        false => camlux_scene_add_mesh(scene, r.pointer(&mut mesh), number),
+                    }
                 }
                 21 => {
                     let texels = [0_u8; 64];
@@ -344,18 +347,45 @@ impl Sequence {
                         row_stride_bytes: r.pick(&[0, 0, 1, 16]),
                         pixels: texels.as_ptr().cast(),
                     });
-                    camlux_scene_add_texture(scene, r.pointer(&mut texture), number)
+                    match r.one_in(3) {
+                        true => camlux_scene_set_texture(scene, index, r.pointer(&mut texture)),
+                        false => camlux_scene_add_texture(scene, r.pointer(&mut texture), number),
+                    }
                 }
                 22 | 23 => {
                     let mut pose = pose(r);
                     camlux_scene_add_instance(scene, index, r.pointer(&mut pose), number)
                 }
                 24 | 25 => {
-                    let mut pose = pose(r);
+                    let mut poses = [pose(r), pose(r)];
                     let part = r.choice();
-                    camlux_scene_set_pose(scene, part, index, r.pointer(&mut pose))
+                    let stride_bytes =
+                        r.pick(&[size_of::<camlux_pose>(); 4]) + r.pick(&[0, 0, 0, 4]);
+                    let indices = [index, r.whole()];
+                    match r.below(5) {
+                        0 => camlux_scene_set_visible(scene, part, index, r.pick(&[0, 1, 1, 2])),
+                        1 if r.one_in(2) => camlux_scene_remove(scene, part, index),
+                        2 => camlux_scene_set_poses(
+                            scene,
+                            part,
+                            indices.as_ptr(),
+                            r.pick(&[0, 1, 2]),
+                            poses.as_ptr(),
+                            stride_bytes,
+                        ),
+                        3 => camlux_scene_get_pose(scene, part, index, r.pointer(&mut poses[0])),
+                        _ => camlux_scene_set_pose(scene, part, index, r.pointer(&mut poses[0])),
+                    }
                 }
-                26 => camlux_scene_get_light(scene, index, r.pointer(&mut init!(camlux_light {}))),
+                26 => match r.one_in(2) {
+                    true => {
+                        camlux_scene_get_light(scene, index, r.pointer(&mut init!(camlux_light {})))
+                    }
+                    false => {
+                        let mut material = init!(camlux_material {});
+                        camlux_scene_get_material(scene, index, r.pointer(&mut material))
+                    }
+                },
                 27 => camlux_scene_get_counts(scene, r.pointer(&mut init!(camlux_scene_counts {}))),
                 28 => camlux_scene_get_bounds(scene, r.pointer(&mut init!(camlux_bounds {}))),
                 29 => camlux_scene_validate(scene),
@@ -472,6 +502,7 @@ fn pose(r: &mut Random) -> camlux_pose {
         } else {
             r.pick(&turns)
         },
+        scale: r.pick(&[1.0, 1.0, 2.0, 0.0]),
     })
 }
 

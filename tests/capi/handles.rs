@@ -49,6 +49,13 @@ fn scene_calls() -> Vec<Call> {
         call!(camlux_scene_add_mesh(null(), null_mut())),
         call!(camlux_scene_add_instance(0, null(), null_mut())),
         call!(camlux_scene_set_pose(0, 0, null())),
+        call!(camlux_scene_set_poses(1, null(), 1, null(), 72)),
+        call!(camlux_scene_get_pose(0, 0, null_mut())),
+        call!(camlux_scene_set_visible(0, 0, 1)),
+        call!(camlux_scene_remove(0, 0)),
+        call!(camlux_scene_set_mesh(0, null())),
+        call!(camlux_scene_set_texture(0, null())),
+        call!(camlux_scene_get_material(0, null_mut())),
         call!(camlux_scene_add_light(null(), null_mut())),
         call!(camlux_scene_set_light(0, null())),
         call!(camlux_scene_get_light(0, null_mut())),
@@ -186,6 +193,9 @@ fn null_arguments_are_named() {
             }
             // A scene without a light, a mesh that is not there.
             "camlux_scene_validate" => fails(call(scene.addr()), SCENE, "light"),
+            "camlux_scene_set_visible" | "camlux_scene_remove" => {
+                fails(call(scene.addr()), ARGUMENT, "part is 0");
+            }
             "camlux_scene_add_instance" => fails(call(scene.addr()), ARGUMENT, "no mesh 0 among 0"),
             // What can be left out.
             "camlux_scene_set_sensor"

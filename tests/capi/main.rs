@@ -1,5 +1,6 @@
 //! The C interface, called as a C program calls it.
 
+mod changes;
 mod frames;
 mod fuzz;
 mod handles;

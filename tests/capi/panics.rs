@@ -28,7 +28,7 @@ macro_rules! calls {
 
 #[test]
 fn a_panic_in_any_call_becomes_a_status() {
-    let calls: [Call; 52] = calls![
+    let calls: [Call; 59] = calls![
         camlux_set_log(0, None, null_mut()),
         camlux_handle_count(null_mut()),
         camlux_device_retain(null_mut()),
@@ -57,6 +57,13 @@ fn a_panic_in_any_call_becomes_a_status() {
         camlux_scene_add_mesh(null_mut(), null(), null_mut()),
         camlux_scene_add_instance(null_mut(), 0, null(), null_mut()),
         camlux_scene_set_pose(null_mut(), 0, 0, null()),
+        camlux_scene_set_poses(null_mut(), 0, null(), 0, null(), 0),
+        camlux_scene_get_pose(null_mut(), 0, 0, null_mut()),
+        camlux_scene_set_visible(null_mut(), 0, 0, 1),
+        camlux_scene_remove(null_mut(), 0, 0),
+        camlux_scene_set_mesh(null_mut(), 0, null()),
+        camlux_scene_set_texture(null_mut(), 0, null()),
+        camlux_scene_get_material(null_mut(), 0, null_mut()),
         camlux_scene_add_light(null_mut(), null(), null_mut()),
         camlux_scene_set_light(null_mut(), 0, null()),
         camlux_scene_get_light(null_mut(), 0, null_mut()),

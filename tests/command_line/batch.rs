@@ -559,4 +559,3 @@ fn a_contact_sheet_shows_the_frames() {
     let stderr = jobs.fail("set", &["--contact-sheet", "sheet.png"]);
     assert!(stderr.contains("radiance"), "{stderr}");
 }
-

@@ -120,6 +120,27 @@ void values_come_back()
     CHECK(scene.light(light).irradiance_w_m2.g == 5);
     scene.set_pose(camlux::part::light, light, {{}, {1, 0, 0, 0}});
     CHECK(std::abs(scene.light(light).direction.z + 1) < 1e-12);
+    CHECK(scene.pose(camlux::part::light, lamp).position_m.y == 1);
+
+    camlux::material red;
+    red.kd = {0.5, 0.1, 0.1};
+    red.name = "red";
+    const std::uint32_t material = scene.add_material(red);
+    CHECK(scene.material(material).kd.r == 0.5 && scene.material(material).kd_texture == CAMLUX_NONE);
+    camlux::mesh triangle;
+    const std::vector<std::array<float, 3>> corners = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    const std::vector<std::array<std::uint32_t, 3>> triangles = {{0, 1, 2}};
+    triangle.positions_m = corners;
+    triangle.triangles = triangles;
+    const std::uint32_t mesh = scene.add_mesh(triangle);
+    scene.set_mesh(mesh, triangle);
+    const std::uint32_t first = scene.add_instance(mesh), second = scene.add_instance(mesh);
+    scene.set_poses(camlux::part::instance, {{{1, 0, 0}, {}, 2}, {{0, 0, 3}, {}}});
+    CHECK(scene.pose(camlux::part::instance, first).scale == 2 && scene.pose(camlux::part::instance, second).position_m.z == 3);
+    scene.set_visible(camlux::part::instance, first, false);
+    scene.remove(camlux::part::instance, second);
+    CHECK(!scene.try_pose(camlux::part::instance, second).ok());
+    CHECK(scene.add_instance(mesh) == second);
 }
 
 void handles_share_and_give_back()

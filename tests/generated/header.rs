@@ -8,7 +8,7 @@ const UPDATE: &str =
     "run `UPDATE_HEADER=1 cargo test --test generated` and check in what it writes";
 
 /// In the order in which a reader needs them; so are the parts of the header.
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 15] = [
     "status",
     "log",
     "args",
@@ -20,6 +20,7 @@ const SOURCES: [&str; 14] = [
     "texture",
     "material",
     "mesh",
+    "poses",
     "instances",
     "light",
     "renderer",

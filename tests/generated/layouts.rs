@@ -151,7 +151,7 @@ pub fn layouts() -> Vec<Layout> {
             shadow,
         }
         camlux_pose {
-            reserved, position_m, orientation_xyzw,
+            reserved, position_m, orientation_xyzw, scale,
         }
         camlux_material {
             kd_texture, kd, ks, shininess, name, normal_texture, alpha_texture,

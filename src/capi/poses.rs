@@ -1,0 +1,347 @@
+//! Poses: where the camera, lights and instances are.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::*;
+use crate::{
+    Error,
+    scene::{Camera, CameraBasis, Light, Mesh},
+};
+
+/// The camera; its index is 0.
+pub const CAMLUX_PART_CAMERA: i32 = 0;
+/// A light.
+pub const CAMLUX_PART_LIGHT: i32 = 1;
+/// An instance of a mesh.
+pub const CAMLUX_PART_INSTANCE: i32 = 2;
+
+/// Where something is and how it is turned: what takes its own space to world space, x_world = q * (scale * x_own) + position. Begin
+/// with CAMLUX_POSE_INIT: the identity.
+#[repr(C)]
+#[derive(Debug, Clone, Copy)]
+pub struct camlux_pose {
+    /// sizeof(camlux_pose)
+    pub struct_size: u32,
+    /// 0.
+    pub reserved: u32,
+    /// Its origin in world space, m.
+    pub position_m: [f64; 3],
+    /// The unit quaternion x, y, z, w. A length within 0.001 of 1 is taken for rounding, and mended.
+    pub orientation_xyzw: [f64; 4],
+    /// Of an instance: its own space is so much larger, above 0. Of others 1.
+    pub scale: f64,
+}
+
+c_struct!(camlux_pose, 64, orientation_xyzw: [0.0, 0.0, 0.0, 1.0], scale: 1.0);
+
+/// A checked pose.
+///
+/// cbindgen:ignore
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pose {
+    pub position_m: DVec3,
+    orientation: DQuat,
+    scale: f64,
+}
+
+/// What a quaternion's length may be off 1.
+const LENGTH_TOLERANCE: f64 = 1e-3;
+
+impl Pose {
+    pub const IDENTITY: Pose = Pose {
+        position_m: DVec3::ZERO,
+        orientation: DQuat::IDENTITY,
+        scale: 1.0,
+    };
+
+    pub fn from_c(pose: camlux_pose) -> Outcome<Pose> {
+        args::reserved(camlux_pose::NAME, pose.reserved)?;
+        let orientation_xyzw = pose.orientation_xyzw;
+        let orientation = DQuat::from_array(orientation_xyzw);
+        let length = orientation.length();
+        if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
+            let problem = format!("orientation_xyzw is {orientation_xyzw:?}, of length {length}");
+            return Err(Error::scene("pose", problem, "give a unit quaternion, x y z w").into());
+        }
+        let scale = pose.scale;
+        if !(scale > 0.0 && scale.is_finite()) {
+            let problem = format!("scale is {scale}");
+            return Err(Error::scene("pose", problem, "give a finite factor above 0").into());
+        }
+        Ok(Pose {
+            position_m: DVec3::from(pose.position_m),
+            orientation: orientation.normalize(),
+            scale,
+        })
+    }
+
+    fn to_c(self) -> camlux_pose {
+        camlux_pose {
+            position_m: self.position_m.to_array(),
+            orientation_xyzw: self.orientation.to_array(),
+            scale: self.scale,
+            ..Default::default()
+        }
+    }
+
+    /// Of what has no size: the camera and lights.
+    fn unscaled(self) -> Outcome<Pose> {
+        if self.scale == 1.0 {
+            return Ok(self);
+        }
+        let problem = format!("scale is {}, and cameras and lights have none", self.scale);
+        Err(Error::scene("pose", problem, "leave it 1").into())
+    }
+
+    pub fn is_identity(&self) -> bool {
+        // A quaternion and its negative are one rotation.
+        self.position_m == DVec3::ZERO && self.orientation.xyz() == DVec3::ZERO && self.scale == 1.0
+    }
+
+    /// From the own space to world space.
+    pub fn place(&self, position_m: DVec3) -> DVec3 {
+        self.orientation * (self.scale * position_m) + self.position_m
+    }
+
+    pub fn place_mesh(&self, mesh: &Mesh) -> Mesh {
+        let positions_m = mesh.positions_m.iter().map(|&at_m| self.place(at_m));
+        let normals = mesh.normals.iter().map(|&normal| self.orientation * normal);
+        Mesh {
+            positions_m: positions_m.collect(),
+            normals: normals.collect(),
+            ..mesh.clone()
+        }
+    }
+}
+
+/// Moves the camera, a light or an instance. The next frame of a renderer makes anew what this changes, and nothing else:
+/// a moved camera uses the surfaces, reflective shadow maps and virtual lights of the frame before.
+///
+/// - CAMLUX_PART_CAMERA: the pose of the optical frame, x right, y down, z forward. Resolution and lens stay.
+/// - CAMLUX_PART_LIGHT: a spot light shines along its +z from its position; a point light has no orientation; a directional
+///   light travels along +z, and has no position.
+/// - CAMLUX_PART_INSTANCE: takes the mesh's own space to world space, whatever the pose before.
+///
+/// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+/// \param index of the light or instance; 0 for the camera.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or too far
+/// out.
+/// \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_pose(
+    scene: *mut camlux_scene,
+    part: i32,
+    index: u32,
+    pose: *const camlux_pose,
+) -> camlux_status {
+    ffi_guard("camlux_scene_set_pose", || {
+        let object = handle::get(scene)?;
+        // SAFETY: the caller's word.
+        let pose = Pose::from_c(unsafe { args::read(pose) }?)?;
+        let choices = args::choices![
+            CAMLUX_PART_CAMERA => move_camera as fn(&mut SceneState, u32, Pose) -> Outcome,
+            CAMLUX_PART_LIGHT => |state, index, pose| move_part(state, index, moved_light(state, index, pose)?),
+            CAMLUX_PART_INSTANCE => |state, index, pose| move_part(state, index, moved_instance(state, index, pose)?),
+        ];
+        let move_it = args::one_of("part", part, &choices)?;
+        move_it(&mut object.lock_to_change(), index, pose)
+    })
+}
+
+/// Moves many lights or instances at once: all of them, or where one pose is refused, none.
+///
+/// \param part CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+/// \param indices of the parts, `count` of them; NULL: 0 to count - 1.
+/// \param poses the first of `count`, each begun with CAMLUX_POSE_INIT.
+/// \param stride_bytes from one pose to the next: sizeof(camlux_pose), or the size of what a pose is the first member of.
+/// \errors as camlux_scene_set_pose; the message tells which pose it is.
+/// \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_set_poses(
+    scene: *mut camlux_scene,
+    part: i32,
+    indices: *const u32,
+    count: usize,
+    poses: *const camlux_pose,
+    stride_bytes: usize,
+) -> camlux_status {
+    ffi_guard("camlux_scene_set_poses", || {
+        let object = handle::get(scene)?;
+        let choices = args::choices![
+            CAMLUX_PART_LIGHT => moved_light as fn(&SceneState, u32, Pose) -> Outcome<Moved>,
+            CAMLUX_PART_INSTANCE => moved_instance,
+        ];
+        let moved = args::one_of("part", part, &choices)?;
+        // SAFETY: the caller's word.
+        let poses = unsafe { poses_from_c(poses, count, stride_bytes) }?;
+        let indices = if indices.is_null() {
+            (0..count as u32).collect()
+        } else {
+            let rows = args::Rows {
+                name: "indices",
+                data: indices.cast(),
+                stride_bytes: 0,
+                count,
+                length: 1,
+            };
+            // SAFETY: the caller's word.
+            unsafe { rows.read(|row: &[u32]| row[0]) }?
+        };
+        let mut state = object.lock_to_change();
+        let mut all = args::room_for(count, "poses")?;
+        for (place, (&index, &pose)) in indices.iter().zip(&poses).enumerate() {
+            let one = moved(&state, index, pose);
+            all.push((
+                index as usize,
+                one.map_err(|e| e.within(&format!("pose {place}")))?,
+            ));
+        }
+        for (index, moved) in all {
+            state.put(index, moved);
+        }
+        Ok(())
+    })
+}
+
+/// # Safety
+/// `poses` is null, or misaligned, or points to `count` poses of that stride.
+unsafe fn poses_from_c(
+    poses: *const camlux_pose,
+    count: usize,
+    stride_bytes: usize,
+) -> Outcome<Vec<Pose>> {
+    let rows = args::Rows {
+        name: "poses",
+        data: poses.cast(),
+        stride_bytes,
+        count,
+        length: size_of::<camlux_pose>() / size_of::<u64>(),
+    };
+    if count > 0 && stride_bytes == 0 {
+        let problem = "stride_bytes is 0; give sizeof(camlux_pose)";
+        return Err(Failure::argument(problem));
+    }
+    let places = rows.places::<u64>()?.into_iter().enumerate();
+    let read = places.map(|(place, at)| {
+        // SAFETY: the caller's word.
+        let pose = unsafe { args::read(at.cast::<camlux_pose>()) }.and_then(Pose::from_c);
+        pose.map_err(|error| error.within(&format!("pose {place}")))
+    });
+    read.collect()
+}
+
+/// Where the camera, a light or an instance is, as camlux_scene_set_pose takes it.
+///
+/// \param part CAMLUX_PART_CAMERA, CAMLUX_PART_LIGHT or CAMLUX_PART_INSTANCE.
+/// \param index of the light or instance; 0 for the camera.
+/// \param pose begin with CAMLUX_POSE_INIT. What has no position is at 0; what has no direction of its own is not turned; a light that may
+/// turn about its direction is turned by any angle.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_scene_get_pose(
+    scene: *mut camlux_scene,
+    part: i32,
+    index: u32,
+    pose: *mut camlux_pose,
+) -> camlux_status {
+    ffi_guard("camlux_scene_get_pose", || {
+        let object = handle::get(scene)?;
+        let choices = args::choices![
+            CAMLUX_PART_CAMERA => pose_of_camera as fn(&SceneState, u32) -> Outcome<Pose>,
+            CAMLUX_PART_LIGHT => |state, index| Ok(pose_of_light(state.light(index)?)),
+            CAMLUX_PART_INSTANCE => |state, index| Ok(state.instance(index)?.pose),
+        ];
+        let pose_of = args::one_of("part", part, &choices)?;
+        let found = || Ok(pose_of(&object.lock(), index)?.to_c());
+        // SAFETY: the caller's word.
+        unsafe { args::write(pose, found) }
+    })
+}
+
+fn pose_of_camera(state: &SceneState, index: u32) -> Outcome<Pose> {
+    one_camera(index)?;
+    let Camera { position_m, .. } = state.scene.camera;
+    let CameraBasis {
+        right,
+        down,
+        forward,
+    } = state.scene.camera.basis();
+    Ok(Pose {
+        position_m,
+        orientation: DQuat::from_mat3(&DMat3::from_cols(right, down, forward)),
+        scale: 1.0,
+    })
+}
+
+fn pose_of_light(light: &Light) -> Pose {
+    let orientation = match (light.direction(), light.up()) {
+        (None, _) => DQuat::IDENTITY,
+        (Some(direction), None) => DQuat::from_rotation_arc(DVec3::Z, direction.normalize()),
+        (Some(direction), Some(up)) => {
+            let ahead = direction.normalize();
+            let right = ahead.cross(up).normalize();
+            DQuat::from_mat3(&DMat3::from_cols(right, ahead.cross(right), ahead))
+        }
+    };
+    Pose {
+        position_m: light.position_m().unwrap_or_default(),
+        orientation,
+        scale: 1.0,
+    }
+}
+
+fn one_camera(index: u32) -> Outcome {
+    if index == 0 {
+        return Ok(());
+    }
+    Err(Failure::argument(format!(
+        "there is one camera, not a camera {index}; give index 0"
+    )))
+}
+
+fn move_camera(state: &mut SceneState, index: u32, pose: Pose) -> Outcome {
+    one_camera(index)?;
+    let pose = pose.unscaled()?;
+    let mut camera = state.scene.camera;
+    camera.position_m = pose.position_m;
+    camera.look_at_m = pose.position_m + pose.orientation * DVec3::Z;
+    camera.up = pose.orientation * DVec3::NEG_Y;
+    camera.validate()?;
+    state.scene.set_camera(camera);
+    Ok(())
+}
+
+fn move_part(state: &mut SceneState, index: u32, moved: Moved) -> Outcome {
+    state.put(index as usize, moved);
+    Ok(())
+}
+
+/// What a pose makes of a part, checked.
+pub(super) enum Moved {
+    Light(Light),
+    Instance(Pose),
+}
+
+fn moved_light(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {
+    let pose = pose.unscaled()?;
+    let mut moved = state.light(index)?.clone();
+    let ahead = pose.orientation * DVec3::Z;
+    if let Some(position_m) = moved.position_m_mut() {
+        *position_m = pose.position_m;
+    }
+    if let Some(direction) = moved.direction_mut() {
+        *direction = ahead;
+    }
+    if let Some(up) = moved.up_mut() {
+        *up = pose.orientation * DVec3::NEG_Y;
+    }
+    moved.validate(index as usize)?;
+    Ok(Moved::Light(moved))
+}
+
+fn moved_instance(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {
+    let instance = state.instance(index)?;
+    state.meshes[instance.mesh].validate_pose(&pose, index as usize)?;
+    Ok(Moved::Instance(pose))
+}

@@ -1,0 +1,353 @@
+//! What a host changes in a scene that is there: poses of many, parts that are hidden, removed or replaced. Each frame is that of a scene
+//! which was built that way.
+
+use std::ptr::{null, null_mut};
+
+use crate::host::*;
+use camlux::{
+    Scene,
+    capi::*,
+    glam::{DQuat, DVec3},
+    scene::{Encoding, Light, Mesh, Texels},
+};
+
+const ARGUMENT: camlux_status = CAMLUX_ERROR_INVALID_ARGUMENT;
+const SCENE: camlux_status = CAMLUX_ERROR_SCENE;
+
+/// The Cornell box with two small cards and a second light.
+fn room() -> Scene {
+    let path = scene_file("cornell");
+    let path = path.to_str().expect("a UTF-8 path");
+    let mut scene = Scene::load(path.as_ref()).expect("a demo scene loads");
+    scene.camera.resolution_px = [24, 20];
+    for (name, x_m) in [("left card", -0.5), ("right card", 0.4)] {
+        let corners_m = [[0.0, 0.5], [0.25, 0.5], [0.25, 0.75], [0.0, 0.75]];
+        let corners_m = corners_m.map(|[x, y]| [x + x_m, y, 0.5]);
+        let card = Mesh::from_slices(name, &corners_m, &[[0, 1, 2], [0, 2, 3]], 1);
+        scene.meshes.push(card.into());
+    }
+    scene.lights.push(Light::Point {
+        position_m: DVec3::new(0.5, 1.0, 0.8),
+        power_w: [5.0, 10.0, 2.0],
+    });
+    scene
+}
+
+/// Renders both with the same renderer.
+fn assert_same_frames(device: &Device, changed: *mut camlux_scene, expected: &Scene) {
+    let (renderer, built) = (device.renderer(), from_arrays(expected));
+    let frames = [changed, built].map(|scene| render(renderer, scene));
+    assert!(layers(frames[0]) == layers(frames[1]));
+    for frame in frames {
+        ok(camlux_frame_release(frame));
+    }
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(built));
+}
+
+fn pose(position_m: [f64; 3], scale: f64) -> camlux_pose {
+    init!(camlux_pose {
+        position_m: position_m,
+        orientation_xyzw: DQuat::from_rotation_z(0.5).to_array(),
+        scale: scale
+    })
+}
+
+fn pose_of(scene: *mut camlux_scene, part: i32, index: u32) -> camlux_pose {
+    let mut found = init!(camlux_pose {});
+    // SAFETY: it points to a struct of that size.
+    ok(unsafe { camlux_scene_get_pose(scene, part, index, &mut found) });
+    found
+}
+
+#[test]
+fn many_poses_are_each_pose() {
+    /// A host's own struct, of which a pose is the first member.
+    #[repr(C)]
+    struct Body {
+        pose: camlux_pose,
+        mass_kg: f64,
+    }
+    let device = Device::open();
+    let mut expected = room();
+    let scene = from_arrays(&expected);
+    let bodies = [pose([0.1, 0.3, 0.0], 2.0), pose([0.0, 0.2, 0.1], 0.5)];
+    let bodies = bodies.map(|pose| Body { pose, mass_kg: 1.0 });
+    assert_eq!(bodies[0].mass_kg, 1.0);
+    let move_bodies = |part, indices: &[u32], count, stride_bytes| {
+        // SAFETY: `bodies` are two of that stride.
+        unsafe {
+            let poses = &raw const bodies[0].pose;
+            camlux_scene_set_poses(scene, part, indices.as_ptr(), count, poses, stride_bytes)
+        }
+    };
+    let stride_bytes = size_of::<Body>();
+    ok(move_bodies(CAMLUX_PART_INSTANCE, &[2, 1], 2, stride_bytes));
+    for (index, body) in [2, 1].into_iter().zip(&bodies) {
+        let found = pose_of(scene, CAMLUX_PART_INSTANCE, index);
+        assert_eq!(found.position_m, body.pose.position_m);
+        assert_eq!(found.scale, body.pose.scale);
+        let turn = DQuat::from_array(body.pose.orientation_xyzw);
+        assert!(DQuat::from_array(found.orientation_xyzw).angle_between(turn) < 1e-7);
+        // A power of two, so that nothing is rounded.
+        let mesh = &mut *expected.meshes[index as usize];
+        for position_m in &mut mesh.positions_m {
+            let scaled_m = body.pose.scale * *position_m;
+            *position_m = turn.normalize() * scaled_m + DVec3::from(body.pose.position_m);
+        }
+    }
+    assert_same_frames(&device, scene, &expected);
+
+    // Where one is refused, none is moved.
+    let far = [pose([0.5, 0.0, 0.0], 1.0), pose([1e30, 0.0, 0.0], 1.0)];
+    let set = |part, poses: &[camlux_pose], stride_bytes| {
+        // SAFETY: as many as there are, and a stride of theirs or one that is refused.
+        unsafe {
+            camlux_scene_set_poses(
+                scene,
+                part,
+                null(),
+                poses.len(),
+                poses.as_ptr(),
+                stride_bytes,
+            )
+        }
+    };
+    let stride_bytes = size_of::<camlux_pose>();
+    fails(
+        set(CAMLUX_PART_INSTANCE, &far, stride_bytes),
+        SCENE,
+        "pose 1: ",
+    );
+    fails(
+        set(CAMLUX_PART_LIGHT, &far[1..], stride_bytes),
+        SCENE,
+        "pose 0: ",
+    );
+    assert_same_frames(&device, scene, &expected);
+    let none = [pose([0.0; 3], 0.0)];
+    fails(
+        set(CAMLUX_PART_INSTANCE, &none, stride_bytes),
+        SCENE,
+        "scale is 0",
+    );
+    let large = [pose([0.0; 3], 2.0)];
+    fails(
+        set(CAMLUX_PART_LIGHT, &large, stride_bytes),
+        SCENE,
+        "leave it 1",
+    );
+    fails(
+        set(CAMLUX_PART_CAMERA, &far, stride_bytes),
+        ARGUMENT,
+        "part is 0",
+    );
+    fails(
+        set(CAMLUX_PART_INSTANCE, &far, 0),
+        ARGUMENT,
+        "stride_bytes is 0",
+    );
+    fails(set(CAMLUX_PART_INSTANCE, &far, 8), ARGUMENT, "at least 72");
+    let missing = move_bodies(CAMLUX_PART_INSTANCE, &[0, 3], 2, size_of::<Body>());
+    fails(missing, ARGUMENT, "pose 1: there is no instance 3 among 3");
+    ok(set(CAMLUX_PART_INSTANCE, &[], 0));
+    ok(camlux_scene_release(scene));
+}
+
+/// What a getter says, its setter takes, and nothing moves.
+#[test]
+fn a_pose_that_is_read_can_be_set() {
+    let device = Device::open();
+    let mut expected = room();
+    expected.lights.push(Light::Spot {
+        position_m: DVec3::new(0.0, 1.5, 0.0),
+        direction: DVec3::new(0.0, -1.0, 0.0),
+        cone: camlux::scene::SpotCone {
+            inner_half_angle_deg: 20.0,
+            outer_half_angle_deg: 30.0,
+        },
+        power_w: [5.0; 3],
+    });
+    expected.lights.push(Light::Area {
+        position_m: DVec3::new(0.0, 1.9, 0.5),
+        direction: DVec3::NEG_Y,
+        up: DVec3::X,
+        shape: camlux::scene::AreaShape::Rectangle {
+            size_m: [0.25, 0.5],
+        },
+        power_w: [5.0; 3],
+    });
+    expected.indirect = None;
+    let scene = from_arrays(&expected);
+    let parts = [
+        (CAMLUX_PART_CAMERA, 1),
+        (CAMLUX_PART_LIGHT, expected.lights.len() as u32),
+        (CAMLUX_PART_INSTANCE, expected.meshes.len() as u32),
+    ];
+    for (part, count) in parts {
+        for index in 0..count {
+            let found = pose_of(scene, part, index);
+            // SAFETY: it points to a struct of that size.
+            ok(unsafe { camlux_scene_set_pose(scene, part, index, &found) });
+            let again = pose_of(scene, part, index);
+            let turned = [found, again].map(|pose| DQuat::from_array(pose.orientation_xyzw));
+            assert!(turned[0].angle_between(turned[1]) < 1e-7);
+            assert_eq!(found.position_m, again.position_m);
+        }
+    }
+    assert_same_frames(&device, scene, &expected);
+    let mut any = init!(camlux_pose {});
+    // SAFETY: it points to a struct of that size.
+    let missing = unsafe { camlux_scene_get_pose(scene, CAMLUX_PART_CAMERA, 1, &mut any) };
+    fails(missing, ARGUMENT, "one camera");
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn what_is_hidden_or_removed_is_not_there() {
+    let device = Device::open();
+    let expected = room();
+    let scene = from_arrays(&expected);
+    let [card, light] = [2, 1];
+    let visible = |part, index, is| ok(camlux_scene_set_visible(scene, part, index, is));
+    let without = |has_card: bool, has_light: bool| {
+        let mut scene = expected.clone();
+        scene.meshes.truncate(if has_card { 3 } else { 2 });
+        scene.lights.truncate(if has_light { 2 } else { 1 });
+        scene
+    };
+    visible(CAMLUX_PART_INSTANCE, card, 0);
+    assert_same_frames(&device, scene, &without(false, true));
+    visible(CAMLUX_PART_LIGHT, light, 0);
+    assert_same_frames(&device, scene, &without(false, false));
+    visible(CAMLUX_PART_INSTANCE, card, 1);
+    assert_same_frames(&device, scene, &without(true, false));
+    visible(CAMLUX_PART_LIGHT, light, 1);
+    assert_same_frames(&device, scene, &expected);
+
+    // The first light is gone, and the ids of instances stay what they are.
+    ok(camlux_scene_remove(scene, CAMLUX_PART_LIGHT, 0));
+    let mut dark = expected.clone();
+    dark.lights.remove(0);
+    assert_same_frames(&device, scene, &dark);
+    ok(camlux_scene_remove(scene, CAMLUX_PART_INSTANCE, 1));
+    *dark.meshes[1] = Mesh::default();
+    assert_same_frames(&device, scene, &dark);
+
+    // What is gone cannot be used, and its index is the next one's.
+    let removed = camlux_scene_remove(scene, CAMLUX_PART_LIGHT, 0);
+    fails(removed, ARGUMENT, "light 0 was removed");
+    let shown = camlux_scene_set_visible(scene, CAMLUX_PART_INSTANCE, 1, 1);
+    fails(shown, ARGUMENT, "instance 1 was removed");
+    let camera = camlux_scene_remove(scene, CAMLUX_PART_CAMERA, 0);
+    fails(camera, ARGUMENT, "part is 0");
+    let shown = camlux_scene_set_visible(scene, CAMLUX_PART_INSTANCE, 2, 2);
+    fails(shown, ARGUMENT, "is_visible is 2");
+    let [mut light, mut instance] = [99; 2];
+    // SAFETY: structs of their size, and numbers.
+    unsafe {
+        let first = c_light(&expected.lights[0]);
+        fails(
+            camlux_scene_set_light(scene, 0, &first),
+            ARGUMENT,
+            "removed",
+        );
+        let moved = camlux_scene_set_pose(scene, CAMLUX_PART_INSTANCE, 1, &pose([0.0; 3], 1.0));
+        fails(moved, ARGUMENT, "removed");
+        ok(camlux_scene_add_light(scene, &first, &mut light));
+        ok(camlux_scene_add_instance(scene, 1, null(), &mut instance));
+    }
+    assert_eq!([light, instance], [0, 1]);
+    assert_same_frames(&device, scene, &expected);
+
+    // Without a light there is nothing to be seen.
+    for light in 0..2 {
+        visible(CAMLUX_PART_LIGHT, light, 0);
+    }
+    fails(camlux_scene_validate(scene), SCENE, "light");
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn a_mesh_and_a_texture_are_replaced() {
+    let device = Device::open();
+    let mut expected = room();
+    let scene = from_arrays(&expected);
+    let positions_m = [[-0.6_f32, 0.5, 0.5], [-0.1, 0.5, 0.5], [-0.1, 1.2, 0.6]];
+    let triangles = [[0_u32, 1, 2]];
+    let mut mesh = init!(camlux_mesh {
+        vertex_count: 3,
+        triangle_count: 1,
+        material: 2,
+        positions_m: array(&positions_m, CAMLUX_FORMAT_F32),
+        indices: array(&triangles, CAMLUX_FORMAT_U32),
+    });
+    // SAFETY: the mesh is as its counts say.
+    let set = |index, mesh: &camlux_mesh| unsafe { camlux_scene_set_mesh(scene, index, mesh) };
+    ok(set(1, &mesh));
+    let corners_m = positions_m.map(|corner| corner.map(f64::from));
+    *expected.meshes[1] = Mesh::from_slices("deformed", &corners_m, &triangles, 2);
+    assert_same_frames(&device, scene, &expected);
+    fails(set(9, &mesh), ARGUMENT, "there is no mesh 9 among 3");
+    mesh.material = 99;
+    fails(set(1, &mesh), SCENE, "material");
+    mesh.material = 2;
+    // A mesh that is near, far out by its instance's scale.
+    // SAFETY: it points to a struct of that size.
+    ok(unsafe {
+        let large = pose([0.0; 3], 1e6);
+        camlux_scene_set_pose(scene, CAMLUX_PART_INSTANCE, 1, &large)
+    });
+    let far_m = [[1e11_f32, 0.0, 0.0]; 3];
+    mesh.positions_m = array(&far_m, CAMLUX_FORMAT_F32);
+    fails(set(1, &mesh), SCENE, "instance 1");
+    ok(camlux_scene_release(scene));
+
+    let path = scene_file("textured");
+    let path = path.to_str().expect("a UTF-8 path");
+    let mut textured = Scene::load(path.as_ref()).expect("a demo scene loads");
+    textured.camera.resolution_px = [24, 24];
+    let scene = from_arrays(&textured);
+    let texels = [[10_u8, 200, 30], [250, 20, 90]];
+    let texture = init!(camlux_texture {
+        width_px: 2,
+        height_px: 1,
+        pixels: texels.as_ptr().cast(),
+        encoding: CAMLUX_ENCODING_LINEAR
+    });
+    // SAFETY: as many pixels as it says; a struct of that size.
+    unsafe {
+        ok(camlux_scene_set_texture(scene, 0, &texture));
+        let missing = camlux_scene_set_texture(scene, 99, &texture);
+        fails(missing, ARGUMENT, "there is no texture 99");
+    }
+    let first = &mut *textured.textures[0];
+    first.size_px = [2, 1];
+    first.texels = Texels::U8(texels.to_vec(), Encoding::Linear);
+    assert_same_frames(&device, scene, &textured);
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn a_material_is_read_as_it_is_set() {
+    let expected = room();
+    let scene = from_arrays(&expected);
+    for (index, material) in expected.materials.iter().enumerate() {
+        let mut found = init!(camlux_material {
+            name: c"odd".as_ptr()
+        });
+        // SAFETY: it points to a struct of that size.
+        ok(unsafe { camlux_scene_get_material(scene, index as u32, &mut found) });
+        assert_eq!(found.kd, material.kd);
+        assert_eq!(found.ks, material.ks);
+        assert_eq!(found.shininess, material.shininess);
+        assert_eq!((found.kd_texture, found.name), (CAMLUX_NONE, null()));
+    }
+    // SAFETY: NULL is found out.
+    fails(
+        unsafe { camlux_scene_get_material(scene, 0, null_mut()) },
+        ARGUMENT,
+        "NULL",
+    );
+    ok(camlux_scene_release(scene));
+}
