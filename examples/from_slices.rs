@@ -49,6 +49,7 @@ fn main() -> Result<(), camlux::Error> {
         textures: Vec::new(),
         direct: Direct::default(),
         indirect: Some(IndirectLight::vpl_sum(VplSum::InstantRadiosity, 32)),
+        left_out: Vec::new(),
     };
 
     let device = Device::open(&DeviceOptions::default())?;

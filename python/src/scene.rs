@@ -54,6 +54,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
         direct: Direct {
             shadow: part.choice("shadow", &Shadow::ALL, Shadow::name)?,
         },
+        left_out: Vec::new(),
         indirect: part
             .part("indirect")?
             .map(|part| indirect_from(&part))

@@ -284,6 +284,7 @@ pub unsafe extern "C" fn camlux_scene_create(scene: *mut *mut camlux_scene) -> c
                 textures: Vec::new(),
                 direct: Direct::default(),
                 indirect: None,
+                left_out: Vec::new(),
             }))
         };
         // SAFETY: the caller's word.

@@ -4,12 +4,12 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DMat4, DVec3};
 
 use super::lines::{place, read_text, resolved};
 use super::mtl::{Library, LibraryMaterial};
 use super::obj_check::{self, CheckedObj, FaceGroup, Named};
-use super::{Material, Mesh, Texture, obj, texture};
+use super::{Light, Material, Mesh, Texture, obj, texture};
 use crate::keys::did_you_mean;
 use crate::{Error, Result};
 
@@ -34,6 +34,16 @@ pub(super) struct Transform {
     pub translation_m: DVec3,
 }
 
+impl Transform {
+    pub fn place(&self, position: DVec3) -> DVec3 {
+        self.rotation * (self.scale * position) + self.translation_m
+    }
+
+    pub fn matrix(&self) -> DMat4 {
+        DMat4::from_mat3_translation(self.rotation * self.scale, self.translation_m)
+    }
+}
+
 #[derive(Default)]
 pub(super) struct Assets {
     pub meshes: Vec<Mesh>,
@@ -41,22 +51,33 @@ pub(super) struct Assets {
     /// File and line of each material.
     pub material_places: Vec<String>,
     pub textures: Vec<Texture>,
+    /// What the files have that is not modelled, each once.
+    pub left_out: Vec<String>,
     /// `None`: one of alpha that cuts nothing out.
     texture_of_file: HashMap<(PathBuf, TextureUse), Option<usize>>,
 }
 
 /// What a file is read for.
 #[derive(PartialEq, Eq, Hash)]
-enum TextureUse {
+pub(super) enum TextureUse {
     Reflectance,
     /// The bits of their strength, and whether they may be heights.
     Normals(u64, bool),
-    Alpha,
+    /// The bits of its factor.
+    Alpha(u64),
 }
 
 impl Assets {
-    /// Loads an OBJ file as one mesh, with the materials and textures that its faces use.
-    pub fn load_mesh(&mut self, request: MeshRequest) -> Result<()> {
+    /// Loads a file as one mesh, or glTF as one for each node, with the materials and textures that its faces use. Returns the lights that it has.
+    pub fn load_mesh(&mut self, request: MeshRequest) -> Result<Vec<Light>> {
+        let extension = request.path.extension().unwrap_or_default();
+        match extension.to_ascii_lowercase().to_str() {
+            Some("glb" | "gltf") => self.load_gltf(&request),
+            _ => self.load_obj(request).map(|()| Vec::new()),
+        }
+    }
+
+    fn load_obj(&mut self, request: MeshRequest) -> Result<()> {
         let file = &request.path;
         let text = read_text(file, &request.named_at, "mesh")?;
         let checked = obj_check::check(&text, file, request.flat)?;
@@ -142,7 +163,7 @@ impl Assets {
         let texture = properties.diffuse_texture.as_ref();
         let texture = texture.map(|path| entry.folder.join(path));
         let kd_texture = texture.map(|file| {
-            let load = || texture::load(&file, &entry.places.texture).map(Some);
+            let load = |_: &_| texture::load(&file, &entry.places.texture).map(Some);
             self.texture(&file, TextureUse::Reflectance, load)
         });
         let kd_texture = kd_texture.transpose()?.flatten();
@@ -150,7 +171,7 @@ impl Assets {
         let normal_texture = normals.map(|map| {
             let file = entry.folder.join(&map.path);
             let use_of = TextureUse::Normals(map.strength.to_bits(), map.may_be_heights);
-            self.texture(&file, use_of, || {
+            self.texture(&file, use_of, |_| {
                 texture::load_normals(&file, map).map(Some)
             })
         });
@@ -158,8 +179,8 @@ impl Assets {
         let alpha = entry.places.alpha_map.as_ref();
         let alpha_texture = alpha.map(|(path, named_at)| {
             let file = entry.folder.join(path);
-            let load = || texture::load_alpha(&file, named_at);
-            self.texture(&file, TextureUse::Alpha, load)
+            let load = |_: &_| texture::load_alpha(&file, named_at);
+            self.texture(&file, TextureUse::Alpha(1_f64.to_bits()), load)
         });
         let alpha_texture = alpha_texture.transpose()?.flatten();
         let kd = properties.diffuse.or(kd_texture.map(|_| [1.0; 3]));
@@ -184,6 +205,14 @@ impl Assets {
         Ok(material)
     }
 
+    /// Notes once what a file has that is not modelled.
+    pub fn leave_out(&mut self, file: &Path, what: &str) {
+        let text = format!("{} has what camlux leaves out: {what}", file.display());
+        if !self.left_out.contains(&text) {
+            self.left_out.push(text);
+        }
+    }
+
     /// Adds a material, read at this place.
     pub fn push_material(&mut self, material: Material, at: String) -> u32 {
         let index = self.materials.len() as u32;
@@ -193,17 +222,17 @@ impl Assets {
     }
 
     /// The index of a texture; a file that several materials name for the same use is loaded once.
-    fn texture(
+    pub fn texture(
         &mut self,
         file: &Path,
         use_of: TextureUse,
-        load: impl FnOnce() -> Result<Option<Texture>>,
+        load: impl FnOnce(&TextureUse) -> Result<Option<Texture>>,
     ) -> Result<Option<usize>> {
         let key = (resolved(file), use_of);
         if let Some(&index) = self.texture_of_file.get(&key) {
             return Ok(index);
         }
-        let texture = load()?;
+        let texture = load(&key.1)?;
         let index = texture.as_ref().map(|_| self.textures.len());
         self.textures.extend(texture);
         self.texture_of_file.insert(key, index);

@@ -37,7 +37,8 @@ impl Scene {
 
         let camera = keys.need("camera", "a [camera] table")?.table("[camera]")?;
         places.insert(("camera", 0), camera.at.clone());
-        let camera = file_parts::camera(camera)?;
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let camera = file_parts::camera(camera, folder)?;
         let mut optional = |key: &'static str| -> Result<Option<Keys>> {
             let table = keys.table(key)?;
             places.extend(table.iter().map(|table| ((key, 0), table.at.clone())));
@@ -57,7 +58,6 @@ impl Scene {
         let direct = optional("direct")?.map(file_parts::direct).transpose()?;
         let indirect = optional("indirect")?.map(indirect::from_keys).transpose()?;
 
-        let folder = file.parent().unwrap_or(Path::new(""));
         let (mut lights, mut modulated, mut carriers) = (Vec::new(), Vec::new(), Vec::new());
         for (i, light) in keys.tables("light")?.into_iter().enumerate() {
             places.insert(("light", i), light.at.clone());
@@ -70,7 +70,7 @@ impl Scene {
             let hint = "remove it, or add a [tof] table";
             return Err(modulated.error("says nothing without [tof]", hint));
         }
-        let tof = tof
+        let mut tof = tof
             .map(|keys| tof::from_keys(keys, &modulated))
             .transpose()?;
 
@@ -84,11 +84,16 @@ impl Scene {
         }
         let own: Vec<String> = assets.materials.iter().map(|m| m.name.clone()).collect();
         let mut transforms = Vec::new();
-        for (i, mesh) in keys.tables("mesh")?.into_iter().enumerate() {
-            places.insert(("mesh", i), mesh.at.clone());
+        let mut of_files = Vec::new();
+        for mesh in keys.tables("mesh")? {
+            let at = mesh.at.clone();
             let request = mesh_request(mesh, folder, &own)?;
-            transforms.push(request.transform);
-            assets.load_mesh(request)?;
+            let transform = request.transform;
+            of_files.extend(assets.load_mesh(request)?);
+            // A file may be several meshes.
+            let loaded = transforms.len()..assets.meshes.len();
+            places.extend(loaded.clone().map(|i| (("mesh", i), at.clone())));
+            transforms.extend(loaded.map(|_| transform));
         }
         for (light, (carrier, named)) in &carriers {
             let light = &mut lights[*light];
@@ -110,6 +115,17 @@ impl Scene {
             }
         }
 
+        if let Some(tof) = &mut tof {
+            // A path of parallel light has no length, so that these cannot be modulated.
+            let parallel = of_files
+                .iter()
+                .enumerate()
+                .filter(|(_, light)| light.position_m().is_none());
+            tof.ambient_lights
+                .extend(parallel.map(|(i, _)| lights.len() + i));
+        }
+        lights.extend(of_files);
+
         let scene = Scene {
             camera,
             sensor,
@@ -124,6 +140,7 @@ impl Scene {
             textures: assets.textures.into_iter().map(Shared::from).collect(),
             direct: direct.unwrap_or_default(),
             indirect,
+            left_out: assets.left_out,
         };
         let materials = assets.material_places.into_iter().enumerate();
         places.extend(materials.map(|(i, at)| (("material", i), at)));

@@ -8,12 +8,12 @@ use super::projected_image::GreyImage;
 use super::{
     AreaShape, Camera, Carrier, Direct, Distortion, Encoding, Intrinsics, Lens, Light, Material,
     Pattern, PatternIntegral, Photodetector, PixelFilter, PixelSampling, ProjectedImage, Sensor,
-    Shadow, SpotCone,
+    Shadow, SpotCone, gltf,
 };
 use crate::Result;
 use crate::keys::{Keys, Value};
 
-pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
+pub(super) fn camera(mut keys: Keys, folder: &Path) -> Result<Camera> {
     keys.only(&[
         "resolution",
         "position",
@@ -25,8 +25,18 @@ pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
         "fisheye",
         "samples",
         "filter",
+        "path",
+        "name",
     ])?;
     let resolution = keys.need("resolution", "resolution = [800, 800]")?;
+    if let Some(path) = keys.take("path") {
+        return camera_of_gltf(keys, folder, &path, resolution.counts()?);
+    }
+    keys.refuse(
+        "name",
+        "is that of a camera in a glTF file, and no file is named",
+        "add path = \"room.glb\", or remove it",
+    )?;
     Ok(Camera {
         resolution_px: resolution.counts()?,
         position_m: keys.need("position", "position = [x, y, z]")?.vec3()?,
@@ -35,6 +45,44 @@ pub(super) fn camera(mut keys: Keys) -> Result<Camera> {
         lens: lens(&mut keys, "[camera]")?,
         pixel_sampling: pixel_sampling(&mut keys)?,
     })
+}
+
+/// The pose and the lens are those of the file.
+fn camera_of_gltf(
+    mut keys: Keys,
+    folder: &Path,
+    path: &Value,
+    resolution_px: [u32; 2],
+) -> Result<Camera> {
+    let of_file = [
+        "position",
+        "look_at",
+        "up",
+        "fov_y_deg",
+        "intrinsics_px",
+        "distortion",
+        "fisheye",
+    ];
+    for key in of_file {
+        let hint = "remove it, or path and name";
+        keys.refuse(key, "comes from the file that path names", hint)?;
+    }
+    let name = keys.need("name", "name = \"Camera\", as the file calls it")?;
+    let mut camera = Camera {
+        resolution_px,
+        position_m: DVec3::ZERO,
+        look_at_m: DVec3::NEG_Z,
+        up: DVec3::Y,
+        lens: Lens::FovY { fov_y_deg: 0.0 },
+        pixel_sampling: pixel_sampling(&mut keys)?,
+    };
+    gltf::camera(
+        &folder.join(path.text()?),
+        &path.at,
+        name.text()?,
+        &mut camera,
+    )?;
+    Ok(camera)
 }
 
 fn pixel_sampling(keys: &mut Keys) -> Result<Option<PixelSampling>> {

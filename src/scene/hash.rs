@@ -25,6 +25,7 @@ impl Scene {
             textures,
             direct: Direct { shadow },
             indirect,
+            left_out: _,
         } = self;
         let mut bytes = Bytes::default();
         bytes.0.update(FORM);

@@ -12,6 +12,7 @@ mod distortion;
 mod eulumdat;
 mod file;
 mod file_parts;
+mod gltf;
 mod hash;
 mod ies;
 mod indirect;
@@ -41,6 +42,7 @@ pub use bounds::{BoundingBox, BoundingSphere};
 pub use camera::{Camera, CameraBasis, Intrinsics, Lens};
 pub use carrier::Carrier;
 pub use distortion::Distortion;
+pub use gltf::MetallicRoughness;
 pub use indirect::{
     DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS, VplSum,
 };
@@ -84,6 +86,8 @@ pub struct Scene {
     pub direct: Direct,
     /// Without it the frame holds direct light only.
     pub indirect: Option<IndirectLight>,
+    /// What the files of a scene have that is not modelled, for [`Scene::warnings`].
+    pub left_out: Vec<String>,
 }
 
 impl Scene {

@@ -34,11 +34,7 @@ pub(super) fn assemble(
         )
     })?;
 
-    let Transform {
-        scale,
-        rotation,
-        translation_m,
-    } = request.transform;
+    let Transform { rotation, .. } = request.transform;
     let any_normals = checked.runs.iter().any(|run| run.form.normals);
     let any_texcoords = checked.runs.iter().any(|run| run.form.texcoords);
     let mut mesh = Mesh {
@@ -59,8 +55,7 @@ pub(super) fn assemble(
         };
         for vertex in vertices.into_iter().map(|vertex| vertex as usize) {
             let position = DVec3::from_slice(&group.positions[3 * vertex..]);
-            let position_m = rotation * (scale * position) + translation_m;
-            mesh.positions_m.push(position_m);
+            mesh.positions_m.push(request.transform.place(position));
             if any_texcoords {
                 // Faces without texture coordinates have an untextured material here, so the value is never read.
                 let texcoord = group.texcoords.get(2 * vertex..2 * vertex + 2);
@@ -86,8 +81,8 @@ pub(super) fn assemble(
     Ok(mesh)
 }
 
-/// Scaling is uniform and positive, so a normal only turns. Any length but zero becomes 1.
-fn unit_normal(rotation: DMat3, normal: DVec3) -> DVec3 {
+/// Any length but zero becomes 1. Where scaling is uniform and positive, `rotation` only turns.
+pub(super) fn unit_normal(rotation: DMat3, normal: DVec3) -> DVec3 {
     // Without the division the square of a very short or long normal would leave the range of f64.
     (rotation * (normal / normal.abs().max_element())).normalize()
 }

@@ -16,6 +16,11 @@ use crate::{Error, Result, input_file};
 /// At `named_at`: a file that is missing, is no PNG or JPEG, or claims more pixels than its bytes can stand for.
 pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
     let image = load_image(file, named_at)?;
+    Ok(of_image(file.display().to_string(), image))
+}
+
+/// The colours of an image, which are sRGB.
+pub(super) fn of_image(name: String, image: DynamicImage) -> Texture {
     let size_px = [image.width(), image.height()];
     let bits = image.color().bits_per_pixel() / u16::from(image.color().channel_count());
     let texels = if bits <= 8 {
@@ -25,41 +30,55 @@ pub(super) fn load(file: &Path, named_at: &str) -> Result<Texture> {
         let texels = image.into_rgb16().into_raw();
         Texels::U16(texels.as_chunks().0.to_vec(), Encoding::Srgb)
     };
-    Ok(Texture {
-        name: file.display().to_string(),
+    Texture {
+        name,
         size_px,
         texels,
-    })
+    }
 }
 
 /// Loads where a surface is: the alpha channel of an image that has one, else its grey values. `None` where nothing is cut out.
 pub(super) fn load_alpha(file: &Path, named_at: &str) -> Result<Option<Texture>> {
     let image = load_image(file, named_at)?;
     let size_px = [image.width(), image.height()];
-    let values = if image.color().has_alpha() {
-        let texels = image.into_rgba8();
-        texels.pixels().map(|texel| texel[3]).collect()
-    } else {
-        image.into_luma8().into_raw()
+    let values = match image.color().has_alpha() {
+        true => alpha_channel(image),
+        false => image.into_luma8().into_raw(),
     };
+    Ok(alpha_texture(file.display().to_string(), size_px, values))
+}
+
+/// 255 where an image has none.
+pub(super) fn alpha_channel(image: DynamicImage) -> Vec<u8> {
+    let texels = image.into_rgba8();
+    texels.pixels().map(|texel| texel[3]).collect()
+}
+
+/// `None` where nothing is cut out.
+pub(super) fn alpha_texture(name: String, size_px: [u32; 2], values: Vec<u8>) -> Option<Texture> {
     if values.iter().all(|&value| value > u8::MAX / 2) {
-        return Ok(None);
+        return None;
     }
     let texels = values.into_iter().map(|value| [value; 3]);
-    Ok(Some(Texture {
-        name: file.display().to_string(),
+    Some(Texture {
+        name,
         size_px,
         texels: Texels::U8(texels.collect(), Encoding::Linear),
-    }))
+    })
 }
 
 /// Loads a map of normals; or, where that is allowed and the image is grey, one of heights, which count in texels.
 pub(super) fn load_normals(file: &Path, map: &NormalMap) -> Result<Texture> {
-    let mut texture = load(file, &map.named_at)?;
+    let texture = load(file, &map.named_at)?;
+    Ok(as_normals(texture, map.strength, map.may_be_heights))
+}
+
+/// An image as a map of normals, slopes times `strength`.
+pub(super) fn as_normals(mut texture: Texture, strength: f64, may_be_heights: bool) -> Texture {
     let texels = texture.texels.encoded_as(Encoding::Linear);
     let is_grey = || texels.reflectances().all(|[r, g, b]| r == g && g == b);
-    let strength = map.strength as f32;
-    texture.texels = if map.may_be_heights && is_grey() {
+    let strength = strength as f32;
+    texture.texels = if may_be_heights && is_grey() {
         normals_of_heights(&texels, texture.size_px, strength)
     } else if strength == 1.0 {
         texels
@@ -70,7 +89,7 @@ pub(super) fn load_normals(file: &Path, map: &NormalMap) -> Result<Texture> {
         });
         Texels::F32(stronger.collect())
     };
-    Ok(texture)
+    texture
 }
 
 /// From the differences of the texels to either side, on a map that repeats.
@@ -106,7 +125,7 @@ fn load_image(file: &Path, named_at: &str) -> Result<DynamicImage> {
 }
 
 /// The image of a PNG or JPEG file. Memory is taken only for pixels that the file may hold.
-fn decode(file: &[u8]) -> std::result::Result<DynamicImage, String> {
+pub(super) fn decode(file: &[u8]) -> std::result::Result<DynamicImage, String> {
     let text = |error: ImageError| error.to_string();
     let decoder = ImageReader::new(Cursor::new(file))
         .with_guessed_format()

@@ -10,10 +10,10 @@ const IN_SURFACE: f64 = 1e-6;
 
 impl Scene {
     /// What can be rendered but is probably not meant, one sentence each: materials that reflect more than they receive,
-    /// textures that cannot be seen, lights without power or in a surface, meshes without a surface. Meaningful for a validated
+    /// textures that cannot be seen, lights without power or in a surface, meshes without a surface, what files have that is not modelled. Meaningful for a validated
     /// scene only; what only a finished frame shows is in [`Frame::warnings`](crate::output::Frame::warnings).
     pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = Vec::new();
+        let mut warnings = self.left_out.clone();
         for material in &self.materials {
             let kd = self.brightest_kd(material);
             if (0..3).any(|band| kd[band] + material.ks[band] > 1.0) {

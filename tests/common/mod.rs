@@ -4,6 +4,7 @@
 
 pub mod calibrations;
 pub mod direct;
+pub mod gltf_file;
 pub mod gpu;
 pub mod lamps;
 pub mod quadrature;

@@ -95,6 +95,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         textures: Vec::new(),
         direct: Direct::default(),
         indirect: None,
+        left_out: Vec::new(),
     }
 }
 

@@ -11,6 +11,7 @@ mod cutouts;
 mod direct;
 mod final_gather;
 mod geometry;
+mod gltf;
 mod instant_radiosity;
 mod kernels;
 mod lens;

@@ -45,6 +45,7 @@ fn room(light_m: DVec3) -> Scene {
         meshes: walls.map(Shared::from).to_vec(),
         textures: Vec::new(),
         direct: Direct::default(),
+        left_out: Vec::new(),
         indirect: Some(IndirectLight::vpl_sum(
             VplSum::InstantRadiosity,
             RSM_SIZE as u32,

@@ -37,6 +37,7 @@ fn square(light_position_m: DVec3) -> Scene {
         textures: Vec::new(),
         direct: camlux::scene::Direct::default(),
         indirect: None,
+        left_out: Vec::new(),
     }
 }
 

@@ -1,0 +1,359 @@
+//! glTF 2.0: meshes, their materials and lights, and cameras, as nodes place them.
+
+mod accessor;
+mod file;
+mod light;
+mod material;
+
+use std::path::Path;
+
+use glam::{DMat3, DMat4, DQuat, DVec3};
+use gltf::mesh::Mode;
+use gltf::scene::Transform as NodeTransform;
+use gltf::{Node, Primitive, Semantic};
+
+use super::assets::{Assets, MeshRequest, Transform};
+use super::obj::unit_normal;
+use super::{Camera, Lens, Light, Mesh};
+use crate::keys::did_you_mean;
+use crate::{Error, Result};
+use file::GltfFile;
+pub use material::MetallicRoughness;
+
+impl Assets {
+    /// Loads a glTF file: each node with a mesh as a mesh of its own, with the materials that its triangles use. Returns the lights of its nodes.
+    pub(super) fn load_gltf(&mut self, request: &MeshRequest) -> Result<Vec<Light>> {
+        let file = GltfFile::read(&request.path, &request.named_at)?;
+        let mut loader = Loader {
+            material_of_index: vec![None; file.document.materials().len() + 1],
+            lights: Vec::new(),
+            assets: self,
+            file: &file,
+            request,
+        };
+        file.for_each_node(&mut |node, to_world| loader.add_node(node, to_world))?;
+        Ok(loader.lights)
+    }
+}
+
+/// The camera of that name as its node places it, with the lens that it has.
+pub(super) fn camera(path: &Path, named_at: &str, name: &str, camera: &mut Camera) -> Result<()> {
+    let file = GltfFile::read(path, named_at)?;
+    let mut names = Vec::new();
+    let mut found = false;
+    file.for_each_node(&mut |node, to_world| {
+        let Some(of_node) = node.camera() else {
+            return Ok(());
+        };
+        let own = [node.name(), of_node.name()];
+        names.extend(own.into_iter().flatten().map(str::to_owned));
+        if found || !own.contains(&Some(name)) {
+            return Ok(());
+        }
+        found = true;
+        let gltf::camera::Projection::Perspective(lens) = of_node.projection() else {
+            let problem = format!("camera \"{name}\" is orthographic");
+            return Err(Error::scene(
+                named_at,
+                problem,
+                "name one with a perspective",
+            ));
+        };
+        // It looks along -z, and y is up.
+        let position_m = to_world.transform_point3(DVec3::ZERO);
+        camera.position_m = position_m;
+        camera.look_at_m =
+            position_m + to_world.transform_vector3(DVec3::NEG_Z).normalize_or_zero();
+        camera.up = to_world.transform_vector3(DVec3::Y);
+        camera.lens = Lens::FovY {
+            fov_y_deg: f64::from(lens.yfov()).to_degrees(),
+        };
+        Ok(())
+    })?;
+    if found {
+        return Ok(());
+    }
+    let known: Vec<&str> = names.iter().map(String::as_str).collect();
+    let hint = match known.is_empty() {
+        true => "it has none; give position, look_at, up and a lens".into(),
+        false => did_you_mean(name, &known),
+    };
+    let problem = format!("{} has no camera \"{name}\"", path.display());
+    Err(Error::scene(named_at, problem, hint))
+}
+
+impl GltfFile {
+    /// Every node of the scene that the file shows, with what takes its own space to the file's.
+    fn for_each_node(&self, visit: &mut dyn FnMut(&Node, DMat4) -> Result<()>) -> Result<()> {
+        let shown = self.document.default_scene();
+        let Some(scene) = shown.or_else(|| self.document.scenes().next()) else {
+            return Err(self.error("has no scene", "export one"));
+        };
+        let mut is_seen = vec![false; self.document.nodes().len()];
+        let roots = scene.nodes().map(|node| (node, DMat4::IDENTITY));
+        let mut waiting: Vec<(Node, DMat4)> = roots.collect();
+        waiting.reverse();
+        while let Some((node, outer)) = waiting.pop() {
+            if std::mem::replace(&mut is_seen[node.index()], true) {
+                let problem = format!("node {} is at two places of the tree", node.index());
+                return Err(self.error(problem, "give each node one parent"));
+            }
+            let to_world = outer * matrix(node.transform());
+            visit(&node, to_world)?;
+            let first = waiting.len();
+            waiting.extend(node.children().map(|child| (child, to_world)));
+            // In the order of the file.
+            waiting[first..].reverse();
+        }
+        Ok(())
+    }
+}
+
+fn matrix(transform: NodeTransform) -> DMat4 {
+    match transform {
+        NodeTransform::Matrix { matrix } => {
+            DMat4::from_cols_array_2d(&matrix.map(|column| column.map(f64::from)))
+        }
+        NodeTransform::Decomposed {
+            translation,
+            rotation,
+            scale,
+        } => DMat4::from_scale_rotation_translation(
+            scale.map(f64::from).into(),
+            DQuat::from_array(rotation.map(f64::from)).normalize(),
+            translation.map(f64::from).into(),
+        ),
+    }
+}
+
+struct Loader<'l> {
+    assets: &'l mut Assets,
+    file: &'l GltfFile,
+    request: &'l MeshRequest,
+    /// Of the scene, by the index in the file; the last is the standard material.
+    material_of_index: Vec<Option<u32>>,
+    lights: Vec<Light>,
+}
+
+impl Loader<'_> {
+    fn add_node(&mut self, node: &Node, to_file: DMat4) -> Result<()> {
+        if let Some(light) = node.light() {
+            let to_world = self.request.transform.matrix() * to_file;
+            self.lights.push(light::of_node(&light, to_world));
+        }
+        let Some(of_node) = node.mesh() else {
+            return Ok(());
+        };
+        let name = node.name().or(of_node.name());
+        let mut mesh = Mesh {
+            name: match name {
+                Some(name) => format!("{}#{name}", self.request.name),
+                None => format!("{}#node{}", self.request.name, node.index()),
+            },
+            ..Mesh::default()
+        };
+        if node.skin().is_some() || node.weights().is_some() {
+            self.leave_out("skins and morph targets: meshes are in the pose of their vertices");
+        }
+        let parts = of_node
+            .primitives()
+            .map(|part| Part::read(self.file, &part));
+        let parts = parts.collect::<Result<Vec<_>>>()?;
+        // Where some have normals and others none, the others get those of their faces.
+        let any_normals = !self.request.flat && parts.iter().any(|part| !part.normals.is_empty());
+        let any_texcoords = parts.iter().any(|part| !part.texcoords.is_empty());
+        for (part, primitive) in parts.into_iter().zip(of_node.primitives()) {
+            let Some(triangles) = part.triangles(primitive.mode()) else {
+                self.leave_out("points and lines");
+                continue;
+            };
+            let material = match self.request.material_override {
+                Some(material) => material,
+                None => self.material(&primitive.material(), &part)?,
+            };
+            let part = match any_normals && part.normals.is_empty() {
+                true => part.with_face_normals(&triangles),
+                false => (part, triangles),
+            };
+            let has = [any_normals, any_texcoords];
+            append(
+                &mut mesh,
+                part,
+                material,
+                (to_file, &self.request.transform),
+                has,
+            );
+        }
+        self.assets.meshes.push(mesh);
+        Ok(())
+    }
+
+    /// The index in the scene of a material of the file.
+    fn material(&mut self, material: &gltf::Material, part: &Part) -> Result<u32> {
+        let last = self.material_of_index.len() - 1;
+        let slot = material.index().unwrap_or(last);
+        let index = match self.material_of_index[slot] {
+            Some(index) => index,
+            None => {
+                let index = self.assets.add_gltf_material(self.file, material)?;
+                self.material_of_index[slot] = Some(index);
+                index
+            }
+        };
+        if part.texcoords.is_empty() && self.assets.materials[index as usize].has_texture() {
+            let name = material.name().unwrap_or("without a name");
+            let problem =
+                format!("a primitive of the textured material \"{name}\" has no TEXCOORD_0");
+            return Err(self.file.error(
+                problem,
+                "export its texture coordinates, or give it another material",
+            ));
+        }
+        Ok(index)
+    }
+
+    fn leave_out(&mut self, what: &str) {
+        self.assets.leave_out(&self.request.path, what);
+    }
+}
+
+/// What a primitive has.
+struct Part {
+    positions: Vec<[f64; 3]>,
+    normals: Vec<[f64; 3]>,
+    texcoords: Vec<[f64; 2]>,
+    indices: Vec<u32>,
+}
+
+impl Part {
+    fn read(file: &GltfFile, primitive: &Primitive) -> Result<Part> {
+        let attribute = |semantic| primitive.get(&semantic);
+        let positions = attribute(Semantic::Positions);
+        let positions = positions
+            .ok_or_else(|| file.error("a primitive has no POSITION", "export it again"))?;
+        let positions: Vec<[f64; 3]> = file.numbers(&positions)?;
+        let per_vertex = |count: usize, name: &str| {
+            if count == positions.len() {
+                return Ok(());
+            }
+            let problem = format!(
+                "{name} has {count} elements for {} positions",
+                positions.len()
+            );
+            Err(file.error(problem, "export it again"))
+        };
+        let normals = attribute(Semantic::Normals).map(|normals| file.numbers(&normals));
+        let normals: Option<Vec<[f64; 3]>> = normals.transpose()?;
+        if let Some(normals) = &normals {
+            per_vertex(normals.len(), "NORMAL")?;
+        }
+        let texcoords = attribute(Semantic::TexCoords(0)).map(|uv| file.numbers(&uv));
+        let texcoords: Option<Vec<[f64; 2]>> = texcoords.transpose()?;
+        if let Some(texcoords) = &texcoords {
+            per_vertex(texcoords.len(), "TEXCOORD_0")?;
+        }
+        let indices = match primitive.indices() {
+            Some(indices) => file.indices(&indices)?,
+            None => (0..positions.len() as u32).collect(),
+        };
+        if let Some(&wrong) = indices.iter().find(|&&i| i as usize >= positions.len()) {
+            let problem = format!(
+                "a primitive has the index {wrong} among {} positions",
+                positions.len()
+            );
+            return Err(file.error(problem, "export it again"));
+        }
+        Ok(Part {
+            normals: normals.unwrap_or_default(),
+            texcoords: texcoords.unwrap_or_default(),
+            indices,
+            positions,
+        })
+    }
+
+    /// `None` of points and lines.
+    fn triangles(&self, mode: Mode) -> Option<Vec<[u32; 3]>> {
+        let indices = &self.indices;
+        Some(match mode {
+            Mode::Triangles => indices.as_chunks::<3>().0.to_vec(),
+            Mode::TriangleStrip => indices.windows(3).map(|w| [w[0], w[1], w[2]]).collect(),
+            Mode::TriangleFan => match indices.split_first() {
+                Some((&first, rest)) => rest.windows(2).map(|w| [first, w[0], w[1]]).collect(),
+                None => Vec::new(),
+            },
+            _ => return None,
+        })
+    }
+
+    /// With vertices of its own for each triangle, and the normal of its face.
+    fn with_face_normals(self, triangles: &[[u32; 3]]) -> (Part, Vec<[u32; 3]>) {
+        let corners = triangles
+            .as_flattened()
+            .iter()
+            .map(|&corner| corner as usize);
+        let normals = triangles.iter().flat_map(|triangle| {
+            let [a, b, c] = triangle.map(|corner| DVec3::from(self.positions[corner as usize]));
+            // A triangle without area is never seen, so any unit normal will do.
+            let normal = (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Z);
+            [normal.to_array(); 3]
+        });
+        let count = 3 * triangles.len() as u32;
+        let part = Part {
+            normals: normals.collect(),
+            positions: corners
+                .clone()
+                .map(|corner| self.positions[corner])
+                .collect(),
+            texcoords: match self.texcoords.is_empty() {
+                true => Vec::new(),
+                false => corners.map(|corner| self.texcoords[corner]).collect(),
+            },
+            indices: (0..count).collect(),
+        };
+        let triangles = part.indices.as_chunks::<3>().0.to_vec();
+        (part, triangles)
+    }
+}
+
+/// Adds a primitive to a mesh, in world space.
+fn append(
+    mesh: &mut Mesh,
+    (part, triangles): (Part, Vec<[u32; 3]>),
+    material: u32,
+    (to_file, transform): (DMat4, &Transform),
+    [any_normals, any_texcoords]: [bool; 2],
+) {
+    let first = mesh.positions_m.len() as u32;
+    let positions = part.positions.iter().map(|&position| position.into());
+    let placed = |position| transform.place(to_file.transform_point3(position));
+    mesh.positions_m.extend(positions.map(placed));
+    if any_normals {
+        let linear = DMat3::from_mat4(to_file);
+        // Of a matrix that flattens, any will do.
+        let turned = match linear.determinant() {
+            0.0 => linear,
+            _ => linear.inverse().transpose(),
+        };
+        let turned = transform.rotation * turned;
+        let normals = part
+            .normals
+            .iter()
+            .map(|&normal| unit_normal(turned, normal.into()));
+        mesh.normals.extend(normals);
+    }
+    if any_texcoords {
+        // Primitives without texture coordinates have an untextured material here, so the value is never read.
+        let texcoord = |vertex: usize| part.texcoords.get(vertex).copied().unwrap_or_default();
+        // v grows downwards.
+        let upwards = |[u, v]: [f64; 2]| [u, 1.0 - v];
+        mesh.texcoords
+            .extend((0..part.positions.len()).map(|vertex| upwards(texcoord(vertex))));
+    }
+    mesh.triangle_materials
+        .resize(mesh.triangles.len() + triangles.len(), material);
+    mesh.triangles.extend(
+        triangles
+            .into_iter()
+            .map(|t| t.map(|corner| first + corner)),
+    );
+}
