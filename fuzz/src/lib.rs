@@ -41,6 +41,14 @@ pub fn load_with(name: &str, content: &[u8]) {
     }));
 }
 
+/// Loads the valid scene with a glTF file, of text or binary, in the place of its mesh.
+pub fn load_gltf(content: &[u8]) {
+    check(with_file("mesh.glb", content, |file| {
+        let scene = SCENE.replace("mesh.obj", "mesh.glb");
+        Scene::parse(&scene, &file.with_file_name("scene.toml"))
+    }));
+}
+
 /// Does something with a file of this content, which lies beside the files of the valid scene.
 pub fn with_file<T>(name: &str, content: &[u8], act: impl FnOnce(&Path) -> T) -> T {
     FOLDER.with_borrow_mut(|folder| {

@@ -51,6 +51,7 @@ fn scene() -> Scene {
         ],
         direct: Direct::default(),
         indirect: Some(IndirectLight::vpl_sum(VplSum::RsmAverage, 8)),
+        left_out: Vec::new(),
     }
 }
 

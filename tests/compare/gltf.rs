@@ -302,18 +302,25 @@ fn materials_are_mapped() {
         }
         .as_phong()
     };
-    let (kd, ks, shininess) = phong(0.0, 1.0);
-    assert_eq!(
-        (kd, ks, shininess),
-        ([0.8 * 0.96, 0.5 * 0.96, 0.2 * 0.96], [0.04; 3], 0.0)
-    );
-    let (kd, ks, _) = phong(1.0, 0.3);
-    assert_eq!(kd, [0.0; 3]);
-    assert!(
-        ks.iter()
-            .zip([0.8, 0.5, 0.2])
-            .all(|(a, b)| (a - b).abs() < 1e-12)
-    );
+    // Rough surfaces are diffuse, smooth metals mirror, and none reflects more than it receives.
+    let (kd, ks, _) = phong(0.0, 1.0);
+    assert!((0..3).all(|i| ks[i] == 0.0 && (kd[i] - [0.784, 0.496, 0.208][i]).abs() < 1e-12));
+    let (kd, ks, _) = phong(1.0, 0.1);
+    assert!((0..3).all(|i| ks[i] > 0.8 * [0.8, 0.5, 0.2][i] && kd[i] < 0.2 * [0.8, 0.5, 0.2][i]));
+    for metallic in [0.0, 0.5, 1.0] {
+        for roughness in 0..=20 {
+            let (kd, ks, _) = MetallicRoughness {
+                base_color: [1.0; 3],
+                metallic,
+                roughness: f64::from(roughness) / 20.0,
+            }
+            .as_phong();
+            assert!(
+                kd[0] + ks[0] <= 1.0,
+                "{metallic} {roughness}: {kd:?} {ks:?}"
+            );
+        }
+    }
     // Narrower and narrower, and never without a width.
     let widths = [1.0, 0.7, 0.4, 0.1, 0.0].map(|roughness| phong(0.5, roughness).2);
     assert!(

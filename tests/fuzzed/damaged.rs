@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use crate::common::gltf_file::GltfBuilder;
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, MTL, SceneFolder, TRIANGLE};
 use crate::judge::{Bound, TEXT, check_message, check_scene, judge, take_turn};
 use crate::mutate::{self, Random, mend_png};
@@ -106,6 +107,60 @@ fn meshes() {
         judge("mesh.obj", &bytes, TEXT, |bytes| {
             folder.write("mesh.obj", bytes);
             check_scene(Scene::load(&folder.path("scene.toml")))
+        })
+    });
+    assert_some_load(loads.count(), rounds);
+}
+
+/// A valid file with a bit of everything that is read.
+fn gltf_members(builder: &mut GltfBuilder) -> String {
+    let positions = builder.vec3(&[[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
+    let normals = builder.vec3(&[[0.0, 0.0, 1.0]; 4]);
+    let texcoords = builder.vec2(&[[0.0; 2], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+    let narrow = builder.vec2_u16(&[[0; 2], [65535, 0], [65535, 65535], [0, 65535]]);
+    let indices = builder.indices(&[[0, 1, 2], [0, 2, 3]]);
+    let strip = builder.indices_u16(&[0, 1, 2, 3]);
+    let image = builder.view(&images()[0]);
+    format!(
+        r#""extensionsUsed":["KHR_lights_punctual"],"extensions":{{"KHR_lights_punctual":{{"lights":[
+        {{"type":"spot","intensity":70,"spot":{{"innerConeAngle":0.1,"outerConeAngle":0.5}}}},
+        {{"type":"directional","intensity":9}}]}}}},
+        "images":[{{"bufferView":{image},"mimeType":"image/png"}}],"textures":[{{"source":0}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}},"metallicRoughnessTexture":{{"index":0}}}},
+        "normalTexture":{{"index":0,"scale":2}},"alphaMode":"MASK"}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":{positions},"NORMAL":{normals},"TEXCOORD_0":{texcoords}}},"indices":{indices},"material":0}},
+        {{"attributes":{{"POSITION":{positions},"TEXCOORD_0":{narrow}}},"indices":{strip},"mode":5}}]}}],
+        "cameras":[{{"type":"perspective","name":"eye","perspective":{{"yfov":0.5,"znear":0.1}}}}],
+        "nodes":[{{"mesh":0,"children":[1,2],"translation":[0,1,0]}},{{"mesh":0,"rotation":[0,0,1,0],"scale":[2,2,1]}},
+        {{"camera":0,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,3,1],"extensions":{{"KHR_lights_punctual":{{"light":0}}}}}}],
+        "scenes":[{{"nodes":[0]}}],"scene":0"#
+    )
+}
+
+#[test]
+fn gltf_files() {
+    let _turn = take_turn();
+    let folder = SceneFolder::new();
+    let mut builder = GltfBuilder::default();
+    let members = gltf_members(&mut builder);
+    let (json, buffer) = builder.gltf(&members, "buffer.bin");
+    folder.write("buffer.bin", buffer);
+    let [binary, text] = [vec![builder.glb(&members)], vec![json.into_bytes()]];
+    let camera = "[camera]\nresolution = [8, 6]\npath = \"room.NAME\"\nname = \"eye\"\n";
+    for name in ["glb", "gltf"] {
+        let scene = format!("{camera}[[mesh]]\npath = \"room.NAME\"\n").replace("NAME", name);
+        folder.write(&format!("{name}.toml"), scene);
+    }
+    let mut random = Random::new(9);
+    let rounds = 4000;
+    let loads = (0..rounds).filter(|round| {
+        let (name, bytes) = match round % 2 {
+            0 => ("glb", mutate::binary(&mut random, &binary)),
+            _ => ("gltf", mutate::text(&mut random, &text)),
+        };
+        judge("room", &bytes, TEXTURE, |bytes| {
+            folder.write(&format!("room.{name}"), bytes);
+            check_scene(Scene::load(&folder.path(&format!("{name}.toml"))))
         })
     });
     assert_some_load(loads.count(), rounds);

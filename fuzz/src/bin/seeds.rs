@@ -15,6 +15,7 @@ fn main() -> std::result::Result<(), Box<dyn Error>> {
     for target in [
         "scene_toml",
         "mesh_obj",
+        "mesh_gltf",
         "materials_mtl",
         "texture",
         "pattern",
@@ -23,9 +24,19 @@ fn main() -> std::result::Result<(), Box<dyn Error>> {
         fs::create_dir_all(corpus.join(target))?;
     }
     copy_scenes(corpus, Path::new(scenes))?;
+    fs::write(corpus.join("mesh_gltf/triangle.gltf"), TRIANGLE_GLTF)?;
     textures(&corpus.join("texture"))?;
     images(&corpus.join("exr_image"))
 }
+
+/// A triangle with its buffer in the text.
+const TRIANGLE_GLTF: &str = r#"{"asset":{"version":"2.0"},
+"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}],
+"bufferViews":[{"buffer":0,"byteLength":36}],
+"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+"materials":[{"pbrMetallicRoughness":{"roughnessFactor":0.5},"alphaMode":"MASK"}],
+"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],
+"nodes":[{"mesh":0,"rotation":[0,0,0,1]}],"scenes":[{"nodes":[0]}]}"#;
 
 /// The repository's scenes but what is large.
 fn copy_scenes(corpus: &Path, scenes: &Path) -> std::result::Result<(), Box<dyn Error>> {

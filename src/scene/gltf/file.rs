@@ -4,11 +4,14 @@ use std::path::{Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use gltf::{Document, Gltf, buffer, image};
+use gltf::json::extensions::scene::khr_lights_punctual::{Light as Punctual, Type};
+use gltf::json::validation::Checked;
+use gltf::json::{self, Root, camera};
+use gltf::{Document, Glb, buffer, image};
 
 use crate::{Error, Result, input_file};
 
-/// What is known of an extension that a file cannot be understood without.
+/// Extensions that a file may require.
 const KNOWN_EXTENSIONS: [&str; 1] = ["KHR_lights_punctual"];
 
 pub(super) struct GltfFile {
@@ -28,23 +31,36 @@ impl GltfFile {
             )
         })?;
         let broken = |problem: String| {
+            let problem = problem.trim_end_matches([' ', ';']);
             let problem = format!("no glTF 2.0: {problem}");
             Error::scene(path.display().to_string(), problem, "export it again")
         };
-        let Gltf { document, blob } =
-            Gltf::from_slice(&bytes).map_err(|error| broken(error.to_string()))?;
+        let (text, blob) = match bytes.starts_with(b"glTF") {
+            true => {
+                let glb = Glb::from_slice(&bytes).map_err(|error| broken(error.to_string()))?;
+                (glb.json, glb.bin)
+            }
+            false => (bytes.as_slice().into(), None),
+        };
+        let root = Root::from_slice(&text).map_err(|error| broken(error.to_string()))?;
+        let mut required = root.extensions_required.iter();
+        if let Some(unknown) = required.find(|name| !KNOWN_EXTENSIONS.contains(&name.as_str())) {
+            let problem =
+                format!("it cannot be read without {unknown}, which camlux does not know");
+            let hint = "export it without that extension";
+            return Err(Error::scene(path.display().to_string(), problem, hint));
+        }
+        // Before the crate looks at it.
+        if let Some(problem) = missing_part(&root) {
+            return Err(broken(problem));
+        }
+        let document = Document::from_json(root).map_err(|error| broken(error.to_string()))?;
+        let mut blob = blob.map(|bytes| bytes.into_owned());
         let mut file = GltfFile {
             path: path.to_owned(),
             document,
             buffers: Vec::new(),
         };
-        let mut required = file.document.extensions_required();
-        if let Some(unknown) = required.find(|name| !KNOWN_EXTENSIONS.contains(name)) {
-            let problem =
-                format!("it cannot be read without {unknown}, which camlux does not know");
-            return Err(file.error(problem, "export it without that extension"));
-        }
-        let mut blob = blob;
         for index in 0..file.document.buffers().len() {
             let Some(buffer) = file.document.buffers().nth(index) else {
                 break;
@@ -104,6 +120,55 @@ impl GltfFile {
             self.error(problem, "export it again")
         })
     }
+}
+
+/// What the `gltf` crate relies on without a check.
+fn missing_part(root: &Root) -> Option<String> {
+    let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut attributes = primitives.flat_map(|primitive| primitive.attributes.values());
+    let count = root.accessors.len();
+    if let Some(wrong) = attributes.find(|accessor| accessor.value() >= count) {
+        return Some(format!(
+            "a primitive has accessor {} of {count}",
+            wrong.value()
+        ));
+    }
+    let mut images = root.images.iter();
+    let has_data = |image: &json::Image| {
+        image.uri.is_some() || image.buffer_view.is_some() && image.mime_type.is_some()
+    };
+    if let Some(index) = images.position(|image| !has_data(image)) {
+        return Some(format!(
+            "image {index} has neither a uri nor a bufferView with its mimeType"
+        ));
+    }
+    let has_lens = |camera: &json::Camera| match camera.type_ {
+        Checked::Valid(camera::Type::Perspective) => camera.perspective.is_some(),
+        Checked::Valid(camera::Type::Orthographic) => camera.orthographic.is_some(),
+        Checked::Invalid => false,
+    };
+    if let Some(index) = root.cameras.iter().position(|camera| !has_lens(camera)) {
+        return Some(format!("camera {index} has no lens"));
+    }
+    let lights = root.extensions.as_ref();
+    let lights = lights.and_then(|extensions| extensions.khr_lights_punctual.as_ref());
+    let lights = lights.map_or(&[][..], |extension| &extension.lights);
+    let has_cone = |light: &Punctual| match light.type_ {
+        Checked::Valid(Type::Spot) => light.spot.is_some(),
+        Checked::Valid(_) => true,
+        Checked::Invalid => false,
+    };
+    if let Some(index) = lights.iter().position(|light| !has_cone(light)) {
+        return Some(format!(
+            "light {index} is of no type, or a spot light without a cone"
+        ));
+    }
+    let mut of_nodes = root.nodes.iter().filter_map(|node| {
+        let extension = node.extensions.as_ref()?.khr_lights_punctual.as_ref()?;
+        Some(extension.light.value())
+    });
+    let wrong = of_nodes.find(|&light| light >= lights.len())?;
+    Some(format!("a node has light {wrong} of {}", lights.len()))
 }
 
 /// `%20` is a space.
