@@ -73,6 +73,7 @@ impl Assets {
         let extension = request.path.extension().unwrap_or_default();
         match extension.to_ascii_lowercase().to_str() {
             Some("glb" | "gltf") => self.load_gltf(&request),
+            Some("ply") => self.load_ply(&request).map(|()| Vec::new()),
             _ => self.load_obj(request).map(|()| Vec::new()),
         }
     }

@@ -26,6 +26,7 @@ mod obj_check;
 mod pattern;
 mod pattern_integral;
 mod pixel_sampling;
+mod ply;
 mod projected_image;
 mod shared;
 mod texels;

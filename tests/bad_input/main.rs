@@ -6,5 +6,6 @@ mod common;
 mod gltf_file;
 mod image_file;
 mod mesh_file;
+mod ply_file;
 mod scene_file;
 mod scene_values;

@@ -17,6 +17,7 @@ mod kernels;
 mod lens;
 mod normal_maps;
 mod pixel_samples;
+mod ply;
 mod rays;
 mod reference;
 mod reference_mesh;

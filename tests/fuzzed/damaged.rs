@@ -167,6 +167,57 @@ fn gltf_files() {
 }
 
 #[test]
+fn ply_files() {
+    let _turn = take_turn();
+    let folder = SceneFolder::new();
+    let mesh = "[material.clay]\nkd = 0.5\n[[mesh]]\npath = \"scan.ply\"\nmaterial = \"clay\"\n";
+    folder.write("scene.toml", format!("{CAMERA}{LIGHT}{mesh}"));
+    let header = |format: &str| {
+        format!(
+            "ply\nformat {format} 1.0\ncomment a scan\nelement vertex 4\nproperty float x\nproperty float y\nproperty double z\n\
+            property short nx\nproperty char ny\nproperty float nz\nproperty float u\nproperty float v\n\
+            element face 1\nproperty list uchar uint vertex_index\nproperty list uint float weights\nend_header\n"
+        )
+    };
+    let text =
+        "0 0 0 0 1 0 0 0\n1 0 0 0 1 0 1 0\n1 0 1 0 1 0 1 1\n0 0 1 0 1 0 0 1\n4 0 1 2 3 1 0.5\n";
+    let texts = vec![(header("ascii") + text).into_bytes()];
+    let mut binary = header("binary_little_endian").into_bytes();
+    for corner in 0..4_u8 {
+        binary.extend(f32::from(corner).to_le_bytes());
+        binary.extend(f32::from(corner / 2).to_le_bytes());
+        binary.extend(f64::from(corner % 2).to_le_bytes());
+        binary.extend([0, 0, 1]);
+        [0.5_f32, 0.0, 1.0]
+            .iter()
+            .for_each(|value| binary.extend(value.to_le_bytes()));
+    }
+    binary.extend([
+        4, 0, 0, 0, 0, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 1, 0, 0, 0,
+    ]);
+    binary.extend(1_f32.to_le_bytes());
+    let binaries = vec![binary];
+    // Room for 65 536 vertices is made before they are read.
+    let bound = Bound {
+        constant_bytes: 8 << 20,
+        ..TEXT
+    };
+    let mut random = Random::new(10);
+    let rounds = 4000;
+    let loads = (0..rounds).filter(|round| {
+        let bytes = match round % 2 {
+            0 => mutate::binary(&mut random, &binaries),
+            _ => mutate::text(&mut random, &texts),
+        };
+        judge("scan.ply", &bytes, bound, |bytes| {
+            folder.write("scan.ply", bytes);
+            check_scene(Scene::load(&folder.path("scene.toml")))
+        })
+    });
+    assert_some_load(loads.count(), rounds);
+}
+
+#[test]
 fn patterns() {
     let _turn = take_turn();
     let folder = SceneFolder::new();

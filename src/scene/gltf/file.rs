@@ -12,7 +12,7 @@ use gltf::{Document, Glb, buffer, image};
 use crate::{Error, Result, input_file};
 
 /// Extensions that a file may require.
-const KNOWN_EXTENSIONS: [&str; 1] = ["KHR_lights_punctual"];
+const KNOWN_EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
 
 pub(super) struct GltfFile {
     pub path: PathBuf,
@@ -42,7 +42,7 @@ impl GltfFile {
             }
             false => (bytes.as_slice().into(), None),
         };
-        let root = Root::from_slice(&text).map_err(|error| broken(error.to_string()))?;
+        let mut root = Root::from_slice(&text).map_err(|error| broken(error.to_string()))?;
         let mut required = root.extensions_required.iter();
         if let Some(unknown) = required.find(|name| !KNOWN_EXTENSIONS.contains(&name.as_str())) {
             let problem =
@@ -50,7 +50,8 @@ impl GltfFile {
             let hint = "export it without that extension";
             return Err(Error::scene(path.display().to_string(), problem, hint));
         }
-        // Before the crate looks at it.
+        // The crate does not know all of them, and checks what else it relies on too late.
+        root.extensions_required.clear();
         if let Some(problem) = missing_part(&root) {
             return Err(broken(problem));
         }
