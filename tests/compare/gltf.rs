@@ -188,7 +188,7 @@ fn nodes_place_meshes_lights_and_cameras() {
     let texcoords = builder.vec2_u16(&[[0, 0], [65535, 0], [0, 65535]]);
     let half = 0.5_f64.sqrt();
     let members = format!(
-        r#""extensionsUsed":["KHR_lights_punctual"],
+        r#""extensionsUsed":["KHR_lights_punctual","KHR_texture_transform"],
         "extensions":{{"KHR_lights_punctual":{{"lights":[
             {{"type":"point","intensity":683,"color":[1,0.5,0]}},
             {{"type":"spot","intensity":683,"spot":{{"innerConeAngle":0.5,"outerConeAngle":0.5}}}},
@@ -286,7 +286,11 @@ fn nodes_place_meshes_lights_and_cameras() {
     }
     // What is not modelled is said, once each.
     let warnings = scene.warnings().join("\n");
-    for part in ["points and lines", "modified Phong"] {
+    for part in [
+        "points and lines",
+        "modified Phong",
+        "the extension KHR_texture_transform",
+    ] {
         assert_eq!(warnings.matches(part).count(), 1, "{warnings}");
     }
 }

@@ -12,7 +12,7 @@ use gltf::{Document, Glb, buffer, image};
 use crate::{Error, Result, input_file};
 
 /// Extensions that a file may require.
-const KNOWN_EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
+pub(super) const KNOWN_EXTENSIONS: [&str; 2] = ["KHR_lights_punctual", "KHR_mesh_quantization"];
 
 pub(super) struct GltfFile {
     pub path: PathBuf,

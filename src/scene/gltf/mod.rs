@@ -17,13 +17,18 @@ use super::obj::unit_normal;
 use super::{Camera, Lens, Light, Mesh};
 use crate::keys::did_you_mean;
 use crate::{Error, Result};
-use file::GltfFile;
+use file::{GltfFile, KNOWN_EXTENSIONS};
 pub use material::MetallicRoughness;
 
 impl Assets {
     /// Loads a glTF file: each node with a mesh as a mesh of its own, with the materials that its triangles use. Returns the lights of its nodes.
     pub(super) fn load_gltf(&mut self, request: &MeshRequest) -> Result<Vec<Light>> {
         let file = GltfFile::read(&request.path, &request.named_at)?;
+        for name in file.document.extensions_used() {
+            if !KNOWN_EXTENSIONS.contains(&name) {
+                self.leave_out(&request.path, &format!("the extension {name}"));
+            }
+        }
         let mut loader = Loader {
             material_of_index: vec![None; file.document.materials().len() + 1],
             lights: Vec::new(),
