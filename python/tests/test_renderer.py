@@ -39,6 +39,8 @@ def test_false_cancels_and_an_exception_passes_through(renderer, scene):
 
 def test_control_c_ends_a_render(device):
     renderer, scene = camlux.Renderer(device), cornell(400, 0.003)
+    # Python leaves it ignored where a shell has started the tests in the background.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
         for _ in range(100):
