@@ -85,6 +85,15 @@ constexpr layer of_frequency(std::int32_t frequency, layer of_first, std::int32_
     return static_cast<layer>(is_there ? number : -1);
 }
 
+enum class light_kind : std::int32_t {
+    point = CAMLUX_LIGHT_POINT,
+    spot = CAMLUX_LIGHT_SPOT,
+    directional = CAMLUX_LIGHT_DIRECTIONAL,
+    pattern = CAMLUX_LIGHT_PATTERN,
+    projector = CAMLUX_LIGHT_PROJECTOR,
+    area = CAMLUX_LIGHT_AREA,
+};
+
 enum class log_level : std::int32_t {
     off = CAMLUX_LOG_OFF,
     error = CAMLUX_LOG_ERROR,
@@ -225,7 +234,7 @@ struct number_in<Number, 1, std::enable_if_t<std::is_arithmetic_v<Number>>> {
 
 /** camlux_light; point, spot, directional, rectangle and disc make those that are complete. */
 struct light {
-    std::int32_t kind = CAMLUX_LIGHT_POINT;
+    light_kind kind = light_kind::point;
     vec3 position_m;
     vec3 direction;
     rgb power_w;
@@ -246,7 +255,7 @@ struct light {
     static light spot(vec3 position_m, vec3 direction, rgb power_w, double inner_half_angle_deg, double outer_half_angle_deg)
     {
         light made = point(position_m, power_w);
-        made.kind = CAMLUX_LIGHT_SPOT;
+        made.kind = light_kind::spot;
         made.direction = direction;
         made.inner_half_angle_deg = inner_half_angle_deg;
         made.outer_half_angle_deg = outer_half_angle_deg;
@@ -256,7 +265,7 @@ struct light {
     static light rectangle(vec3 position_m, vec3 direction, vec3 up, double width_m, double height_m, rgb power_w)
     {
         light made = point(position_m, power_w);
-        made.kind = CAMLUX_LIGHT_AREA;
+        made.kind = light_kind::area;
         made.direction = direction;
         made.up = up;
         made.width_m = width_m;
@@ -266,7 +275,7 @@ struct light {
     static light disc(vec3 position_m, vec3 direction, double radius_m, rgb power_w)
     {
         light made = point(position_m, power_w);
-        made.kind = CAMLUX_LIGHT_AREA;
+        made.kind = light_kind::area;
         made.direction = direction;
         // Any that is at an angle to it.
         made.up = std::abs(direction.x) < std::abs(direction.y) ? vec3{1, 0, 0} : vec3{0, 1, 0};
@@ -276,7 +285,7 @@ struct light {
     static light directional(vec3 direction, rgb irradiance_w_m2)
     {
         light made;
-        made.kind = CAMLUX_LIGHT_DIRECTIONAL;
+        made.kind = light_kind::directional;
         made.direction = direction;
         made.irradiance_w_m2 = irradiance_w_m2;
         return made;
@@ -586,7 +595,7 @@ constexpr const char *counts_that_fit =
 inline camlux_light raw_of(const light &from) noexcept
 {
     camlux_light to = CAMLUX_LIGHT_INIT;
-    to.kind = from.kind;
+    to.kind = number(from.kind);
     set(to.position_m, from.position_m);
     set(to.direction, from.direction);
     set(to.power_w, from.power_w);
@@ -603,7 +612,7 @@ inline camlux_light raw_of(const light &from) noexcept
 inline light light_of(const camlux_light &from) noexcept
 {
     light to;
-    to.kind = from.kind;
+    to.kind = static_cast<light_kind>(from.kind);
     to.position_m = vec3_of(from.position_m);
     to.direction = vec3_of(from.direction);
     to.power_w = rgb_of(from.power_w);

@@ -114,7 +114,7 @@ void values_come_back()
     const std::uint32_t lamp = scene.add_light(camlux::light::disc({0, 1, 0}, {0, -1, 0}, 0.1, {1, 2, 3}));
     CHECK(scene.light(lamp).radius_m == 0.1);
     const std::uint32_t light = scene.add_light(camlux::light::spot({0, 1, 0}, {0, -1, 0}, {1, 2, 3}, 10, 20));
-    CHECK(scene.light(light).kind == CAMLUX_LIGHT_SPOT && scene.light(light).power_w.b == 3);
+    CHECK(scene.light(light).kind == camlux::light_kind::spot && scene.light(light).power_w.b == 3);
     CHECK(scene.light(light).direction.y == -1 && scene.light(light).outer_half_angle_deg == 20);
     scene.set_light(light, camlux::light::directional({0, -2, 0}, {4, 5, 6}));
     CHECK(scene.light(light).irradiance_w_m2.g == 5);
