@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How much of the light on the floor of a box is indirect, as the box gets brighter: a sweep, rendered, plotted and checked.
 
-    pip install camlux matplotlib
+    pip install matplotlib, and camlux as docs/python.md says
     python3 sweep.py sweep.png
 """
 
