@@ -162,15 +162,7 @@ impl Texture {
             2 => array.call_method1("reshape", ((array.shape()[0], array.shape()[1], 1),))?,
             _ => array.clone().into_any(),
         };
-        let encoding = match encoding {
-            None | Some("srgb") => Encoding::Srgb,
-            Some("linear") => Encoding::Linear,
-            Some(other) => {
-                return Err(wrong(format!(
-                    "encoding is \"{other}\"; give \"srgb\" or \"linear\""
-                )));
-            }
-        };
+        let encoding = encoding_named(encoding, &format!("texture \"{name}\""))?;
         let shape = as_array(&pixels)?.shape().to_vec();
         let &[height, width, channels @ (1 | 3 | 4)] = &shape[..] else {
             return Err(wrong(format!(
@@ -219,6 +211,17 @@ impl Texture {
     fn __repr__(&self) -> String {
         let ([width, height], name) = (self.0.size_px, &self.0.name);
         format!("<camlux.Texture {name:?}, {width} x {height}>")
+    }
+}
+
+/// How integers stand for values; `at`: what has it.
+fn encoding_named(name: Option<&str>, at: &str) -> PyResult<Encoding> {
+    match name {
+        None | Some("srgb") => Ok(Encoding::Srgb),
+        Some("linear") => Ok(Encoding::Linear),
+        Some(other) => Err(SceneError::new_err(format!(
+            "{at}: encoding is \"{other}\"; give \"srgb\" or \"linear\""
+        ))),
     }
 }
 
@@ -280,15 +283,7 @@ impl Pattern {
     #[pyo3(signature = (path, *, encoding="srgb"))]
     fn load(path: PathBuf, encoding: &str) -> PyResult<Pattern> {
         let at = path.display().to_string();
-        let encoding = match encoding {
-            "linear" => Encoding::Linear,
-            "srgb" => Encoding::Srgb,
-            other => {
-                return Err(SceneError::new_err(format!(
-                    "{at}: encoding is \"{other}\"; give \"srgb\" or \"linear\""
-                )));
-            }
-        };
+        let encoding = encoding_named(Some(encoding), &at)?;
         let pattern = scene::Pattern::load(&path, encoding, &at).map_err(raised)?;
         Ok(Pattern(pattern.into()))
     }

@@ -24,7 +24,7 @@ def test_progress_rises_to_the_end(renderer, scene):
     renderer.render(scene, progress=seen.append)
     fractions = [progress.fraction for progress in seen]
     assert fractions == sorted(fractions) and 0 <= fractions[0] and fractions[-1] <= 1
-    assert "final_gather" in {progress.pass_name for progress in seen} | {"final_gather"} and len(seen) > 2
+    assert {"gbuffer", "direct"} <= {progress.pass_name for progress in seen} and fractions[-1] > 0.1
 
 
 def test_false_cancels_and_an_exception_passes_through(renderer, scene):
@@ -49,7 +49,7 @@ def test_control_c_ends_a_render(device):
 
 def test_the_gil_is_free_during_a_render(device):
     renderer, scene = camlux.Renderer(device), cornell(128)
-    longest_s, last, done = 0.0, time.perf_counter(), threading.Event()
+    done = threading.Event()
 
     def render():
         renderer.render(scene)
@@ -63,7 +63,7 @@ def test_the_gil_is_free_during_a_render(device):
         time.sleep(0.001)
     thread.join()
     # Held, it would let this thread run between submissions alone.
-    assert count > 20, longest_s
+    assert count > 20
 
 
 def test_threads_render_side_by_side(device):

@@ -167,6 +167,9 @@ def test_what_cannot_be_is_refused_where_it_is(renderer, scene):
         camlux.Mesh("m", [["a", "b", "c"]], [])
     with pytest.raises(camlux.SceneError, match="shape"):
         camlux.Texture("t", np.zeros((2, 2, 2)))
+    for make in (lambda: camlux.Texture("t", np.zeros((2, 2)), encoding="gamma"), lambda: camlux.Pattern.load("lamp.ies", encoding="gamma")):
+        with pytest.raises(camlux.SceneError, match="encoding is \"gamma\"; give"):
+            make()
     with pytest.raises(camlux.SceneError, match="none.toml"):
         camlux.Scene.load("none.toml")
     with pytest.raises(camlux.SceneError, match="intensities has the shape"):
