@@ -49,10 +49,11 @@ fn direct_light_matches_the_model() {
 }
 
 /// Every kind of light on lobes alone, and every way of drawing a surface: flat and smooth, plain and textured, matte and
-/// glossy. Lobes of shininess 200 alone are within 1.0e-5, where few pixels carry the image; the bar that was set is 5e-5.
+/// glossy. Lobes of shininess 200 alone are within 1.0e-5 (an H100: 3.2e-5), where few pixels carry the image; the bar that was set is
+/// 5e-5.
 #[test]
 fn direct_light_on_every_kind_of_surface_matches_the_model() {
-    const LOBE_BOUND: f64 = 3e-5;
+    const LOBE_BOUND: f64 = 5e-5;
     let mut gpu = Gpu::open();
     let position_m = DVec3::new(0.3, 1.6, 0.6);
     let direction = DVec3::new(-0.4, -1.0, -0.7);

@@ -2,7 +2,7 @@
 
 use std::{f64::consts::TAU, ops::ControlFlow};
 
-use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, several_gather_kernels};
+use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, gather_kernels};
 use crate::reference::lit_sphere;
 use crate::tof::{modulated_demo_scene, phasors};
 use camlux::{
@@ -143,7 +143,7 @@ fn kernel_error(gpu: &mut Gpu, scene: &Scene, sum: VplSum, options: &mut RenderO
 #[test]
 fn sums_match_the_model() {
     let mut gpu = Gpu::open();
-    let kernels = several_gather_kernels(&gpu.device);
+    let kernels = gather_kernels(&gpu.device);
     for name in DEMO_SCENES {
         for sum in VplSum::ALL {
             // One frequency has kernels of its own.

@@ -1,7 +1,7 @@
 //! Hard cases: `src/doctor/sums.rs`.
 #![cfg(feature = "reference")]
 
-use crate::common::gpu::{Gpu, several_gather_kernels};
+use crate::common::gpu::{Gpu, gather_kernels};
 
 hard_cases! {
     camlux::doctor::sums::CASES;
@@ -16,6 +16,6 @@ hard_cases! {
 
 /// What `tiles_of_every_size` holds against each other.
 #[test]
-fn several_gather_kernels_run() {
-    several_gather_kernels(&Gpu::open().device);
+fn the_gather_kernels_run() {
+    gather_kernels(&Gpu::open().device);
 }

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, several_gather_kernels, sub_pixel_bits};
+use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, gather_kernels, sub_pixel_bits};
 use camlux::{
     RenderOptions, Scene,
     output::{Frame, Layer},
@@ -53,7 +53,7 @@ fn assert_same(what: &str, a: &Frame, b: &Frame) {
 #[test]
 fn every_gather_kernel_gives_the_same() {
     let mut gpu = Gpu::open();
-    let kernels = several_gather_kernels(&gpu.device);
+    let kernels = gather_kernels(&gpu.device);
     for estimator in VplSum::ALL {
         for name in ["cornell", "glossy"] {
             let scene = scene(name, estimator);
