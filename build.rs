@@ -76,7 +76,7 @@ mod compile {
                 text: String::new(),
             };
             source.import(&permutation.pass)?;
-            let (module, info) = parse(&source.text, name)?;
+            let (module, info) = parse(&unroll(&source.text)?, name)?;
             let words = emit(&module, &info).map_err(|error| format!("{name}: {error}"))?;
             let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
             write(&out.join(format!("{name}.spv")), &bytes)?;
@@ -144,7 +144,7 @@ mod compile {
     }
 
     /// Copies the lines between `#repeat NAME N` and `#endrepeat` N times, NAME standing for 0 to N − 1: WGSL wants the
-    /// lane of a broadcast as a literal.
+    /// lane of a broadcast as a literal. N is a number or a constant of the source.
     fn unroll(source: &str) -> Result<String, String> {
         let mut text = String::new();
         let mut lines = source.lines();
@@ -159,6 +159,11 @@ mod compile {
                 .by_ref()
                 .take_while(|line| line.trim() != "#endrepeat")
                 .collect();
+            let constant = format!("const {count}: u32 = ");
+            let count = source
+                .lines()
+                .find_map(|line| line.strip_prefix(&constant)?.strip_suffix("u;"))
+                .unwrap_or(count);
             let count: u32 = count.parse().map_err(|_| format!("not a count: {line}"))?;
             for i in 0..count {
                 for line in &body {
@@ -184,8 +189,7 @@ mod compile {
             if !self.imported.insert(name.into()) {
                 return Ok(());
             }
-            let text = unroll(&read(&self.folder.join(format!("{name}.wgsl")))?)
-                .map_err(|what| format!("{name}.wgsl: {what}"))?;
+            let text = read(&self.folder.join(format!("{name}.wgsl")))?;
             let mut open: Vec<bool> = Vec::new();
             for line in text.lines() {
                 let fail = |what: &str| Err(format!("{name}.wgsl: {what}: {line}"));
@@ -211,7 +215,9 @@ mod compile {
                     ["#import", _] | ["#loader", _, _] => {}
                     // WGSL has them before all else.
                     ["enable", _] if is_taken => self.text.insert_str(0, &format!("{line}\n")),
-                    [word, ..] if word.starts_with('#') => return fail("unknown directive"),
+                    [word, ..] if word.starts_with('#') && !["#repeat", "#endrepeat"].contains(word) => {
+                        return fail("unknown directive");
+                    }
                     _ if is_taken => {
                         self.text += line;
                         self.text.push('\n');
@@ -228,7 +234,7 @@ mod compile {
 
     /// A function `load_name` for a struct that lies in texels of an image as it would in a buffer.
     fn loader(source: &str, name: &str, image: &str) -> Result<String, String> {
-        let module = front(source, name)?;
+        let module = front(&unroll(source)?, name)?;
         let mut types = module.types.iter();
         let (ty, _) = types
             .find(|(_, ty)| ty.name.as_deref() == Some(name))

@@ -56,11 +56,10 @@ struct PilotSample {
 
 // For each ray to a VPL.
 const CANDIDATES: u32 = 8u;
-// Of a receiver.
-const LANES: u32 = 8u;
-// Of a workgroup.
-const RECEIVERS: u32 = 8u;
-const WORKGROUP: u32 = LANES * RECEIVERS;
+// Of a receiver, which takes 64 samples at a time.
+const LANES: u32 = 64u / RAYS;
+const WORKGROUP: u32 = 64u;
+const RECEIVERS: u32 = WORKGROUP / LANES;
 
 var position_mesh: texture_2d<f32>;
 var normal_geometric: texture_2d<f32>;
@@ -164,7 +163,7 @@ var<private> met_direction: array<vec3<f32>, RAYS>;
 var<private> met_hit: array<u32, RAYS>;
 
 fn set_contribution(ray: u32, contribution: Contribution) {
-#repeat SLOT 8
+#repeat SLOT RAYS
     contributions[SLOT].irradiance = select(contributions[SLOT].irradiance, contribution.irradiance, ray == SLOTu);
     contributions[SLOT].lobe = select(contributions[SLOT].lobe, contribution.lobe, ray == SLOTu);
 #if PHASORS
@@ -176,33 +175,43 @@ fn set_contribution(ray: u32, contribution: Contribution) {
 
 // Adds what the rays contribute that nothing is in the way of.
 fn add_unblocked() {
-#repeat SLOT 8
-    let arrived_SLOT = select(contributions[SLOT].irradiance, vec3<f32>(0.0), ray_inverse_t[SLOT] > 1.0);
-    diffuse += arrived_SLOT;
+    var arrived: array<vec3<f32>, RAYS>;
+#repeat SLOT RAYS
+    arrived[SLOT] = select(contributions[SLOT].irradiance, vec3<f32>(0.0), ray_inverse_t[SLOT] > 1.0);
+    diffuse += arrived[SLOT];
 #endrepeat
-    diffuse_squared_differences += square(arrived_0 - arrived_1) + square(arrived_2 - arrived_3) + square(arrived_4 - arrived_5) + square(arrived_6 - arrived_7);
+#repeat PAIR RAY_PAIRS
+    diffuse_squared_differences += square(arrived[2 * PAIR] - arrived[2 * PAIR + 1]);
+#endrepeat
 #if GLOSSY
-#repeat SLOT 8
-    let in_lobe_SLOT = arrived_SLOT * contributions[SLOT].lobe;
-    specular += in_lobe_SLOT;
+    var in_lobe: array<vec3<f32>, RAYS>;
+#repeat SLOT RAYS
+    in_lobe[SLOT] = arrived[SLOT] * contributions[SLOT].lobe;
+    specular += in_lobe[SLOT];
 #endrepeat
-    specular_squared_differences += square(in_lobe_0 - in_lobe_1) + square(in_lobe_2 - in_lobe_3) + square(in_lobe_4 - in_lobe_5) + square(in_lobe_6 - in_lobe_7);
+#repeat PAIR RAY_PAIRS
+    specular_squared_differences += square(in_lobe[2 * PAIR] - in_lobe[2 * PAIR + 1]);
+#endrepeat
 #endif
 #if PHASORS
-#repeat SLOT 8
+    var phasors: array<BandPhasors, RAYS>;
+#repeat SLOT RAYS
     let path_SLOT = phasors_of(contributions[SLOT].turns);
-    let phasors_SLOT = band_phasors(contributions[SLOT].is_modulated * arrived_SLOT, path_SLOT);
-    diffuse_phasors = add_phasors(diffuse_phasors, phasors_SLOT);
+    phasors[SLOT] = band_phasors(contributions[SLOT].is_modulated * arrived[SLOT], path_SLOT);
+    diffuse_phasors = add_phasors(diffuse_phasors, phasors[SLOT]);
 #endrepeat
-    diffuse_phasor_squares += squared_difference(phasors_0, phasors_1) + squared_difference(phasors_2, phasors_3)
-        + squared_difference(phasors_4, phasors_5) + squared_difference(phasors_6, phasors_7);
+#repeat PAIR RAY_PAIRS
+    diffuse_phasor_squares += squared_difference(phasors[2 * PAIR], phasors[2 * PAIR + 1]);
+#endrepeat
 #if GLOSSY
-#repeat SLOT 8
-    let lobe_phasors_SLOT = band_phasors(contributions[SLOT].is_modulated * in_lobe_SLOT, path_SLOT);
-    specular_phasors = add_phasors(specular_phasors, lobe_phasors_SLOT);
+    var lobe_phasors: array<BandPhasors, RAYS>;
+#repeat SLOT RAYS
+    lobe_phasors[SLOT] = band_phasors(contributions[SLOT].is_modulated * in_lobe[SLOT], path_SLOT);
+    specular_phasors = add_phasors(specular_phasors, lobe_phasors[SLOT]);
 #endrepeat
-    specular_phasor_squares += squared_difference(lobe_phasors_0, lobe_phasors_1) + squared_difference(lobe_phasors_2, lobe_phasors_3)
-        + squared_difference(lobe_phasors_4, lobe_phasors_5) + squared_difference(lobe_phasors_6, lobe_phasors_7);
+#repeat PAIR RAY_PAIRS
+    specular_phasor_squares += squared_difference(lobe_phasors[2 * PAIR], lobe_phasors[2 * PAIR + 1]);
+#endrepeat
 #endif
 #endif
 }
@@ -221,7 +230,7 @@ fn square(v: vec3<f32>) -> f32 {
 // Follows the directions in ray_vector from P and adds what they find.
 fn follow_directions() {
     trace(receiver_start, false);
-#repeat SLOT 8
+#repeat SLOT RAYS
     met_direction[SLOT] = ray_vector[SLOT];
     met_hit[SLOT] = select(ray_hit[SLOT], NOTHING_HIT, ray_inverse_t[SLOT] >= NOT_WANTED);
 #endrepeat
@@ -235,7 +244,7 @@ fn follow_directions() {
         for (var i = 0u; i < RAYS; i++) {
             var direction = met_direction[0];
             var met = met_hit[0];
-#repeat SLOT 8
+#repeat SLOT RAYS
             direction = select(direction, met_direction[SLOT], i == SLOTu);
             met = select(met, met_hit[SLOT], i == SLOTu);
 #endrepeat
@@ -262,13 +271,13 @@ fn follow_directions() {
         for (var i = 0u; i < select(0u, RAYS, light.pattern_columns > 0u); i++) {
             var direction = met_direction[0];
             var met = met_hit[0];
-#repeat SLOT 8
+#repeat SLOT RAYS
             direction = select(direction, met_direction[SLOT], i == SLOTu);
             met = select(met, met_hit[SLOT], i == SLOTu);
 #endrepeat
             let hit = hit_surface(select(0u, met, met != NOTHING_HIT), receiver_start, direction);
             let share = pattern_intensity(light, -illuminate_evenly(light, hit.position).to_light);
-#repeat SLOT 8
+#repeat SLOT RAYS
             contributions[SLOT].irradiance *= select(1.0, share, i == SLOTu);
 #endrepeat
         }
@@ -362,7 +371,7 @@ fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
         contribution.irradiance *= weight_sum / max(drawn_weight, 1e-37);
         set_contribution(i, contribution);
         set_ray(i, to.position - receiver_start, select(NOT_WANTED, 1.0, weight_sum > 0.0));
-#repeat SLOT 8
+#repeat SLOT RAYS
         drawn[SLOT] = select(drawn[SLOT], drawn_vpl, i == SLOTu);
 #endrepeat
     }
@@ -370,7 +379,7 @@ fn follow_to_vpls(rays: RaysToVpls, first_ray: u32, first_record: u32) {
     add_unblocked();
     if (parameters.is_pilot == 1u) {
         let count = min(max(rays.count, first_ray) - first_ray, RAYS);
-#repeat SLOT 8
+#repeat SLOT RAYS
         if (SLOTu < count) {
             let candidate = band_sum(load_candidate(drawn[SLOT]).contribution.irradiance);
             let found = select(band_sum(contributions[SLOT].irradiance), 0.0, ray_inverse_t[SLOT] > 1.0);

@@ -145,7 +145,7 @@ fn compute_main(
         let seed = seed_of(set_index, ray_of_light);
         let drawn = drawn_place(ray_of_light, seed);
         let cell = cell_at(drawn);
-#repeat SLOT 8
+#repeat SLOT RAYS
         cells[SLOT] = select(cells[SLOT], cell, i == SLOTu);
 #endrepeat
         let ray = light_ray(light, drawn, cell, seed);
@@ -161,7 +161,7 @@ fn compute_main(
     trace_to_light(vec4<f32>(T_MAX * light.axis, 0.0));
 #endif
     let place = set_index * parameters.set_size + parameters.first_ray;
-#repeat SLOT 8
+#repeat SLOT RAYS
     light_ray_hits[place + ray_of(first, packet, SLOTu, is_spread)] = vec2<u32>(ray_hit[SLOT], cells[SLOT]);
 #endrepeat
 }

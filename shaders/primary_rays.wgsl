@@ -86,7 +86,7 @@ fn compute_main(
         let place = place_of(group.xy, local, i);
         if (all(place < parameters.resolution_px)) {
             var hit = ray_hit[0];
-#repeat SLOT 8
+#repeat SLOT RAYS
             hit = select(hit, ray_hit[SLOT], i == SLOTu);
 #endrepeat
             seen_triangles[pixel_index(place)] = hit;

@@ -29,7 +29,13 @@ var ray_boxes: texture_storage_2d<rgba32float, read>;
 var ray_triangles: texture_storage_2d<rgba32float, read>;
 
 // Rays of a lane.
+#if PACKET
 const RAYS: u32 = 8u;
+const RAY_PAIRS: u32 = 4u;
+#else
+const RAYS: u32 = 2u;
+const RAY_PAIRS: u32 = 1u;
+#endif
 // Texels of a row of the images, as a shift.
 const ROW_SHIFT: u32 = 10u;
 const ROW_MASK: u32 = 1023u;
@@ -55,7 +61,7 @@ const BLOCKED: f32 = 2.0;
 // Arrays live in registers as long as every index is a constant. A loop over the rays with much in it is not unrolled by the
 // driver: it sets them by comparing its number with each.
 fn set_ray(ray: u32, vector: vec3<f32>, inverse_t: f32) {
-#repeat SLOT 8
+#repeat SLOT RAYS
     ray_vector[SLOT] = select(ray_vector[SLOT], vector, ray == SLOTu);
     ray_inverse_t[SLOT] = select(ray_inverse_t[SLOT], inverse_t, ray == SLOTu);
 #endrepeat
@@ -314,7 +320,7 @@ struct OwnRay {
 fn own_ray(ray: u32) -> OwnRay {
     var vector: vec3<f32>;
     var inverse_t: f32;
-#repeat SLOT 8
+#repeat SLOT RAYS
     vector = select(vector, ray_vector[SLOT], ray == SLOTu);
     inverse_t = select(inverse_t, ray_inverse_t[SLOT], ray == SLOTu);
     ray_hit[SLOT] = select(ray_hit[SLOT], NOTHING_HIT, ray == SLOTu);
@@ -323,7 +329,7 @@ fn own_ray(ray: u32) -> OwnRay {
 }
 
 fn put_back(ray: u32, found: Met) {
-#repeat SLOT 8
+#repeat SLOT RAYS
     let is_SLOT = ray == SLOTu && found.hit != NOTHING_HIT;
     ray_inverse_t[SLOT] = select(ray_inverse_t[SLOT], found.inverse_t, is_SLOT);
     ray_hit[SLOT] = select(ray_hit[SLOT], found.hit, is_SLOT);

@@ -718,7 +718,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 3, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_packet.spv"),
     },
     Module {
@@ -732,7 +732,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 3, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_packet_tree.spv"),
     },
     Module {
@@ -747,7 +747,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_packet_cutout.spv"),
     },
     Module {
@@ -761,7 +761,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 3, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_single.spv"),
     },
     Module {
@@ -775,7 +775,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 2, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 3, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_single_tree.spv"),
     },
     Module {
@@ -790,7 +790,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_single_cutout.spv"),
     },
     Module {
@@ -805,7 +805,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_lens_packet.spv"),
     },
     Module {
@@ -820,7 +820,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_lens_packet_tree.spv"),
     },
     Module {
@@ -836,7 +836,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("primary_rays_trace_lens_packet_cutout.spv"),
     },
     Module {
@@ -851,7 +851,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_single.spv"),
     },
     Module {
@@ -866,7 +866,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_single_tree.spv"),
     },
     Module {
@@ -882,7 +882,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_single_cutout.spv"),
     },
     Module {
@@ -895,7 +895,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 1, name: "ray_scene", kind: DescriptorType::ACCELERATION_STRUCTURE_KHR },
             Binding { binding: 3, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_query.spv"),
     },
     Module {
@@ -910,7 +910,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ray_triangles", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_query_cutout.spv"),
     },
     Module {
@@ -924,7 +924,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 4, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_query.spv"),
     },
     Module {
@@ -940,7 +940,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "lens_rays", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 5, name: "seen_triangles", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("primary_rays_trace_lens_query_cutout.spv"),
     },
     Module {
@@ -959,7 +959,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lambert_flat.spv"),
     },
     Module {
@@ -979,7 +979,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lambert_flat_textured.spv"),
     },
     Module {
@@ -998,7 +998,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lambert_smooth.spv"),
     },
     Module {
@@ -1018,7 +1018,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lambert_smooth_textured.spv"),
     },
     Module {
@@ -1038,7 +1038,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_phong_flat.spv"),
     },
     Module {
@@ -1059,7 +1059,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_phong_flat_textured.spv"),
     },
     Module {
@@ -1079,7 +1079,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_phong_smooth.spv"),
     },
     Module {
@@ -1100,7 +1100,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_phong_smooth_textured.spv"),
     },
     Module {
@@ -1120,7 +1120,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_flat.spv"),
     },
     Module {
@@ -1141,7 +1141,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_flat_textured.spv"),
     },
     Module {
@@ -1161,7 +1161,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_smooth.spv"),
     },
     Module {
@@ -1182,7 +1182,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_smooth_textured.spv"),
     },
     Module {
@@ -1203,7 +1203,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_flat.spv"),
     },
     Module {
@@ -1225,7 +1225,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_flat_textured.spv"),
     },
     Module {
@@ -1246,7 +1246,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_smooth.spv"),
     },
     Module {
@@ -1268,7 +1268,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_smooth_textured.spv"),
     },
     Module {
@@ -1288,7 +1288,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lambert_bumped.spv"),
     },
     Module {
@@ -1309,7 +1309,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_phong_bumped.spv"),
     },
     Module {
@@ -1330,7 +1330,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "normal_geometric", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_lambert_bumped.spv"),
     },
     Module {
@@ -1352,7 +1352,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 11, name: "kd_material", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 12, name: "ks_shininess", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
+        constants: &[("LOBE_LAYERS", 1), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ],
         spirv: include_bytes!("primary_rays_shade_lens_phong_bumped.spv"),
     },
     Module {
@@ -1936,7 +1936,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet.spv"),
     },
     Module {
@@ -1953,7 +1953,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet_tree.spv"),
     },
     Module {
@@ -1971,7 +1971,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_packet_cutout.spv"),
     },
     Module {
@@ -1988,7 +1988,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_single.spv"),
     },
     Module {
@@ -2005,7 +2005,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_single_tree.spv"),
     },
     Module {
@@ -2023,7 +2023,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_single_cutout.spv"),
     },
     Module {
@@ -2041,7 +2041,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet.spv"),
     },
     Module {
@@ -2059,7 +2059,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet_tree.spv"),
     },
     Module {
@@ -2078,7 +2078,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_packet_cutout.spv"),
     },
     Module {
@@ -2096,7 +2096,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_single.spv"),
     },
     Module {
@@ -2114,7 +2114,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_single_tree.spv"),
     },
     Module {
@@ -2133,7 +2133,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_single_cutout.spv"),
     },
     Module {
@@ -2150,7 +2150,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet.spv"),
     },
     Module {
@@ -2167,7 +2167,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet_tree.spv"),
     },
     Module {
@@ -2185,7 +2185,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_packet_cutout.spv"),
     },
     Module {
@@ -2202,7 +2202,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_single.spv"),
     },
     Module {
@@ -2219,7 +2219,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_single_tree.spv"),
     },
     Module {
@@ -2237,7 +2237,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_single_cutout.spv"),
     },
     Module {
@@ -2255,7 +2255,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet.spv"),
     },
     Module {
@@ -2273,7 +2273,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet_tree.spv"),
     },
     Module {
@@ -2292,7 +2292,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_packet_cutout.spv"),
     },
     Module {
@@ -2310,7 +2310,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_single.spv"),
     },
     Module {
@@ -2328,7 +2328,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_single_tree.spv"),
     },
     Module {
@@ -2347,7 +2347,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_single_cutout.spv"),
     },
     Module {
@@ -2364,7 +2364,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet.spv"),
     },
     Module {
@@ -2381,7 +2381,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet_tree.spv"),
     },
     Module {
@@ -2399,7 +2399,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_lambert_packet_cutout.spv"),
     },
     Module {
@@ -2416,7 +2416,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_single.spv"),
     },
     Module {
@@ -2433,7 +2433,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_single_tree.spv"),
     },
     Module {
@@ -2451,7 +2451,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_single_cutout.spv"),
     },
     Module {
@@ -2469,7 +2469,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet.spv"),
     },
     Module {
@@ -2487,7 +2487,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet_tree.spv"),
     },
     Module {
@@ -2506,7 +2506,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_directional_phong_packet_cutout.spv"),
     },
     Module {
@@ -2524,7 +2524,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_single.spv"),
     },
     Module {
@@ -2542,7 +2542,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_single_tree.spv"),
     },
     Module {
@@ -2561,7 +2561,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_single_cutout.spv"),
     },
     Module {
@@ -2579,7 +2579,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_packet.spv"),
     },
     Module {
@@ -2597,7 +2597,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_packet_tree.spv"),
     },
     Module {
@@ -2616,7 +2616,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_packet_cutout.spv"),
     },
     Module {
@@ -2634,7 +2634,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_single.spv"),
     },
     Module {
@@ -2652,7 +2652,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_single_tree.spv"),
     },
     Module {
@@ -2671,7 +2671,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_single_cutout.spv"),
     },
     Module {
@@ -2690,7 +2690,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_packet.spv"),
     },
     Module {
@@ -2709,7 +2709,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_packet_tree.spv"),
     },
     Module {
@@ -2729,7 +2729,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_packet_cutout.spv"),
     },
     Module {
@@ -2748,7 +2748,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_single.spv"),
     },
     Module {
@@ -2767,7 +2767,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_single_tree.spv"),
     },
     Module {
@@ -2787,7 +2787,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_single_cutout.spv"),
     },
     Module {
@@ -2805,7 +2805,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_packet.spv"),
     },
     Module {
@@ -2823,7 +2823,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_packet_tree.spv"),
     },
     Module {
@@ -2842,7 +2842,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_packet_cutout.spv"),
     },
     Module {
@@ -2860,7 +2860,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_single.spv"),
     },
     Module {
@@ -2878,7 +2878,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_single_tree.spv"),
     },
     Module {
@@ -2897,7 +2897,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_single_cutout.spv"),
     },
     Module {
@@ -2916,7 +2916,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_packet.spv"),
     },
     Module {
@@ -2935,7 +2935,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_packet_tree.spv"),
     },
     Module {
@@ -2955,7 +2955,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_packet_cutout.spv"),
     },
     Module {
@@ -2974,7 +2974,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_single.spv"),
     },
     Module {
@@ -2993,7 +2993,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_single_tree.spv"),
     },
     Module {
@@ -3013,7 +3013,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_single_cutout.spv"),
     },
     Module {
@@ -3030,7 +3030,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_query.spv"),
     },
     Module {
@@ -3048,7 +3048,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_query_cutout.spv"),
     },
     Module {
@@ -3066,7 +3066,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_query.spv"),
     },
     Module {
@@ -3085,7 +3085,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_query_cutout.spv"),
     },
     Module {
@@ -3102,7 +3102,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_query.spv"),
     },
     Module {
@@ -3120,7 +3120,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_query_cutout.spv"),
     },
     Module {
@@ -3138,7 +3138,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_query.spv"),
     },
     Module {
@@ -3157,7 +3157,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_query_cutout.spv"),
     },
     Module {
@@ -3174,7 +3174,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_query.spv"),
     },
     Module {
@@ -3192,7 +3192,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_lambert_query_cutout.spv"),
     },
     Module {
@@ -3210,7 +3210,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 7, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_query.spv"),
     },
     Module {
@@ -3229,7 +3229,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light", kind: DescriptorType::UNIFORM_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_directional_phong_query_cutout.spv"),
     },
     Module {
@@ -3247,7 +3247,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_query.spv"),
     },
     Module {
@@ -3266,7 +3266,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_query_cutout.spv"),
     },
     Module {
@@ -3285,7 +3285,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_query.spv"),
     },
     Module {
@@ -3305,7 +3305,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_query_cutout.spv"),
     },
     Module {
@@ -3323,7 +3323,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_query.spv"),
     },
     Module {
@@ -3342,7 +3342,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_query_cutout.spv"),
     },
     Module {
@@ -3361,7 +3361,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_query.spv"),
     },
     Module {
@@ -3381,7 +3381,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "pattern", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_query_cutout.spv"),
     },
     Module {
@@ -3568,7 +3568,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_phasors_packet.spv"),
     },
     Module {
@@ -3587,7 +3587,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_phasors_packet_tree.spv"),
     },
     Module {
@@ -3607,7 +3607,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_lambert_phasors_packet_cutout.spv"),
     },
     Module {
@@ -3626,7 +3626,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_single.spv"),
     },
     Module {
@@ -3645,7 +3645,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_single_tree.spv"),
     },
     Module {
@@ -3665,7 +3665,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_single_cutout.spv"),
     },
     Module {
@@ -3685,7 +3685,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_phasors_packet.spv"),
     },
     Module {
@@ -3705,7 +3705,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_phasors_packet_tree.spv"),
     },
     Module {
@@ -3726,7 +3726,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_point_phong_phasors_packet_cutout.spv"),
     },
     Module {
@@ -3746,7 +3746,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_single.spv"),
     },
     Module {
@@ -3766,7 +3766,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_single_tree.spv"),
     },
     Module {
@@ -3787,7 +3787,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_single_cutout.spv"),
     },
     Module {
@@ -3806,7 +3806,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_packet.spv"),
     },
     Module {
@@ -3825,7 +3825,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_packet_tree.spv"),
     },
     Module {
@@ -3845,7 +3845,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_packet_cutout.spv"),
     },
     Module {
@@ -3864,7 +3864,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_single.spv"),
     },
     Module {
@@ -3883,7 +3883,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_single_tree.spv"),
     },
     Module {
@@ -3903,7 +3903,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_single_cutout.spv"),
     },
     Module {
@@ -3923,7 +3923,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_phasors_packet.spv"),
     },
     Module {
@@ -3943,7 +3943,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_phasors_packet_tree.spv"),
     },
     Module {
@@ -3964,7 +3964,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_spot_phong_phasors_packet_cutout.spv"),
     },
     Module {
@@ -3984,7 +3984,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_single.spv"),
     },
     Module {
@@ -4004,7 +4004,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_single_tree.spv"),
     },
     Module {
@@ -4025,7 +4025,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_single_cutout.spv"),
     },
     Module {
@@ -4045,7 +4045,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_packet.spv"),
     },
     Module {
@@ -4065,7 +4065,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_packet_tree.spv"),
     },
     Module {
@@ -4086,7 +4086,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_packet_cutout.spv"),
     },
     Module {
@@ -4106,7 +4106,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_single.spv"),
     },
     Module {
@@ -4126,7 +4126,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_single_tree.spv"),
     },
     Module {
@@ -4147,7 +4147,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_single_cutout.spv"),
     },
     Module {
@@ -4168,7 +4168,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_packet.spv"),
     },
     Module {
@@ -4189,7 +4189,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_packet_tree.spv"),
     },
     Module {
@@ -4211,7 +4211,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_packet_cutout.spv"),
     },
     Module {
@@ -4232,7 +4232,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_single.spv"),
     },
     Module {
@@ -4253,7 +4253,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_single_tree.spv"),
     },
     Module {
@@ -4275,7 +4275,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_single_cutout.spv"),
     },
     Module {
@@ -4295,7 +4295,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_packet.spv"),
     },
     Module {
@@ -4315,7 +4315,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_packet_tree.spv"),
     },
     Module {
@@ -4336,7 +4336,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_packet_cutout.spv"),
     },
     Module {
@@ -4356,7 +4356,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_single.spv"),
     },
     Module {
@@ -4376,7 +4376,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_single_tree.spv"),
     },
     Module {
@@ -4397,7 +4397,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_single_cutout.spv"),
     },
     Module {
@@ -4418,7 +4418,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_phasors_packet.spv"),
     },
     Module {
@@ -4439,7 +4439,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_phasors_packet_tree.spv"),
     },
     Module {
@@ -4461,7 +4461,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
         spirv: include_bytes!("direct_projector_phong_phasors_packet_cutout.spv"),
     },
     Module {
@@ -4482,7 +4482,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_single.spv"),
     },
     Module {
@@ -4503,7 +4503,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_single_tree.spv"),
     },
     Module {
@@ -4525,7 +4525,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_single_cutout.spv"),
     },
     Module {
@@ -4544,7 +4544,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_query.spv"),
     },
     Module {
@@ -4564,7 +4564,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_lambert_phasors_query_cutout.spv"),
     },
     Module {
@@ -4584,7 +4584,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_query.spv"),
     },
     Module {
@@ -4605,7 +4605,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_point_phong_phasors_query_cutout.spv"),
     },
     Module {
@@ -4624,7 +4624,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_query.spv"),
     },
     Module {
@@ -4644,7 +4644,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_lambert_phasors_query_cutout.spv"),
     },
     Module {
@@ -4664,7 +4664,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 9, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_query.spv"),
     },
     Module {
@@ -4685,7 +4685,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_spot_phong_phasors_query_cutout.spv"),
     },
     Module {
@@ -4705,7 +4705,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_query.spv"),
     },
     Module {
@@ -4726,7 +4726,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_lambert_phasors_query_cutout.spv"),
     },
     Module {
@@ -4747,7 +4747,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_query.spv"),
     },
     Module {
@@ -4769,7 +4769,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_pattern_phong_phasors_query_cutout.spv"),
     },
     Module {
@@ -4789,7 +4789,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_query.spv"),
     },
     Module {
@@ -4810,7 +4810,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_lambert_phasors_query_cutout.spv"),
     },
     Module {
@@ -4831,7 +4831,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 10, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_query.spv"),
     },
     Module {
@@ -4853,7 +4853,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 10, name: "direct_radiance", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 11, name: "direct_phasors", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 16), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TILE_COLUMNS", 32), ("TILE_ROWS", 4), ],
         spirv: include_bytes!("direct_projector_phong_phasors_query_cutout.spv"),
     },
     Module {
@@ -6383,7 +6383,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_packet.spv"),
     },
     Module {
@@ -6398,7 +6398,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_packet_tree.spv"),
     },
     Module {
@@ -6414,7 +6414,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_packet_cutout.spv"),
     },
     Module {
@@ -6429,7 +6429,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_single.spv"),
     },
     Module {
@@ -6444,7 +6444,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_single_tree.spv"),
     },
     Module {
@@ -6460,7 +6460,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_single_cutout.spv"),
     },
     Module {
@@ -6475,7 +6475,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_packet.spv"),
     },
     Module {
@@ -6490,7 +6490,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_packet_tree.spv"),
     },
     Module {
@@ -6506,7 +6506,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_packet_cutout.spv"),
     },
     Module {
@@ -6521,7 +6521,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_single.spv"),
     },
     Module {
@@ -6536,7 +6536,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_single_tree.spv"),
     },
     Module {
@@ -6552,7 +6552,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_single_cutout.spv"),
     },
     Module {
@@ -6567,7 +6567,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_query.spv"),
     },
     Module {
@@ -6583,7 +6583,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_central_query_cutout.spv"),
     },
     Module {
@@ -6597,7 +6597,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 6, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_query.spv"),
     },
     Module {
@@ -6613,7 +6613,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "ray_cells", kind: DescriptorType::STORAGE_IMAGE },
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_trace_parallel_query_cutout.spv"),
     },
     Module {
@@ -6630,7 +6630,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_flat.spv"),
     },
     Module {
@@ -6648,7 +6648,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_flat_phasors.spv"),
     },
     Module {
@@ -6666,7 +6666,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_flat_textured.spv"),
     },
     Module {
@@ -6685,7 +6685,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_flat_textured_phasors.spv"),
     },
     Module {
@@ -6702,7 +6702,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_smooth.spv"),
     },
     Module {
@@ -6720,7 +6720,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_smooth_phasors.spv"),
     },
     Module {
@@ -6738,7 +6738,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_smooth_textured.spv"),
     },
     Module {
@@ -6757,7 +6757,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_smooth_textured_phasors.spv"),
     },
     Module {
@@ -6774,7 +6774,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_flat.spv"),
     },
     Module {
@@ -6792,7 +6792,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_flat_phasors.spv"),
     },
     Module {
@@ -6810,7 +6810,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_flat_textured.spv"),
     },
     Module {
@@ -6829,7 +6829,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_flat_textured_phasors.spv"),
     },
     Module {
@@ -6846,7 +6846,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 7, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 8, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_smooth.spv"),
     },
     Module {
@@ -6864,7 +6864,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_smooth_phasors.spv"),
     },
     Module {
@@ -6882,7 +6882,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_smooth_textured.spv"),
     },
     Module {
@@ -6901,7 +6901,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_smooth_textured_phasors.spv"),
     },
     Module {
@@ -6919,7 +6919,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_lambert_bumped.spv"),
     },
     Module {
@@ -6938,7 +6938,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_lambert_bumped_phasors.spv"),
     },
     Module {
@@ -6956,7 +6956,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 8, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 9, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ],
         spirv: include_bytes!("light_rays_shade_phong_bumped.spv"),
     },
     Module {
@@ -6975,7 +6975,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 9, name: "light_ray_hits", kind: DescriptorType::STORAGE_BUFFER },
             Binding { binding: 10, name: "drawn_vpls", kind: DescriptorType::STORAGE_IMAGE },
         ],
-        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
+        constants: &[("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("LOBE_LAYERS", 1), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ],
         spirv: include_bytes!("light_rays_shade_phong_bumped_phasors.spv"),
     },
     Module {
@@ -6999,7 +6999,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet.spv"),
     },
     Module {
@@ -7023,7 +7023,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -7047,7 +7047,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single.spv"),
     },
     Module {
@@ -7071,7 +7071,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_single_tree.spv"),
     },
     Module {
@@ -7096,7 +7096,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_packet.spv"),
     },
     Module {
@@ -7121,7 +7121,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_packet_tree.spv"),
     },
     Module {
@@ -7146,7 +7146,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_single.spv"),
     },
     Module {
@@ -7171,7 +7171,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_single_tree.spv"),
     },
     Module {
@@ -7196,7 +7196,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -7221,7 +7221,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -7246,7 +7246,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single.spv"),
     },
     Module {
@@ -7271,7 +7271,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -7297,7 +7297,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_packet.spv"),
     },
     Module {
@@ -7323,7 +7323,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -7349,7 +7349,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_single.spv"),
     },
     Module {
@@ -7375,7 +7375,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -7399,7 +7399,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet.spv"),
     },
     Module {
@@ -7423,7 +7423,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -7447,7 +7447,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single.spv"),
     },
     Module {
@@ -7471,7 +7471,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -7496,7 +7496,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_packet.spv"),
     },
     Module {
@@ -7521,7 +7521,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_packet_tree.spv"),
     },
     Module {
@@ -7546,7 +7546,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_single.spv"),
     },
     Module {
@@ -7571,7 +7571,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_single_tree.spv"),
     },
     Module {
@@ -7596,7 +7596,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -7621,7 +7621,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -7646,7 +7646,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -7671,7 +7671,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -7697,7 +7697,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_packet.spv"),
     },
     Module {
@@ -7723,7 +7723,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -7749,7 +7749,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_single.spv"),
     },
     Module {
@@ -7775,7 +7775,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -7800,7 +7800,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_packet.spv"),
     },
     Module {
@@ -7825,7 +7825,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_packet_tree.spv"),
     },
     Module {
@@ -7850,7 +7850,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_packet_cutout.spv"),
     },
     Module {
@@ -7875,7 +7875,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_single.spv"),
     },
     Module {
@@ -7900,7 +7900,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_single_tree.spv"),
     },
     Module {
@@ -7925,7 +7925,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_single_cutout.spv"),
     },
     Module {
@@ -7951,7 +7951,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_packet.spv"),
     },
     Module {
@@ -7977,7 +7977,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_packet_tree.spv"),
     },
     Module {
@@ -8003,7 +8003,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_packet_cutout.spv"),
     },
     Module {
@@ -8029,7 +8029,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_single.spv"),
     },
     Module {
@@ -8055,7 +8055,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_single_tree.spv"),
     },
     Module {
@@ -8081,7 +8081,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_single_cutout.spv"),
     },
     Module {
@@ -8105,7 +8105,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet.spv"),
     },
     Module {
@@ -8129,7 +8129,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_packet_tree.spv"),
     },
     Module {
@@ -8153,7 +8153,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single.spv"),
     },
     Module {
@@ -8177,7 +8177,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_single_tree.spv"),
     },
     Module {
@@ -8202,7 +8202,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_packet.spv"),
     },
     Module {
@@ -8227,7 +8227,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_packet_tree.spv"),
     },
     Module {
@@ -8252,7 +8252,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_single.spv"),
     },
     Module {
@@ -8277,7 +8277,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_single_tree.spv"),
     },
     Module {
@@ -8302,7 +8302,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet.spv"),
     },
     Module {
@@ -8327,7 +8327,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -8352,7 +8352,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single.spv"),
     },
     Module {
@@ -8377,7 +8377,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_single_tree.spv"),
     },
     Module {
@@ -8403,7 +8403,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_packet.spv"),
     },
     Module {
@@ -8429,7 +8429,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -8455,7 +8455,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_single.spv"),
     },
     Module {
@@ -8481,7 +8481,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -8505,7 +8505,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet.spv"),
     },
     Module {
@@ -8529,7 +8529,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_packet_tree.spv"),
     },
     Module {
@@ -8553,7 +8553,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single.spv"),
     },
     Module {
@@ -8577,7 +8577,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_single_tree.spv"),
     },
     Module {
@@ -8602,7 +8602,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_packet.spv"),
     },
     Module {
@@ -8627,7 +8627,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_packet_tree.spv"),
     },
     Module {
@@ -8652,7 +8652,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_single.spv"),
     },
     Module {
@@ -8677,7 +8677,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_single_tree.spv"),
     },
     Module {
@@ -8702,7 +8702,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet.spv"),
     },
     Module {
@@ -8727,7 +8727,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -8752,7 +8752,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single.spv"),
     },
     Module {
@@ -8777,7 +8777,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -8803,7 +8803,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_packet.spv"),
     },
     Module {
@@ -8829,7 +8829,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -8855,7 +8855,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_single.spv"),
     },
     Module {
@@ -8881,7 +8881,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -8906,7 +8906,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet.spv"),
     },
     Module {
@@ -8931,7 +8931,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_packet_tree.spv"),
     },
     Module {
@@ -8956,7 +8956,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single.spv"),
     },
     Module {
@@ -8981,7 +8981,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_single_tree.spv"),
     },
     Module {
@@ -9007,7 +9007,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_packet.spv"),
     },
     Module {
@@ -9033,7 +9033,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_packet_tree.spv"),
     },
     Module {
@@ -9059,7 +9059,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_single.spv"),
     },
     Module {
@@ -9085,7 +9085,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_single_tree.spv"),
     },
     Module {
@@ -9111,7 +9111,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet.spv"),
     },
     Module {
@@ -9137,7 +9137,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_packet_tree.spv"),
     },
     Module {
@@ -9163,7 +9163,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single.spv"),
     },
     Module {
@@ -9189,7 +9189,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_single_tree.spv"),
     },
     Module {
@@ -9216,7 +9216,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_packet.spv"),
     },
     Module {
@@ -9243,7 +9243,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -9270,7 +9270,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_single.spv"),
     },
     Module {
@@ -9297,7 +9297,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -9322,7 +9322,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet.spv"),
     },
     Module {
@@ -9347,7 +9347,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_packet_tree.spv"),
     },
     Module {
@@ -9372,7 +9372,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single.spv"),
     },
     Module {
@@ -9397,7 +9397,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_single_tree.spv"),
     },
     Module {
@@ -9423,7 +9423,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_packet.spv"),
     },
     Module {
@@ -9449,7 +9449,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_packet_tree.spv"),
     },
     Module {
@@ -9475,7 +9475,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_single.spv"),
     },
     Module {
@@ -9501,7 +9501,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_single_tree.spv"),
     },
     Module {
@@ -9527,7 +9527,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet.spv"),
     },
     Module {
@@ -9553,7 +9553,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_packet_tree.spv"),
     },
     Module {
@@ -9579,7 +9579,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single.spv"),
     },
     Module {
@@ -9605,7 +9605,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_single_tree.spv"),
     },
     Module {
@@ -9632,7 +9632,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_packet.spv"),
     },
     Module {
@@ -9659,7 +9659,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_packet_tree.spv"),
     },
     Module {
@@ -9686,7 +9686,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_single.spv"),
     },
     Module {
@@ -9713,7 +9713,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_single_tree.spv"),
     },
     Module {
@@ -9738,7 +9738,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_packet.spv"),
     },
     Module {
@@ -9763,7 +9763,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_packet_tree.spv"),
     },
     Module {
@@ -9788,7 +9788,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_packet_cutout.spv"),
     },
     Module {
@@ -9813,7 +9813,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_single.spv"),
     },
     Module {
@@ -9838,7 +9838,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_single_tree.spv"),
     },
     Module {
@@ -9863,7 +9863,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_single_cutout.spv"),
     },
     Module {
@@ -9889,7 +9889,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_packet.spv"),
     },
     Module {
@@ -9915,7 +9915,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_packet_tree.spv"),
     },
     Module {
@@ -9941,7 +9941,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_packet_cutout.spv"),
     },
     Module {
@@ -9967,7 +9967,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_single.spv"),
     },
     Module {
@@ -9993,7 +9993,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_single_tree.spv"),
     },
     Module {
@@ -10019,7 +10019,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_single_cutout.spv"),
     },
     Module {
@@ -10045,7 +10045,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_packet.spv"),
     },
     Module {
@@ -10071,7 +10071,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_packet_tree.spv"),
     },
     Module {
@@ -10097,7 +10097,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_packet_cutout.spv"),
     },
     Module {
@@ -10123,7 +10123,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_single.spv"),
     },
     Module {
@@ -10149,7 +10149,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_single_tree.spv"),
     },
     Module {
@@ -10175,7 +10175,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_single_cutout.spv"),
     },
     Module {
@@ -10202,7 +10202,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_packet.spv"),
     },
     Module {
@@ -10229,7 +10229,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_packet_tree.spv"),
     },
     Module {
@@ -10256,7 +10256,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("RAY_PAIRS", 4), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("WORKGROUP", 64), ("RECEIVERS", 8), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_packet_cutout.spv"),
     },
     Module {
@@ -10283,7 +10283,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_single.spv"),
     },
     Module {
@@ -10310,7 +10310,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_single_tree.spv"),
     },
     Module {
@@ -10337,7 +10337,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_single_cutout.spv"),
     },
     Module {
@@ -10361,7 +10361,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_query.spv"),
     },
     Module {
@@ -10386,7 +10386,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_phasors_query.spv"),
     },
     Module {
@@ -10411,7 +10411,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_query.spv"),
     },
     Module {
@@ -10437,7 +10437,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_flat_textured_phasors_query.spv"),
     },
     Module {
@@ -10461,7 +10461,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_query.spv"),
     },
     Module {
@@ -10486,7 +10486,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_phasors_query.spv"),
     },
     Module {
@@ -10511,7 +10511,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_query.spv"),
     },
     Module {
@@ -10537,7 +10537,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_smooth_textured_phasors_query.spv"),
     },
     Module {
@@ -10562,7 +10562,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_query.spv"),
     },
     Module {
@@ -10587,7 +10587,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_query_cutout.spv"),
     },
     Module {
@@ -10613,7 +10613,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_query.spv"),
     },
     Module {
@@ -10639,7 +10639,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 1), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_lambert_matte_bumped_phasors_query_cutout.spv"),
     },
     Module {
@@ -10663,7 +10663,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_query.spv"),
     },
     Module {
@@ -10688,7 +10688,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_phasors_query.spv"),
     },
     Module {
@@ -10713,7 +10713,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_query.spv"),
     },
     Module {
@@ -10739,7 +10739,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_flat_textured_phasors_query.spv"),
     },
     Module {
@@ -10763,7 +10763,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 12, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 13, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_query.spv"),
     },
     Module {
@@ -10788,7 +10788,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_phasors_query.spv"),
     },
     Module {
@@ -10813,7 +10813,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_query.spv"),
     },
     Module {
@@ -10839,7 +10839,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_smooth_textured_phasors_query.spv"),
     },
     Module {
@@ -10864,7 +10864,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_query.spv"),
     },
     Module {
@@ -10890,7 +10890,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_phasors_query.spv"),
     },
     Module {
@@ -10916,7 +10916,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_query.spv"),
     },
     Module {
@@ -10943,7 +10943,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_flat_textured_phasors_query.spv"),
     },
     Module {
@@ -10968,7 +10968,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_query.spv"),
     },
     Module {
@@ -10994,7 +10994,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_phasors_query.spv"),
     },
     Module {
@@ -11020,7 +11020,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_query.spv"),
     },
     Module {
@@ -11047,7 +11047,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_smooth_textured_phasors_query.spv"),
     },
     Module {
@@ -11072,7 +11072,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_query.spv"),
     },
     Module {
@@ -11097,7 +11097,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 13, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 14, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_query_cutout.spv"),
     },
     Module {
@@ -11123,7 +11123,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_query.spv"),
     },
     Module {
@@ -11149,7 +11149,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_matte_bumped_phasors_query_cutout.spv"),
     },
     Module {
@@ -11175,7 +11175,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_query.spv"),
     },
     Module {
@@ -11201,7 +11201,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 14, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 15, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("VPL_LAYERS", 3), ("GLOSSY_VPL_LAYERS", 5), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 2), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_query_cutout.spv"),
     },
     Module {
@@ -11228,7 +11228,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_query.spv"),
     },
     Module {
@@ -11255,7 +11255,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 15, name: "lattice", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 16, name: "results", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 8), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 8), ("RECEIVERS", 8), ("WORKGROUP", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("ROW_MASK", 1023), ("ROW_SHIFT", 10), ("RAYS", 2), ("RAY_PAIRS", 1), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("VPLS_PER_ROW", 1024), ("TURNS_LAYER", 3), ("VPL_LAYERS", 4), ("GLOSSY_VPL_LAYERS", 6), ("DIFFUSE", 0), ("SPECULAR", 1), ("RESULT_VECTORS", 16), ("PHASOR_SQUARES", 2), ("LOBES", 2), ("MAX_PHASOR_LAYERS", 6), ("NO_PIXEL", 4294967295), ("UNKNOWN", 0), ("PREDICTED", 1), ("GATHERED", 2), ("GATHERED_UNPREDICTED", 3), ("INTERPOLATED", 4), ("PREDICTED_ONE_WAY", 5), ("CANDIDATES", 8), ("LANES", 32), ("WORKGROUP", 64), ("RECEIVERS", 2), ],
         spirv: include_bytes!("final_gather_phong_glossy_bumped_phasors_query_cutout.spv"),
     },
     Module {
@@ -11966,7 +11966,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -11982,7 +11982,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -11999,7 +11999,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_any_packet_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12015,7 +12015,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_single.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12031,7 +12031,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_single_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12048,7 +12048,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_single_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12064,7 +12064,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12080,7 +12080,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12097,7 +12097,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("RAY_PAIRS", 4), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
         spirv: include_bytes!("ray_probe_closest_packet_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12113,7 +12113,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_single.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12129,7 +12129,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_single_tree.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12146,7 +12146,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("TRAVERSALS", 2), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_single_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12161,7 +12161,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_query.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12178,7 +12178,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_any_query_cutout.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12194,7 +12194,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 3, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 4, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_query.spv"),
     },
     #[cfg(feature = "test-hooks")]
@@ -12211,7 +12211,7 @@ pub static MODULES: &[Module] = &[
             Binding { binding: 4, name: "ends", kind: DescriptorType::SAMPLED_IMAGE },
             Binding { binding: 5, name: "found", kind: DescriptorType::STORAGE_BUFFER },
         ],
-        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 8), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 64), ],
+        constants: &[("LOBE_LAYERS", 1), ("MAX_FACES", 6), ("RAYS", 2), ("RAY_PAIRS", 1), ("ROW_SHIFT", 10), ("ROW_MASK", 1023), ("NOTHING_HIT", 4294967295), ("HEADER_TEXELS", 3), ("LEAF", 1073741824), ("LEAF_CUTOUT", 536870912), ("STRIDE", 8), ("PACKET_RAYS", 16), ],
         spirv: include_bytes!("ray_probe_closest_query_cutout.spv"),
     },
 ];
