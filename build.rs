@@ -215,7 +215,9 @@ mod compile {
                     ["#import", _] | ["#loader", _, _] => {}
                     // WGSL has them before all else.
                     ["enable", _] if is_taken => self.text.insert_str(0, &format!("{line}\n")),
-                    [word, ..] if word.starts_with('#') && !["#repeat", "#endrepeat"].contains(word) => {
+                    [word, ..]
+                        if word.starts_with('#') && !["#repeat", "#endrepeat"].contains(word) =>
+                    {
                         return fail("unknown directive");
                     }
                     _ if is_taken => {

@@ -13,7 +13,7 @@ struct RayProbeParameters {
 var points: texture_2d<f32>;
 // Any hit: Q and the unit normal of its triangle, packed. Closest hit: a direction.
 var ends: texture_2d<f32>;
-// Any hit: a bit per ray of the lane. Closest hit: 1 / distance and the triangle, 1 + its place in the scene, of each ray.
+// Any hit: 1 for each ray that is blocked. Closest hit: 1 / distance and the triangle, 1 + its place in the scene, of each ray.
 var<storage, read_write> found: array<u32>;
 var<immediate> parameters: RayProbeParameters;
 
@@ -53,11 +53,9 @@ fn compute_main(
     }
 #if ANY
     trace(origin, true);
-    var bits = 0u;
     for (var i = 0u; i < RAYS; i++) {
-        bits |= select(0u, 1u << i, ray_inverse_t[i] > 1.0);
+        found[first + 8u * i] = select(0u, 1u, ray_inverse_t[i] > 1.0);
     }
-    found[8u * packet + lane] = bits;
 #else
     trace(origin, false);
     for (var i = 0u; i < RAYS; i++) {

@@ -36,7 +36,7 @@ impl Plan {
     /// [`Error::Scene`](crate::Error::Scene) for an invalid scene, [`Error::DeviceLimit`](crate::Error::DeviceLimit) where the device cannot hold what the scene asks for.
     pub fn new(scene: &Scene, device: &DeviceInfo) -> Result<Plan> {
         let mut plan = Plan::for_scene(scene, device)?;
-        let unlimited = Requirements::new(None);
+        let unlimited = Requirements::without_limits(plan.image_block_rows);
         maps(&plan, &unlimited)?;
         let lights = scene.lights.len().max(1) as u32;
         if unlimited.total().saturating_mul(lights.into())
@@ -45,7 +45,7 @@ impl Plan {
             plan.map_sets = lights;
         }
 
-        let requirements = Requirements::new(Some(device));
+        let requirements = Requirements::new(device);
         declare(&plan, scene, &requirements)?;
         // The host's memory and the device's are one.
         let layers = match device.kind {
@@ -59,7 +59,7 @@ impl Plan {
     /// The most bytes of device memory that a frame of the scene holds at a time: an upper bound, but for what the driver adds to
     /// images, and close to what is held (`tests/hard/device_memory.rs`).
     pub fn device_memory_bytes(&self, scene: &Scene) -> u64 {
-        let unlimited = Requirements::new(None);
+        let unlimited = Requirements::without_limits(self.image_block_rows);
         // Without limits nothing is refused.
         let declared = declare(self, scene, &unlimited);
         declared.map_or(u64::MAX, |()| unlimited.total())

@@ -87,14 +87,9 @@ impl RayProbe {
         };
         let ends: Vec<_> = ends.iter().map(texel).collect();
         let rays = ends.len();
-        let probed = self.probe("any", points, ends, rays / 8)?;
-        // A word holds the rays that a lane traces: every eighth of a packet of 64.
-        let is_hit = |ray: usize| {
-            let word = probed.found[8 * (ray / 64) + ray % 8];
-            word >> (ray / 8 % 8) & 1 == 1
-        };
+        let probed = self.probe("any", points, ends, rays)?;
         Ok(Probed {
-            found: (0..rays).map(is_hit).collect(),
+            found: probed.found.iter().map(|&is_hit| is_hit == 1).collect(),
             milliseconds: probed.milliseconds,
         })
     }

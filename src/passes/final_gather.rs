@@ -16,6 +16,7 @@ use super::{
 };
 use crate::{
     Error, RayKernel, Result, lattice,
+    output::for_each_at_once,
     plan::Plan,
     vulkan::{
         Allocate, Buffer, BufferUse, MAX_GROUPS, Resource, TexelList,
@@ -222,24 +223,25 @@ impl Gatherer for FinalGather<'_> {
             None => &[],
         };
         let half = samples.len() / 2;
-        let mut moved = 0.0_f64;
-        for (index, sampling) in self.sampling.iter_mut().enumerate() {
+        let lights = &self.lights;
+        let mut moved = [0.0_f64; 2];
+        // They have nothing in common, and the device waits for both.
+        let samplings = self.sampling.iter_mut().zip(&mut moved).enumerate();
+        for_each_at_once(samplings, |(index, (sampling, moved))| {
             let rays = std::mem::take(&mut sampling.pilot_rays);
             let Some(table) = sampling.table.take().filter(|_| half > 0) else {
-                continue;
+                return;
             };
             let pilot = Pilot {
                 samples: &samples[index * half..][..half],
                 first_result: (index * half) as u32 / PACKET_SAMPLES,
                 rays: &rays,
             };
-            let learned =
-                sampling
-                    .sampler
-                    .learn(&self.lights, &table, &pilot, norm.unwrap_or_default());
-            moved = moved.max(learned);
-        }
-        Ok(moved)
+            *moved = sampling
+                .sampler
+                .learn(lights, &table, &pilot, norm.unwrap_or_default());
+        });
+        Ok(moved[0].max(moved[1]))
     }
 
     /// With packets of samples of each technique.

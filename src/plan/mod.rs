@@ -64,6 +64,8 @@ pub struct Plan {
     pub tof: Option<TofPlan>,
     /// relRMSE that is requested of the direct light of lights with an area; `None` without such lights.
     pub area_light_error: Option<f64>,
+    /// Rows that the device lays images out in.
+    pub(crate) image_block_rows: u32,
 }
 
 /// What time of flight takes.
@@ -264,6 +266,7 @@ impl Plan {
             primary_rays,
             lights: lights.collect(),
             map_sets: 1,
+            image_block_rows: device.quirks.image_block_rows,
             indirect,
             joule_per_irradiance: scene.sensor.map(|sensor| sensor.joule_per_irradiance()),
             irradiance_per_radiance: scene

@@ -6,8 +6,8 @@ use std::cell::Cell;
 use super::{Buffer, BufferUse, Device, DeviceInfo, DeviceLimits, Image, ImageShape};
 use crate::{Error, Result};
 
-/// Drivers lay images out in squares of so many pixels along an edge.
-const IMAGE_TILE_PX: u64 = 4;
+/// Drivers lay images out in blocks of so many columns, and of [`Quirks::image_block_rows`](super::Quirks) rows.
+const IMAGE_BLOCK_COLUMNS: u64 = 4;
 /// Views, uniforms, lengths of lists and other things of a few hundred bytes, each rounded up to a page.
 const SMALL_BUFFERS_BYTES: u64 = 256 << 10;
 
@@ -62,6 +62,7 @@ impl GrowsWith {
 pub(crate) struct Requirements<'d> {
     /// `None`: without limits.
     device: Option<&'d DeviceInfo>,
+    image_block_rows: u32,
     /// What is held all the time, in the order of [`GrowsWith::ALL`].
     bytes: [Cell<u64>; 3],
     /// What is copied to the device before anything else, and freed.
@@ -78,9 +79,17 @@ struct Staging {
 }
 
 impl<'d> Requirements<'d> {
-    pub fn new(device: Option<&'d DeviceInfo>) -> Self {
+    pub fn new(device: &'d DeviceInfo) -> Self {
         Requirements {
-            device,
+            device: Some(device),
+            ..Requirements::without_limits(device.quirks.image_block_rows)
+        }
+    }
+
+    pub fn without_limits(image_block_rows: u32) -> Self {
+        Requirements {
+            device: None,
+            image_block_rows,
             bytes: Default::default(),
             staging: Staging::default(),
             later: Default::default(),
@@ -91,6 +100,7 @@ impl<'d> Requirements<'d> {
     pub fn of(&self, grows_with: GrowsWith) -> Declarations<'_> {
         Declarations {
             device: self.device,
+            image_block_rows: self.image_block_rows,
             bytes: &self.bytes[grows_with as usize],
             staging: &self.staging,
             hint: grows_with.hint().into(),
@@ -103,10 +113,10 @@ impl<'d> Requirements<'d> {
         one: impl FnOnce(&Self) -> Result<()>,
         other: impl FnOnce(&Self) -> Result<()>,
     ) -> Result<()> {
-        let [first, second] = [
-            Requirements::new(self.device),
-            Requirements::new(self.device),
-        ];
+        let [first, second] = [(); 2].map(|()| Requirements {
+            device: self.device,
+            ..Requirements::without_limits(self.image_block_rows)
+        });
         one(&first)?;
         other(&second)?;
         let larger = if first.total() >= second.total() {
@@ -174,6 +184,7 @@ fn check(
 /// Takes declarations of what grows with the same thing, with what to do where one of them is over a limit.
 pub(crate) struct Declarations<'r> {
     device: Option<&'r DeviceInfo>,
+    image_block_rows: u32,
     /// The sum.
     bytes: &'r Cell<u64>,
     staging: &'r Staging,
@@ -221,9 +232,9 @@ impl Allocate for Declarations<'_> {
             let what = format!("{name}, {axis} (px)");
             self.check(&what, size_px.into(), |limits| limits.max_image_px.into())?;
         }
-        let [width, height] = shape
-            .size_px
-            .map(|px| u64::from(px).next_multiple_of(IMAGE_TILE_PX));
+        let [width, height] = shape.size_px.map(u64::from);
+        let width = width.next_multiple_of(IMAGE_BLOCK_COLUMNS);
+        let height = height.next_multiple_of(self.image_block_rows.into());
         let bytes = (u64::from(shape.layer_count()) * shape.pixel.bytes())
             .saturating_mul(width)
             .saturating_mul(height);
