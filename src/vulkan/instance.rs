@@ -22,8 +22,7 @@ use super::{
 };
 use crate::Result;
 
-const INSTALL_DRIVER: &str =
-    "install a Vulkan driver, on Debian: apt-get install libvulkan1 mesa-vulkan-drivers";
+const INSTALL_DRIVER: &str = "install a Vulkan driver, on Debian: apt-get install libvulkan1 mesa-vulkan-drivers; if there is one, VK_LOADER_DEBUG=error,driver says why it was not taken";
 
 /// What a Vulkan device is, and whether camlux can use it.
 #[derive(Debug, Clone, PartialEq)]

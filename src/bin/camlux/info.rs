@@ -7,7 +7,7 @@ use indicatif::HumanBytes;
 
 use crate::{Failure, print};
 
-const INSTALL: &str = "install a Vulkan driver (Debian: apt-get install mesa-vulkan-drivers)";
+const INSTALL: &str = "install a Vulkan driver (Debian: apt-get install mesa-vulkan-drivers); if there is one, VK_LOADER_DEBUG=error,driver says why it was not taken";
 
 /// Exit code 0 if a device can be used, else 1.
 pub fn run() -> Result<ExitCode, Failure> {
