@@ -7,25 +7,27 @@ use crate::layouts::{Layout, layouts};
 const UPDATE: &str =
     "run `UPDATE_HEADER=1 cargo test --test generated` and check in what it writes";
 
-/// In the order in which a reader needs them; so are the parts of the header.
-const SOURCES: [&str; 15] = [
-    "status",
-    "log",
-    "args",
-    "handle",
-    "device",
-    "scene",
-    "scene_options",
-    "tof",
-    "texture",
-    "material",
-    "mesh",
-    "poses",
-    "instances",
-    "light",
-    "renderer",
+/// The sections of the header, in the order in which a reader needs them, and the files of `src/capi` that each declares.
+const SECTIONS: [(&str, &[&str]); 11] = [
+    ("Status and messages", &["status", "log"]),
+    ("Handles", &["handle"]),
+    ("Devices", &["device"]),
+    (
+        "Scenes: camera, sensor, how light is computed",
+        &["scene", "scene_options"],
+    ),
+    ("Time of flight", &["tof"]),
+    ("Textures and materials", &["texture", "material"]),
+    (
+        "Meshes, poses, instances",
+        &["args", "mesh", "poses", "instances"],
+    ),
+    ("Lights", &["light"]),
+    ("Renderers", &["renderer"]),
+    ("Frames", &["frame", "frame_stats"]),
+    ("The host's own Vulkan", &["vulkan"]),
 ];
-const LATER_SOURCES: [&str; 3] = ["frame", "frame_stats", "vulkan"];
+const FIRST_VALUES: &str = "First values of the structs";
 
 fn path(name: &str) -> std::path::PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(name)
@@ -46,13 +48,35 @@ fn assert_checked_in(name: &str, made: &str) {
 }
 
 fn header() -> String {
+    let mut header = read("src/capi/manual.h").trim_end().to_owned();
+    let titles = SECTIONS.iter().map(|(title, _)| *title);
+    let titles: Vec<&str> = titles.chain([FIRST_VALUES]).collect();
+    let mut contents = String::new();
+    for (i, title) in titles.iter().enumerate() {
+        let _ = writeln!(contents, " *   {:2}  {title}", i + 1);
+    }
+    header = header.replace(" *   (the sections)\n", &contents);
+    header += "\n\n#ifndef CAMLUX_H\n#define CAMLUX_H\n\n#include <stddef.h>\n#include <stdint.h>\n\n\
+               #ifdef __cplusplus\nextern \"C\" {\n#endif\n";
+    for (i, (title, sources)) in SECTIONS.iter().enumerate() {
+        header += &section_title(i + 1, title);
+        header += &for_c(&declarations(sources));
+    }
+    header += &section_title(titles.len(), FIRST_VALUES);
+    header += &init_macros(&layouts());
+    header + "\n#ifdef __cplusplus\n}\n#endif\n\n#endif  /* CAMLUX_H */\n"
+}
+
+fn section_title(number: usize, title: &str) -> String {
+    let line = "-".repeat(118);
+    format!("\n\n/* {line}\n * {number}. {title}\n * {line} */\n\n")
+}
+
+/// What files of `src/capi` declare.
+fn declarations(sources: &[&str]) -> String {
     let mut config = cbindgen::Config {
         language: cbindgen::Language::C,
-        header: Some(read("src/capi/manual.h").trim_end().to_owned()),
-        include_guard: Some("CAMLUX_H".into()),
         no_includes: true,
-        sys_includes: vec!["stddef.h".into(), "stdint.h".into()],
-        cpp_compat: true,
         usize_is_size_t: true,
         documentation_style: cbindgen::DocumentationStyle::Doxy,
         style: cbindgen::Style::Both,
@@ -62,20 +86,17 @@ fn header() -> String {
     config.function.sort_by = Some(cbindgen::SortKey::None);
     config.constant.sort_by = Some(cbindgen::SortKey::None);
     let mut builder = cbindgen::Builder::new().with_config(config);
-    for source in SOURCES.iter().chain(&LATER_SOURCES) {
+    for source in sources {
         builder = builder.with_src(path(&format!("src/capi/{source}.rs")));
     }
     let bindings = builder.generate().expect("cbindgen reads the source");
-    let mut header = Vec::new();
-    bindings.write(&mut header);
-    let header = String::from_utf8(header).expect("cbindgen writes UTF-8");
-    for_c(&header)
+    let mut declarations = Vec::new();
+    bindings.write(&mut declarations);
+    String::from_utf8(declarations).expect("cbindgen writes UTF-8")
 }
 
-const GUARD_END: &str = "#endif  /* CAMLUX_H */";
-
-/// What cbindgen writes, as one would write it in C: short comments on one line, negative numbers in brackets, and the `_INIT`
-/// macros.
+/// What cbindgen writes, as one would write it in C: short comments on one line, negative numbers in brackets, and names of
+/// structs alike in every section.
 fn for_c(header: &str) -> String {
     let mut lines: Vec<String> = Vec::new();
     for line in header.lines() {
@@ -97,11 +118,10 @@ fn for_c(header: &str) -> String {
             lines.push(format!("{name} (-{number})"));
         } else if let Some(name) = line.strip_suffix(" 4294967295") {
             lines.push(format!("{name} UINT32_C(0xffffffff)"));
-        } else if line == GUARD_END {
-            lines.push(init_macros(&layouts()));
-            lines.push(GUARD_END.to_owned());
-        } else {
+        } else if line.starts_with("typedef struct") {
             lines.push(line.to_owned());
+        } else {
+            lines.push(line.replace("struct camlux_", "camlux_"));
         }
     }
     lines.join("\n") + "\n"
@@ -109,9 +129,7 @@ fn for_c(header: &str) -> String {
 
 /// The first values of the structs, as Rust has them.
 fn init_macros(layouts: &[Layout]) -> String {
-    let mut text = String::from(
-        "/* The first values of the structs: camlux_camera camera = CAMLUX_CAMERA_INIT; */\n",
-    );
+    let mut text = String::from("/* As in: camlux_camera camera = CAMLUX_CAMERA_INIT; */\n");
     for Layout { name, fields, .. } in with_init(layouts) {
         let macro_name = init_macro(name);
         let _ = write!(text, "\n#define {macro_name} {{ (uint32_t)sizeof({name})");
