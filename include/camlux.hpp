@@ -63,8 +63,6 @@ namespace camlux {
 /** The version of the library that runs, as CAMLUX_VERSION_MAJOR and so on are of this header: see camlux_version. */
 inline std::uint32_t version() noexcept { return camlux_version(); }
 
-using device_info = camlux_device_info;
-using frame_stats = camlux_frame_stats;
 using scene_counts = camlux_scene_counts;
 using bounds = camlux_bounds;
 
@@ -85,9 +83,9 @@ public:
     static device_info info_of(std::uint32_t index) { return try_info_of(index).value(); }
     static result<device_info> try_info_of(std::uint32_t index)
     {
-        device_info info = CAMLUX_DEVICE_INFO_INIT;
+        camlux_device_info info = CAMLUX_DEVICE_INFO_INIT;
         const camlux_status status = camlux_device_get_info(index, &info);
-        return detail::ended(status, info);
+        return detail::ended(status, detail::device_info_of(info));
     }
 
     static device open(const device_options &options = {}) { return try_open(options).value(); }
@@ -101,6 +99,12 @@ public:
         } else if (!options.name.empty()) {
             raw.choice = CAMLUX_DEVICE_NAME;
             raw.name = options.name.c_str();
+        } else if (!options.uuid.empty()) {
+            raw.choice = CAMLUX_DEVICE_UUID;
+            raw.name = options.uuid.c_str();
+        } else if (!options.pci.empty()) {
+            raw.choice = CAMLUX_DEVICE_PCI;
+            raw.name = options.pci.c_str();
         }
         camlux_device *opened = nullptr;
         const camlux_status status = camlux_device_create(&raw, &opened);
@@ -119,9 +123,9 @@ public:
     device_info info() const { return try_info().value(); }
     result<device_info> try_info() const
     {
-        device_info info = CAMLUX_DEVICE_INFO_INIT;
+        camlux_device_info info = CAMLUX_DEVICE_INFO_INIT;
         const camlux_status status = camlux_device_info_of(get(), &info);
-        return detail::ended(status, info);
+        return detail::ended(status, detail::device_info_of(info));
     }
 
     std::uint32_t validation_count() const { return try_validation_count().value(); }
@@ -445,20 +449,19 @@ public:
         return detail::ended(camlux_frame_write_png(get(), path.c_str()));
     }
 
-    /** What its texts point to is valid as long as the frame. */
     frame_stats stats() const { return try_stats().value(); }
     result<frame_stats> try_stats() const
     {
-        frame_stats stats = CAMLUX_FRAME_STATS_INIT;
+        camlux_frame_stats stats = CAMLUX_FRAME_STATS_INIT;
         const camlux_status status = camlux_frame_get_stats(get(), &stats);
-        return detail::ended(status, stats);
+        return detail::ended(status, detail::frame_stats_of(stats));
     }
 
     /** What was done for it, in the order of execution. */
     std::vector<pass_time> passes() const { return try_passes().value(); }
     result<std::vector<pass_time>> try_passes() const
     {
-        frame_stats stats = CAMLUX_FRAME_STATS_INIT;
+        camlux_frame_stats stats = CAMLUX_FRAME_STATS_INIT;
         camlux_status status = camlux_frame_get_stats(get(), &stats);
         std::vector<pass_time> passes;
         for (std::uint32_t index = 0; status == CAMLUX_OK && index < stats.pass_count; ++index) {

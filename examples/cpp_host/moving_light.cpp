@@ -73,7 +73,7 @@ int run(const std::filesystem::path &folder, std::uint32_t size_px)
     });
     const camlux::device device = camlux::device::open();
     std::printf("camlux %u.%u.%u on %s\n\n", camlux::version() / 1000000, camlux::version() / 1000 % 1000,
-                camlux::version() % 1000, device.info().name);
+                camlux::version() % 1000, device.info().name.c_str());
     render_turn(device, folder, size_px);
     print_reuse(device, 64);
     if (size_px != 64)

@@ -85,6 +85,22 @@ constexpr layer of_frequency(std::int32_t frequency, layer of_first, std::int32_
     return static_cast<layer>(is_there ? number : -1);
 }
 
+enum class device_kind : std::int32_t {
+    discrete = CAMLUX_DEVICE_KIND_DISCRETE,
+    integrated = CAMLUX_DEVICE_KIND_INTEGRATED,
+    virtual_machine = CAMLUX_DEVICE_KIND_VIRTUAL,
+    cpu = CAMLUX_DEVICE_KIND_CPU,
+    other = CAMLUX_DEVICE_KIND_OTHER,
+};
+
+/** Why final gathering went no further. */
+enum class stop_reason : std::int32_t {
+    none = CAMLUX_STOP_NONE,
+    target_met = CAMLUX_STOP_TARGET_MET,
+    budget_spent = CAMLUX_STOP_BUDGET_SPENT,
+    samples_exhausted = CAMLUX_STOP_SAMPLES_EXHAUSTED,
+};
+
 enum class light_kind : std::int32_t {
     point = CAMLUX_LIGHT_POINT,
     spot = CAMLUX_LIGHT_SPOT,
@@ -394,11 +410,31 @@ struct exr_options {
     std::vector<layer> layers;
 };
 
-/** camlux_device_options: the best device, or that of an index, or that of a name. */
+/** camlux_device_options: the best device, or that of an index, or else that of a name, a UUID or a PCI address. */
 struct device_options {
     std::optional<std::uint32_t> index;
-    std::string name;
+    std::string name, uuid, pci;
     bool validation = false;
+};
+
+/** camlux_device_info. */
+struct device_info {
+    std::uint32_t index = 0;
+    device_kind kind = device_kind::other;
+    bool is_usable = false;
+    std::uint32_t max_image_px = 0, subgroup_lanes = 0;
+    std::uint64_t max_allocation_bytes = 0;
+    std::string name, driver, lacks, api_version, uuid, pci;
+};
+
+/** camlux_frame_stats: estimates are NaN where there are none. */
+struct frame_stats {
+    double wall_ms = 0, passes_ms = 0, snapshot_ms = 0;
+    std::uint64_t vpl_count = 0, ray_count = 0, pixel_vpl_pairs = 0;
+    double estimated_error = 0, estimated_error_upper = 0, estimated_interpolation_error = 0, estimated_area_light_error = 0;
+    std::uint32_t submissions = 0;
+    stop_reason stop = stop_reason::none;
+    std::string device, driver;
 };
 
 /** camlux_pass_time. */
@@ -635,6 +671,44 @@ inline material material_of(const camlux_material &from)
     to.kd_texture = from.kd_texture;
     to.normal_texture = from.normal_texture;
     to.alpha_texture = from.alpha_texture;
+    return to;
+}
+
+inline device_info device_info_of(const camlux_device_info &from)
+{
+    device_info to;
+    to.index = from.index;
+    to.kind = static_cast<device_kind>(from.kind);
+    to.is_usable = from.is_usable != 0;
+    to.max_image_px = from.max_image_px;
+    to.subgroup_lanes = from.subgroup_lanes;
+    to.max_allocation_bytes = from.max_allocation_bytes;
+    to.name = from.name;
+    to.driver = from.driver;
+    to.lacks = from.lacks;
+    to.api_version = from.api_version;
+    to.uuid = from.uuid;
+    to.pci = from.pci;
+    return to;
+}
+
+inline frame_stats frame_stats_of(const camlux_frame_stats &from)
+{
+    frame_stats to;
+    to.wall_ms = from.wall_ms;
+    to.passes_ms = from.passes_ms;
+    to.snapshot_ms = from.snapshot_ms;
+    to.vpl_count = from.vpl_count;
+    to.ray_count = from.ray_count;
+    to.pixel_vpl_pairs = from.pixel_vpl_pairs;
+    to.estimated_error = from.estimated_error;
+    to.estimated_error_upper = from.estimated_error_upper;
+    to.estimated_interpolation_error = from.estimated_interpolation_error;
+    to.estimated_area_light_error = from.estimated_area_light_error;
+    to.submissions = from.submissions;
+    to.stop = static_cast<stop_reason>(from.stop);
+    to.device = from.device ? from.device : "";
+    to.driver = from.driver ? from.driver : "";
     return to;
 }
 

@@ -263,6 +263,7 @@ void views_are_typed_and_keep_their_frame(camlux::renderer &renderer)
     CHECK(depth[33 * 16 + 16] == frame.view<float>(camlux::layer::depth)(16, 16));
     CHECK(frame.try_copy<float>(camlux::layer::radiance, depth).status() == CAMLUX_ERROR_INVALID_ARGUMENT);
     CHECK(frame.layers().size() > 5 && !frame.passes().empty() && frame.stats().wall_ms > 0);
+    CHECK(frame.stats().stop == camlux::stop_reason::none && !frame.stats().device.empty());
 }
 
 // The lamp is 2 m above the floor and the camera 3 m: half of both is 2.5 m.
@@ -389,7 +390,15 @@ int main()
         camlux::device_options options;
         options.validation = true;
         const camlux::device device = camlux::device::open(options);
-        CHECK(camlux::device::count() > camlux::device::info_of(0).index && device.info().is_usable == 1);
+        CHECK(camlux::device::count() > camlux::device::info_of(0).index && device.info().is_usable);
+        camlux::device_options same;
+        same.uuid = device.info().uuid;
+        CHECK(camlux::device::open(same).info().name == device.info().name);
+        same.uuid = "0123";
+        CHECK(camlux::device::try_open(same).status() == CAMLUX_ERROR_NO_DEVICE);
+        same = {};
+        same.pci = "ff:1f.7";
+        CHECK(camlux::device::try_open(same).status() == CAMLUX_ERROR_NO_DEVICE);
         camlux::renderer renderer = camlux::renderer::create(device);
         views_are_typed_and_keep_their_frame(renderer);
         time_of_flight_has_its_layers(renderer);
