@@ -16,7 +16,7 @@
  *    6  Textures and materials
  *    7  Meshes, poses, instances
  *    8  Lights
- *    9  Renderers
+ *    9  Renderers and jobs
  *   10  Frames
  *   11  The host's own Vulkan
  *   12  First values of the structs
@@ -101,7 +101,7 @@
  *
  * HANDLES AND MEMORY
  *
- * Devices, scenes, renderers, frames and cancel tokens are handles. A handle is a number in the form of a pointer: it points to nothing, can be
+ * Devices, scenes, renderers, frames, jobs and cancel tokens are handles. A handle is a number in the form of a pointer: it points to nothing, can be
  * copied, compared and handed to other threads, and a wrong one (NULL, released, of another kind, made up) is
  * CAMLUX_ERROR_INVALID_HANDLE, never a crash. Each counts its owners: it is created with one, camlux_..._retain counts one more,
  * camlux_..._release one less, and with the last it ends. Releasing NULL does nothing. A renderer keeps its device open; a frame
@@ -136,7 +136,8 @@
  * Every function may be called from any thread at any time; under \threads each says what takes turns. Calls that change one scene
  * take turns; a render takes a snapshot of the scene and does not hold it. A renderer renders one frame at a time, and
  * CAMLUX_ERROR_BUSY is what the second call gets: make a renderer for each thread, of one device, which any number may share.
- * Callbacks are called on the thread whose call has caused them, must return (no exception, no longjmp), and may call camlux
+ * camlux_renderer_submit renders on a thread of its own, and returns at once.
+ * Callbacks are called on the thread whose call has caused them, or on that of its job, must return (no exception, no longjmp), and may call camlux
  * but for what their own comment excludes. After fork, the child must not use handles of the parent.
  *
  *
@@ -285,6 +286,9 @@ typedef struct camlux_device camlux_device;
 /** A rendered frame. See camlux_renderer_render. */
 typedef struct camlux_frame camlux_frame;
 
+/** A render under way. See camlux_renderer_submit. */
+typedef struct camlux_job camlux_job;
+
 /** Renders frames on a device. See camlux_renderer_create. */
 typedef struct camlux_renderer camlux_renderer;
 
@@ -386,6 +390,23 @@ camlux_status camlux_cancel_token_retain(camlux_cancel_token *token);
  * \threads any.
  */
 camlux_status camlux_cancel_token_release(camlux_cancel_token *token);
+
+/**
+ * Counts one more owner of a job.
+ *
+ * \errors CAMLUX_ERROR_INVALID_HANDLE.
+ * \threads any.
+ */
+camlux_status camlux_job_retain(camlux_job *job);
+
+/**
+ * Counts one owner of a job less, and frees it with the last one. A render that is under way is cancelled then, and ends first.
+ *
+ * \param job NULL is fine: nothing happens.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE.
+ * \threads any.
+ */
+camlux_status camlux_job_release(camlux_job *job);
 
 
 /* ----------------------------------------------------------------------------------------------------------------------
@@ -1331,7 +1352,7 @@ camlux_status camlux_scene_get_light(camlux_scene *scene, uint32_t index, camlux
 
 
 /* ----------------------------------------------------------------------------------------------------------------------
- * 9. Renderers
+ * 9. Renderers and jobs
  * ---------------------------------------------------------------------------------------------------------------------- */
 
 /**
@@ -1425,6 +1446,44 @@ camlux_status camlux_cancel_token_create(camlux_cancel_token **token);
  * \threads any: meant for another thread than the one that renders, or a signal handler's helper thread.
  */
 camlux_status camlux_cancel_token_cancel(camlux_cancel_token *token);
+
+/**
+ * Begins to render a frame of a scene as it is at the time of the call, on a thread of its own, and returns. It is what
+ * camlux_renderer_render renders, which is CAMLUX_ERROR_BUSY on this renderer until the job is done: for more at once, make more renderers.
+ *
+ * The progress callback, and the log's messages of this render, come on the job's thread; what the options point to must be there until
+ * the job is done.
+ *
+ * \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
+ * \param job receives the handle, with one reference: give it back by camlux_job_release.
+ * \errors CAMLUX_ERROR_BUSY where the renderer is rendering; CAMLUX_ERROR_OUT_OF_MEMORY where no thread can be started;
+ * CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT. How the render itself ends, camlux_job_wait says.
+ * \threads any.
+ */
+camlux_status camlux_renderer_submit(camlux_renderer *renderer,
+                                     camlux_scene *scene,
+                                     const camlux_render_options *options,
+                                     camlux_job **job);
+
+/**
+ * Whether a job is done, so that camlux_job_wait will not wait.
+ *
+ * \param is_done receives 1, or 0 while the job renders.
+ * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT.
+ * \threads any; it never waits.
+ */
+camlux_status camlux_job_poll(camlux_job *job, int32_t *is_done);
+
+/**
+ * Waits until a job is done, and hands its frame out, once.
+ *
+ * \param frame receives the handle, with one reference: give it back by camlux_frame_release.
+ * \errors those of camlux_renderer_render, as the render has ended, each time; CAMLUX_ERROR_INVALID_ARGUMENT where the frame has been handed
+ * out; CAMLUX_ERROR_BUSY on the job's own thread, in a callback.
+ * \threads any.
+ */
+camlux_status camlux_job_wait(camlux_job *job,
+                              camlux_frame **frame);
 
 
 /* ----------------------------------------------------------------------------------------------------------------------

@@ -46,6 +46,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -552,6 +553,59 @@ inline std::int32_t report(double fraction, const char *pass, void *user)
 
 }  // namespace detail
 
+namespace detail {
+
+/** For as long as `options` is there. */
+inline camlux_render_options raw_of(const render_options &options) noexcept
+{
+    camlux_render_options raw = CAMLUX_RENDER_OPTIONS_INIT;
+    raw.submission_target_ms = options.submission_target_ms;
+    raw.on_device = options.on_device ? 1 : 0;
+    raw.frame_index = options.frame_index;
+    raw.cancel_token = options.cancel_token.get();
+    if (options.progress) {
+        raw.progress = report;
+        raw.progress_user = const_cast<progress_function *>(&options.progress);
+    }
+    return raw;
+}
+
+}  // namespace detail
+
+/** A render that goes on while the host does something else: camlux_job. The destructor of the last one cancels it, and waits until it has ended. */
+class job {
+public:
+    job() noexcept = default;
+
+    explicit operator bool() const noexcept { return static_cast<bool>(handle_); }
+    camlux_job *get() const noexcept { return handle_.get(); }
+
+    bool is_done() const { return try_is_done().value(); }
+    result<bool> try_is_done() const
+    {
+        std::int32_t done = 0;
+        const camlux_status status = camlux_job_poll(get(), &done);
+        return detail::ended(status, done != 0);
+    }
+
+    /** Waits for it, and hands its frame out, once. What the progress function has thrown is CAMLUX_CANCELLED. */
+    frame wait() { return try_wait().value(); }
+    result<frame> try_wait()
+    {
+        camlux_frame *rendered = nullptr;
+        const camlux_status status = camlux_job_wait(get(), &rendered);
+        return detail::ended(status, frame(rendered));
+    }
+
+private:
+    friend class renderer;
+    using handle = detail::handle<camlux_job, camlux_job_retain, camlux_job_release>;
+
+    // Before the handle, so that it outlives the render.
+    std::shared_ptr<const render_options> options_;
+    handle handle_;
+};
+
 /** Renders frames on a device: camlux_renderer. One frame at a time; make one for each thread. */
 class renderer : public detail::handle<camlux_renderer, camlux_renderer_retain, camlux_renderer_release> {
 public:
@@ -568,18 +622,23 @@ public:
     frame render(const scene &scene, const render_options &options = {}) { return try_render(scene, options).value(); }
     result<frame> try_render(const scene &scene, const render_options &options = {})
     {
-        camlux_render_options raw = CAMLUX_RENDER_OPTIONS_INIT;
-        raw.submission_target_ms = options.submission_target_ms;
-        raw.on_device = options.on_device ? 1 : 0;
-        raw.frame_index = options.frame_index;
-        raw.cancel_token = options.cancel_token.get();
-        if (options.progress) {
-            raw.progress = detail::report;
-            raw.progress_user = const_cast<detail::progress_function *>(&options.progress);
-        }
+        const camlux_render_options raw = detail::raw_of(options);
         camlux_frame *rendered = nullptr;
         const camlux_status status = camlux_renderer_render(get(), scene.get(), &raw, &rendered);
         return detail::ended(status, frame(rendered));
+    }
+
+    /** Begins to render on a thread of its own, where the progress function is called, too. */
+    job submit(const scene &scene, render_options options = {}) { return try_submit(scene, std::move(options)).value(); }
+    result<job> try_submit(const scene &scene, render_options options = {})
+    {
+        job submitted;
+        submitted.options_ = std::make_shared<const render_options>(std::move(options));
+        const camlux_render_options raw = detail::raw_of(*submitted.options_);
+        camlux_job *begun = nullptr;
+        const camlux_status status = camlux_renderer_submit(get(), scene.get(), &raw, &begun);
+        submitted.handle_ = job::handle(begun);
+        return detail::ended(status, std::move(submitted));
     }
 
     /** As camlux_renderer_foretell_ms. */

@@ -25,6 +25,9 @@ pub struct camlux_frame(());
 /// Ends renders from another thread. See camlux_cancel_token_create.
 pub struct camlux_cancel_token(());
 
+/// A render under way. See camlux_renderer_submit.
+pub struct camlux_job(());
+
 /// What a handle points to in C, which nothing ever does.
 pub(super) trait Handle {
     const NAME: &'static str;
@@ -46,6 +49,7 @@ handle!(camlux_scene, SceneObject);
 handle!(camlux_renderer, RendererObject);
 handle!(camlux_frame, FrameObject);
 handle!(camlux_cancel_token, CancelToken);
+handle!(camlux_job, JobObject);
 
 struct Entry {
     /// The name of its handle.
@@ -250,4 +254,23 @@ pub extern "C" fn camlux_cancel_token_retain(token: *mut camlux_cancel_token) ->
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_cancel_token_release(token: *mut camlux_cancel_token) -> camlux_status {
     ffi_guard("camlux_cancel_token_release", || release(token))
+}
+
+/// Counts one more owner of a job.
+///
+/// \errors CAMLUX_ERROR_INVALID_HANDLE.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_job_retain(job: *mut camlux_job) -> camlux_status {
+    ffi_guard("camlux_job_retain", || retain(job))
+}
+
+/// Counts one owner of a job less, and frees it with the last one. A render that is under way is cancelled then, and ends first.
+///
+/// \param job NULL is fine: nothing happens.
+/// \errors CAMLUX_ERROR_INVALID_HANDLE.
+/// \threads any.
+#[unsafe(no_mangle)]
+pub extern "C" fn camlux_job_release(job: *mut camlux_job) -> camlux_status {
+    ffi_guard("camlux_job_release", || release(job))
 }

@@ -90,7 +90,7 @@
  *
  * HANDLES AND MEMORY
  *
- * Devices, scenes, renderers, frames and cancel tokens are handles. A handle is a number in the form of a pointer: it points to nothing, can be
+ * Devices, scenes, renderers, frames, jobs and cancel tokens are handles. A handle is a number in the form of a pointer: it points to nothing, can be
  * copied, compared and handed to other threads, and a wrong one (NULL, released, of another kind, made up) is
  * CAMLUX_ERROR_INVALID_HANDLE, never a crash. Each counts its owners: it is created with one, camlux_..._retain counts one more,
  * camlux_..._release one less, and with the last it ends. Releasing NULL does nothing. A renderer keeps its device open; a frame
@@ -125,7 +125,8 @@
  * Every function may be called from any thread at any time; under \threads each says what takes turns. Calls that change one scene
  * take turns; a render takes a snapshot of the scene and does not hold it. A renderer renders one frame at a time, and
  * CAMLUX_ERROR_BUSY is what the second call gets: make a renderer for each thread, of one device, which any number may share.
- * Callbacks are called on the thread whose call has caused them, must return (no exception, no longjmp), and may call camlux
+ * camlux_renderer_submit renders on a thread of its own, and returns at once.
+ * Callbacks are called on the thread whose call has caused them, or on that of its job, must return (no exception, no longjmp), and may call camlux
  * but for what their own comment excludes. After fork, the child must not use handles of the parent.
  *
  *

@@ -104,7 +104,14 @@ pub unsafe extern "C" fn camlux_renderer_render(
         let scene = handle::get(scene)?;
         // SAFETY: the caller's word.
         let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
-        let render = || renderer.render(&scene, &options);
+        let render = || {
+            let request = Request::read(options)?;
+            let lock = renderer.lock()?;
+            if request.is_cancelled() {
+                return Err(crate::Error::Cancelled.into());
+            }
+            renderer.render(lock, &Snapshot::of(scene), &request)
+        };
         // SAFETY: the caller's word.
         unsafe { handle::return_handle(frame, "frame", render) }
     })
@@ -157,13 +164,13 @@ pub unsafe extern "C" fn camlux_cancel_token_create(
 #[unsafe(no_mangle)]
 pub extern "C" fn camlux_cancel_token_cancel(token: *mut camlux_cancel_token) -> camlux_status {
     ffi_guard("camlux_cancel_token_cancel", || {
-        handle::get(token)?.0.store(true, Ordering::Relaxed);
+        handle::get(token)?.cancel();
         Ok(())
     })
 }
 
 impl RendererObject {
-    fn lock(&self) -> Outcome<MutexGuard<'_, Renderer>> {
+    pub fn lock(&self) -> Outcome<MutexGuard<'_, Renderer>> {
         match self.renderer.try_lock() {
             Ok(renderer) => Ok(renderer),
             // What a frame that failed had on the device is given up, by a panic as well.
@@ -176,26 +183,16 @@ impl RendererObject {
         }
     }
 
-    fn render(&self, scene: &SceneObject, options: &camlux_render_options) -> Outcome<FrameObject> {
-        if options.submission_target_ms == 0 {
-            let problem = "submission_target_ms is 0; give milliseconds, such as 500";
-            return Err(Failure::argument(problem));
-        }
-        let stays_on_device = args::flag("on_device", options.on_device)?;
-        let token = if options.cancel_token.is_null() {
-            Arc::default()
-        } else {
-            handle::get(options.cancel_token)?
-        };
-        let mut renderer = self.lock()?;
-        if token.is_cancelled() {
-            return Err(crate::Error::Cancelled.into());
-        }
-        let start = Instant::now();
-        let scene_now = scene.snapshot();
-        let snapshot_ms = start.elapsed().as_secs_f64() * 1e3;
+    /// With the lock, which is given back before the log hears of the frame: a callback of the log may render with this renderer.
+    pub fn render(
+        &self,
+        mut renderer: MutexGuard<'_, Renderer>,
+        snapshot: &Snapshot,
+        request: &Request,
+    ) -> Outcome<FrameObject> {
+        let options = &request.options;
         let mut report = |progress| {
-            if is_enough(progress, options) || token.is_cancelled() {
+            if is_enough(progress, options) || request.is_cancelled() {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
@@ -207,20 +204,19 @@ impl RendererObject {
             frame_index: options.frame_index,
             ..RenderOptions::default()
         };
-        let rendered = if stays_on_device {
+        let rendered = if request.stays_on_device {
             renderer
-                .render_on_device(&scene_now, &mut render_options)
+                .render_on_device(&snapshot.now, &mut render_options)
                 .map(|frame| Rendered::OnDevice(frame, OnceLock::new()))
         } else {
             renderer
-                .render(&scene_now, &mut render_options)
+                .render(&snapshot.now, &mut render_options)
                 .map(Rendered::ToHost)
         };
-        // A callback of the log may render with this renderer.
         drop(renderer);
         self.device.log_validation();
         let rendered = rendered?;
-        scene.log_warnings(&scene_now);
+        snapshot.scene.log_warnings(&snapshot.now);
         let warnings = match &rendered {
             Rendered::ToHost(frame) => frame.warnings(),
             Rendered::OnDevice(frame, _) => frame.warnings(),
@@ -228,12 +224,73 @@ impl RendererObject {
         for warning in warnings {
             log::write(CAMLUX_LOG_WARNING, || warning);
         }
-        log_times(rendered.stats(), scene_now.camera.resolution_px);
-        Ok(FrameObject::new(rendered, snapshot_ms))
+        log_times(rendered.stats(), snapshot.now.camera.resolution_px);
+        Ok(FrameObject::new(rendered, snapshot.milliseconds))
+    }
+}
+
+/// How a frame is to be rendered.
+pub(super) struct Request {
+    options: camlux_render_options,
+    stays_on_device: bool,
+    token: Arc<CancelToken>,
+    /// Nobody waits for the frame any more.
+    pub abandoned: Arc<CancelToken>,
+}
+
+// SAFETY: the pointers are the host's, which lets them be used on the thread of its job: see camlux_renderer_submit.
+unsafe impl Send for Request {}
+
+impl Request {
+    pub fn read(options: camlux_render_options) -> Outcome<Request> {
+        if options.submission_target_ms == 0 {
+            let problem = "submission_target_ms is 0; give milliseconds, such as 500";
+            return Err(Failure::argument(problem));
+        }
+        let stays_on_device = args::flag("on_device", options.on_device)?;
+        let token = if options.cancel_token.is_null() {
+            Arc::default()
+        } else {
+            handle::get(options.cancel_token)?
+        };
+        Ok(Request {
+            options,
+            stays_on_device,
+            token,
+            abandoned: Arc::default(),
+        })
+    }
+
+    pub fn is_cancelled(&self) -> bool {
+        self.token.is_cancelled() || self.abandoned.is_cancelled()
+    }
+}
+
+/// A scene as it was.
+pub(super) struct Snapshot {
+    scene: Arc<SceneObject>,
+    now: crate::Scene,
+    /// What it took.
+    milliseconds: f64,
+}
+
+impl Snapshot {
+    pub fn of(scene: Arc<SceneObject>) -> Snapshot {
+        let start = Instant::now();
+        let now = scene.snapshot();
+        Snapshot {
+            scene,
+            now,
+            milliseconds: start.elapsed().as_secs_f64() * 1e3,
+        }
     }
 }
 
 impl CancelToken {
+    pub fn cancel(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
     fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }

@@ -1,6 +1,7 @@
 //! How a call ends: statuses, the thread's message, and the frame around every function.
 
 use std::{
+    any::Any,
     cell::RefCell,
     ffi::{CStr, CString, c_char},
     panic::{self, AssertUnwindSafe},
@@ -151,15 +152,18 @@ pub(super) fn ffi_guard(call: &str, body: impl FnOnce() -> Outcome) -> camlux_st
     match ended {
         Ok(Ok(())) => CAMLUX_OK,
         Ok(Err(failure)) => end_with(call, failure),
-        Err(payload) => {
-            let text = payload.downcast_ref::<&str>().copied();
-            let text = text.or(payload.downcast_ref::<String>().map(String::as_str));
-            let problem = Error::internal(text.unwrap_or("a panic"));
-            // A payload's own drop may panic, out here where nothing catches it.
-            std::mem::forget(payload);
-            end_with(call, problem.into())
-        }
+        Err(payload) => end_with(call, failure_of(payload)),
     }
+}
+
+/// What a panic becomes.
+pub(super) fn failure_of(payload: Box<dyn Any + Send>) -> Failure {
+    let text = payload.downcast_ref::<&str>().copied();
+    let text = text.or(payload.downcast_ref::<String>().map(String::as_str));
+    let problem = Error::internal(text.unwrap_or("a panic"));
+    // A payload's own drop may panic, out here where nothing catches it.
+    std::mem::forget(payload);
+    problem.into()
 }
 
 fn end_with(call: &str, failure: Failure) -> camlux_status {

@@ -473,16 +473,20 @@ impl Sequence {
                 null_mut()
             },
         });
-        let mut frame = null_mut();
+        let (mut frame, mut job) = (null_mut(), null_mut());
+        let is_job = self.random.one_in(2);
+        let options = self.random.pointer(&mut options);
         // SAFETY: see `step`.
         let status = unsafe {
-            camlux_renderer_render(
-                renderer,
-                scene,
-                self.random.pointer(&mut options),
-                &mut frame,
-            )
+            match is_job {
+                false => camlux_renderer_render(renderer, scene, options, &mut frame),
+                true => match camlux_renderer_submit(renderer, scene, options, &mut job) {
+                    CAMLUX_OK => camlux_job_wait(job, &mut frame),
+                    failed => failed,
+                },
+            }
         };
+        assert_eq!(camlux_job_release(job), CAMLUX_OK);
         self.born(FRAME, status, frame);
         self.renders -= usize::from(status == CAMLUX_OK);
         status

@@ -66,6 +66,7 @@ fn renderer_calls() -> Vec<Call> {
     vec![
         call!(camlux_renderer_retain()),
         call!(camlux_renderer_render(null_mut(), null(), null_mut())),
+        call!(camlux_renderer_submit(null_mut(), null(), null_mut())),
     ]
 }
 
@@ -90,13 +91,22 @@ fn token_calls() -> Vec<Call> {
     ]
 }
 
-fn release_calls() -> [Call; 5] {
+fn job_calls() -> Vec<Call> {
+    vec![
+        call!(camlux_job_retain()),
+        call!(camlux_job_poll(null_mut())),
+        call!(camlux_job_wait(null_mut())),
+    ]
+}
+
+fn release_calls() -> [Call; 6] {
     [
         call!(camlux_device_release()),
         call!(camlux_scene_release()),
         call!(camlux_renderer_release()),
         call!(camlux_frame_release()),
         call!(camlux_cancel_token_release()),
+        call!(camlux_job_release()),
     ]
 }
 
@@ -111,12 +121,16 @@ fn wrong_handles_are_found_out() {
     let mut token = null_mut();
     // SAFETY: it points to a pointer.
     ok(unsafe { camlux_cancel_token_create(&mut token) });
+    let mut job = null_mut();
+    // SAFETY: it points to a pointer.
+    ok(unsafe { camlux_renderer_submit(renderer, scene, null(), &mut job) });
     let live = [
         device.0.addr(),
         scene.addr(),
         renderer.addr(),
         frame.addr(),
         token.addr(),
+        job.addr(),
     ];
     // Released ones, in slots that have another object since.
     let stale = [scene.addr(), renderer.addr(), frame.addr(), token.addr()];
@@ -126,6 +140,7 @@ fn wrong_handles_are_found_out() {
         renderer_calls(),
         frame_calls(),
         token_calls(),
+        job_calls(),
     ];
     for (kind, calls) in calls.iter().enumerate() {
         let release = release_calls()[kind];
@@ -149,6 +164,7 @@ fn wrong_handles_are_found_out() {
             assert!(last_error().starts_with(name), "{}", last_error());
         }
     }
+    ok(camlux_job_release(job));
     ok(camlux_cancel_token_release(token));
     ok(camlux_frame_release(frame));
     ok(camlux_renderer_release(renderer));

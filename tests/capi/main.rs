@@ -5,6 +5,7 @@ mod frames;
 mod fuzz;
 mod handles;
 mod host;
+mod jobs;
 mod log;
 mod meshes;
 mod panics;

@@ -1,4 +1,5 @@
 // What camlux.hpp adds to camlux.h: run by scripts/test-package, as C++17 and C++20.
+#include <atomic>
 #include <camlux.hpp>
 
 #include <chrono>
@@ -340,6 +341,18 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(renderer.try_render(scene, options).ok());
     options.cancel_token.cancel();
     CHECK(thrown_by([&] { renderer.render(scene, options); }) == CAMLUX_CANCELLED);
+
+    options = {};
+    std::atomic<int> reports(0);
+    options.progress = [&](double, std::string_view) { return ++reports > 0; };
+    camlux::job job = renderer.submit(scene, options);
+    const camlux::frame submitted = job.wait();
+    CHECK(job.is_done() && reports > 0);
+    CHECK(submitted.view<float>(camlux::layer::radiance)(9, 9) == renderer.render(scene).view<float>(camlux::layer::radiance)(9, 9));
+    CHECK(job.try_wait().status() == CAMLUX_ERROR_INVALID_ARGUMENT);
+    options.progress = [](double, std::string_view) -> bool { throw HostProblem{9}; };
+    CHECK(renderer.submit(scene, options).try_wait().status() == CAMLUX_CANCELLED);
+    renderer.submit(scene);
 
     const std::uint32_t before = handles();
     camlux_status inside = CAMLUX_OK;

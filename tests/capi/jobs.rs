@@ -1,0 +1,203 @@
+//! Renders on a thread of their own: the same frames, whatever becomes of the job.
+
+use std::{
+    ffi::{c_char, c_void},
+    ptr::{null, null_mut},
+    sync::mpsc::{Receiver, Sender, channel},
+    time::Duration,
+};
+
+use crate::host::*;
+use camlux::capi::*;
+
+fn submit(
+    renderer: *mut camlux_renderer,
+    scene: *mut camlux_scene,
+    options: &camlux_render_options,
+) -> *mut camlux_job {
+    let mut job = null_mut();
+    // SAFETY: a struct of that size, and a pointer to a pointer.
+    ok(unsafe { camlux_renderer_submit(renderer, scene, options, &mut job) });
+    job
+}
+
+fn wait(job: *mut camlux_job) -> (camlux_status, *mut camlux_frame) {
+    let mut frame = null_mut();
+    // SAFETY: a pointer to a pointer.
+    let status = unsafe { camlux_job_wait(job, &mut frame) };
+    (status, frame)
+}
+
+fn is_done(job: *mut camlux_job) -> bool {
+    let mut done = -1;
+    // SAFETY: a pointer to a number.
+    ok(unsafe { camlux_job_poll(job, &mut done) });
+    done == 1
+}
+
+/// A job whose render stands still at its first report, until it is told to go on.
+struct Paused {
+    job: *mut camlux_job,
+    begun: Receiver<()>,
+    go_on: Sender<()>,
+    gates: Box<Gates>,
+}
+
+struct Gates {
+    begun: Sender<()>,
+    go_on: Receiver<()>,
+}
+
+unsafe extern "C" fn stop_at_gate(_: f64, _: *const c_char, user: *mut c_void) -> i32 {
+    // SAFETY: the test's own, and nobody else's during the render.
+    let gates = unsafe { &*user.cast::<Gates>() };
+    if gates.begun.send(()).is_ok() {
+        // Nobody there: nothing to wait for.
+        let _ = gates.go_on.recv();
+    }
+    0
+}
+
+fn submit_paused(
+    renderer: *mut camlux_renderer,
+    scene: *mut camlux_scene,
+    token: *mut camlux_cancel_token,
+) -> Paused {
+    let (begun, is_begun) = channel();
+    let (go_on, goes_on) = channel();
+    let mut gates = Box::new(Gates {
+        begun,
+        go_on: goes_on,
+    });
+    let options = init!(camlux_render_options {
+        progress: Some(stop_at_gate),
+        progress_user: (&raw mut *gates).cast(),
+        cancel_token: token,
+    });
+    let job = submit(renderer, scene, &options);
+    is_begun.recv().expect("the render reports");
+    Paused {
+        job,
+        begun: is_begun,
+        go_on,
+        gates: gates,
+    }
+}
+
+impl Paused {
+    /// Lets the render go on, to its end.
+    fn release(self) -> *mut camlux_job {
+        drop(self.begun);
+        drop(self.go_on);
+        let (job, gates) = (self.job, self.gates);
+        while !is_done(job) {
+            std::thread::yield_now();
+        }
+        drop(gates);
+        job
+    }
+}
+
+fn small_scene() -> *mut camlux_scene {
+    let scene = load("cornell");
+    resize(scene, 16, 16);
+    plain_sum(scene, 8);
+    scene
+}
+
+#[test]
+fn a_job_renders_the_scene_as_it_was() {
+    let device = Device::open();
+    let (scene, renderer) = (small_scene(), device.renderer());
+    let expected = render(renderer, scene);
+    let paused = submit_paused(renderer, scene, null_mut());
+    assert!(!is_done(paused.job));
+    // What changes now is for the next frame.
+    resize(scene, 8, 8);
+    let mut other = null_mut();
+    // SAFETY: a pointer to a pointer.
+    let status = unsafe { camlux_renderer_render(renderer, scene, null(), &mut other) };
+    fails(status, CAMLUX_ERROR_BUSY, "the renderer is rendering");
+    let mut second = null_mut();
+    // SAFETY: a pointer to a pointer.
+    let status = unsafe { camlux_renderer_submit(renderer, scene, null(), &mut second) };
+    fails(status, CAMLUX_ERROR_BUSY, "the renderer is rendering");
+    assert!(other.is_null() && second.is_null());
+
+    let job = paused.release();
+    let (status, frame) = wait(job);
+    ok(status);
+    assert!(layers(frame) == layers(expected));
+    let (status, none) = wait(job);
+    fails(status, CAMLUX_ERROR_INVALID_ARGUMENT, "handed out");
+    assert!(none.is_null() && is_done(job));
+    ok(camlux_job_release(job));
+    // The frame outlives the job, and the renderer is free.
+    assert!(layers(frame) == layers(expected));
+    ok(camlux_frame_release(render(renderer, scene)));
+    for frame in [frame, expected] {
+        ok(camlux_frame_release(frame));
+    }
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}
+
+#[test]
+fn a_render_that_fails_says_so_each_time() {
+    let device = Device::open();
+    let renderer = device.renderer();
+    let empty = new_scene();
+    let job = submit(renderer, empty, &Default::default());
+    for _ in 0..2 {
+        let (status, frame) = wait(job);
+        fails(status, CAMLUX_ERROR_SCENE, "");
+        assert!(frame.is_null());
+    }
+    ok(camlux_job_release(job));
+
+    let scene = small_scene();
+    let mut token = null_mut();
+    // SAFETY: a pointer to a pointer.
+    ok(unsafe { camlux_cancel_token_create(&mut token) });
+    let paused = submit_paused(renderer, scene, token);
+    ok(camlux_cancel_token_cancel(token));
+    let job = paused.release();
+    fails(wait(job).0, CAMLUX_CANCELLED, "cancelled");
+    ok(camlux_job_release(job));
+    ok(camlux_cancel_token_release(token));
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+    ok(camlux_scene_release(empty));
+}
+
+/// With its last handle a job ends, and what it used is free.
+#[test]
+fn an_abandoned_job_is_cancelled() {
+    let device = Device::open();
+    let (scene, renderer) = (small_scene(), device.renderer());
+    let paused = submit_paused(renderer, scene, null_mut());
+    ok(camlux_job_retain(paused.job));
+    ok(camlux_job_release(paused.job));
+    assert!(!is_done(paused.job));
+    let Paused {
+        job,
+        begun,
+        go_on,
+        gates,
+    } = paused;
+    let handle = job.addr();
+    std::thread::scope(|scope| {
+        let releasing = scope.spawn(move || {
+            ok(camlux_job_release(std::ptr::without_provenance_mut(handle)));
+        });
+        // It waits for the render.
+        while !releasing.is_finished() {
+            go_on.send(()).expect("the callback listens");
+            let _ = begun.recv_timeout(Duration::from_millis(5));
+        }
+    });
+    drop(gates);
+    ok(camlux_frame_release(render(renderer, scene)));
+    ok(camlux_renderer_release(renderer));
+    ok(camlux_scene_release(scene));
+}
