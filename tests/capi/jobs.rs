@@ -80,7 +80,7 @@ fn submit_paused(
         job,
         begun: is_begun,
         go_on,
-        gates: gates,
+        gates,
     }
 }
 
