@@ -1418,6 +1418,25 @@ camlux_status camlux_renderer_render(camlux_renderer *renderer,
                                      camlux_frame **frame);
 
 /**
+ * Renders a scene as several cameras see it, each as camlux_scene_set_camera would set it: what the lights see, and all that rays meet, is
+ * made once.
+ *
+ * \param cameras the first of `count`, each begun with CAMLUX_CAMERA_INIT; for those of another size, images are made anew.
+ * \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of what a camera is the first member of.
+ * \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
+ * \param frames receive `count` handles, with one reference each: give them back by camlux_frame_release. Where one camera fails there is none.
+ * \errors those of camlux_renderer_render; the message tells which camera it is.
+ * \threads any; it returns when the frames are done.
+ */
+camlux_status camlux_renderer_render_cameras(camlux_renderer *renderer,
+                                             camlux_scene *scene,
+                                             const camlux_camera *cameras,
+                                             size_t count,
+                                             size_t stride_bytes,
+                                             const camlux_render_options *options,
+                                             camlux_frame **frames);
+
+/**
  * Foretells the GPU time that a frame of a scene will take, from the last frame of the renderer, if it was of as many triangles
  * and lights and by the same estimator. It is good to a factor of 2 for up to four times the pixels and half the error.
  *

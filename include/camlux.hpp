@@ -628,6 +628,28 @@ public:
         return detail::ended(status, frame(rendered));
     }
 
+    /** The scene as each of some cameras sees it: what the lights see, and all that rays meet, is made once. */
+    std::vector<frame> render(const scene &scene, const std::vector<camera> &cameras, const render_options &options = {})
+    {
+        return try_render(scene, cameras, options).value();
+    }
+    result<std::vector<frame>> try_render(const scene &scene, const std::vector<camera> &cameras, const render_options &options = {})
+    {
+        std::vector<camlux_camera> raw_cameras;
+        raw_cameras.reserve(cameras.size());
+        for (const camera &one : cameras)
+            raw_cameras.push_back(detail::raw_of(one));
+        const camlux_render_options raw = detail::raw_of(options);
+        std::vector<camlux_frame *> rendered(cameras.size());
+        const camlux_status status = camlux_renderer_render_cameras(
+            get(), scene.get(), raw_cameras.data(), raw_cameras.size(), sizeof(camlux_camera), &raw, rendered.data());
+        std::vector<frame> frames;
+        frames.reserve(rendered.size());
+        for (camlux_frame *one : rendered)
+            frames.push_back(frame(one));
+        return detail::ended(status, std::move(frames));
+    }
+
     /** Begins to render on a thread of its own, where the progress function is called, too. */
     job submit(const scene &scene, render_options options = {}) { return try_submit(scene, std::move(options)).value(); }
     result<job> try_submit(const scene &scene, render_options options = {})

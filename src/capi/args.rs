@@ -113,6 +113,37 @@ pub(super) unsafe fn read_optional<T: CStruct>(pointer: *const T) -> Outcome<Opt
     unsafe { read(pointer) }.map(Some)
 }
 
+/// Reads many structs, one each `stride_bytes`.
+///
+/// # Safety
+/// `first` is null, or misaligned, or points to `count` structs of that stride, each as for [`read`].
+pub(super) unsafe fn read_many<T: CStruct, U>(
+    first: *const T,
+    count: usize,
+    stride_bytes: usize,
+    convert: impl Fn(T) -> Outcome<U>,
+) -> Outcome<Vec<U>> {
+    let name = T::NAME.trim_start_matches("camlux_");
+    let rows = Rows {
+        name: &format!("{name}s"),
+        data: first.cast(),
+        stride_bytes,
+        count,
+        length: T::VERSION_1_BYTES / size_of::<u64>(),
+    };
+    if count > 0 && stride_bytes == 0 {
+        let problem = format!("stride_bytes is 0; give sizeof({})", T::NAME);
+        return Err(Failure::argument(problem));
+    }
+    let places = rows.places::<u64>()?.into_iter().enumerate();
+    let read = places.map(|(place, at)| {
+        // SAFETY: the caller's word.
+        let value = unsafe { read(at.cast::<T>()) }.and_then(&convert);
+        value.map_err(|error| error.within(&format!("{name} {place}")))
+    });
+    read.collect()
+}
+
 /// Writes as much of a struct as the host's has room for. Its `struct_size` stays. The place is checked before the work for it.
 ///
 /// # Safety

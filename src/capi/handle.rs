@@ -102,17 +102,39 @@ pub(super) unsafe fn return_handle<H: Handle>(
     name: &str,
     make: impl FnOnce() -> Outcome<H::Object>,
 ) -> Outcome {
-    let insert = || {
-        let entry = Entry {
-            kind: H::NAME,
-            references: 1,
-            object: Arc::new(make()?),
-        };
-        let key = table().insert(entry).data();
-        Ok(ptr::without_provenance_mut(key.as_ffi() as usize))
-    };
     // SAFETY: the caller's word.
-    unsafe { args::write_result(out, name, insert) }
+    unsafe { args::write_result(out, name, || Ok(insert(make()?))) }
+}
+
+/// New objects' handles, with one reference each, in the array that the host has given.
+///
+/// # Safety
+/// `out` is null, or misaligned, or points to `count` places that are writable.
+pub(super) unsafe fn return_handles<H: Handle>(
+    out: *mut *mut H,
+    name: &str,
+    count: usize,
+    make: impl FnOnce() -> Outcome<Vec<H::Object>>,
+) -> Outcome {
+    if count == 0 {
+        return Ok(());
+    }
+    args::check_pointer(out, name)?;
+    for (place, object) in make()?.into_iter().take(count).enumerate() {
+        // SAFETY: checked above as far as can be; that there are as many is the caller's word.
+        unsafe { out.add(place).write(insert(object)) };
+    }
+    Ok(())
+}
+
+fn insert<H: Handle>(object: H::Object) -> *mut H {
+    let entry = Entry {
+        kind: H::NAME,
+        references: 1,
+        object: Arc::new(object),
+    };
+    let key = table().insert(entry).data();
+    ptr::without_provenance_mut(key.as_ffi() as usize)
 }
 
 fn retain<H: Handle>(handle: *mut H) -> Outcome {

@@ -6,7 +6,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use super::*;
+use super::{renderer::no_frame, *};
 
 /// A render on a thread of its own.
 pub(super) struct JobObject {
@@ -92,7 +92,7 @@ pub unsafe extern "C" fn camlux_job_wait(
 impl JobObject {
     fn start(
         renderer: Arc<RendererObject>,
-        snapshot: Snapshot,
+        mut snapshot: Snapshot,
         request: Request,
     ) -> Outcome<JobObject> {
         let abandoned = request.abandoned.clone();
@@ -110,7 +110,11 @@ impl JobObject {
             if request.is_cancelled() {
                 return Err(crate::Error::Cancelled.into());
             }
-            let render = AssertUnwindSafe(|| renderer.render(lock, &snapshot, &request));
+            let render = AssertUnwindSafe(|| {
+                let camera = snapshot.camera();
+                let mut frames = renderer.render(lock, &mut snapshot, &request, &[camera])?;
+                frames.pop().ok_or_else(no_frame)
+            });
             catch_unwind(render).unwrap_or_else(|panic| Err(failure_of(panic)))
         };
         let thread = thread::Builder::new().name("camlux job".into());

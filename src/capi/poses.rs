@@ -173,7 +173,7 @@ pub unsafe extern "C" fn camlux_scene_set_poses(
         ];
         let moved = args::one_of("part", part, &choices)?;
         // SAFETY: the caller's word.
-        let poses = unsafe { poses_from_c(poses, count, stride_bytes) }?;
+        let poses = unsafe { args::read_many(poses, count, stride_bytes, Pose::from_c) }?;
         let indices = if indices.is_null() {
             (0..count as u32).collect()
         } else {
@@ -201,33 +201,6 @@ pub unsafe extern "C" fn camlux_scene_set_poses(
         }
         Ok(())
     })
-}
-
-/// # Safety
-/// `poses` is null, or misaligned, or points to `count` poses of that stride.
-unsafe fn poses_from_c(
-    poses: *const camlux_pose,
-    count: usize,
-    stride_bytes: usize,
-) -> Outcome<Vec<Pose>> {
-    let rows = args::Rows {
-        name: "poses",
-        data: poses.cast(),
-        stride_bytes,
-        count,
-        length: size_of::<camlux_pose>() / size_of::<u64>(),
-    };
-    if count > 0 && stride_bytes == 0 {
-        let problem = "stride_bytes is 0; give sizeof(camlux_pose)";
-        return Err(Failure::argument(problem));
-    }
-    let places = rows.places::<u64>()?.into_iter().enumerate();
-    let read = places.map(|(place, at)| {
-        // SAFETY: the caller's word.
-        let pose = unsafe { args::read(at.cast::<camlux_pose>()) }.and_then(Pose::from_c);
-        pose.map_err(|error| error.within(&format!("pose {place}")))
-    });
-    read.collect()
 }
 
 /// Where the camera, a light or an instance is, as camlux_scene_set_pose takes it.

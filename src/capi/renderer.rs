@@ -11,7 +11,7 @@ use std::{
 };
 
 use super::*;
-use crate::{Progress, RenderOptions, Renderer, output::FrameStats};
+use crate::{Progress, RenderOptions, Renderer, scene::Camera};
 
 /// Receives how far a render is: 0 to 1 by estimated work, the pass that runs next (a string that is valid during the call),
 /// and the pointer of the options.
@@ -110,10 +110,57 @@ pub unsafe extern "C" fn camlux_renderer_render(
             if request.is_cancelled() {
                 return Err(crate::Error::Cancelled.into());
             }
-            renderer.render(lock, &Snapshot::of(scene), &request)
+            let mut snapshot = Snapshot::of(scene);
+            let camera = snapshot.camera();
+            let mut frames = renderer.render(lock, &mut snapshot, &request, &[camera])?;
+            frames.pop().ok_or_else(no_frame)
         };
         // SAFETY: the caller's word.
         unsafe { handle::return_handle(frame, "frame", render) }
+    })
+}
+
+/// Renders a scene as several cameras see it, each as camlux_scene_set_camera would set it: what the lights see, and all that rays meet, is
+/// made once.
+///
+/// \param cameras the first of `count`, each begun with CAMLUX_CAMERA_INIT; for those of another size, images are made anew.
+/// \param stride_bytes from one camera to the next: sizeof(camlux_camera), or the size of what a camera is the first member of.
+/// \param options NULL: those of CAMLUX_RENDER_OPTIONS_INIT.
+/// \param frames receive `count` handles, with one reference each: give them back by camlux_frame_release. Where one camera fails there is none.
+/// \errors those of camlux_renderer_render; the message tells which camera it is.
+/// \threads any; it returns when the frames are done.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn camlux_renderer_render_cameras(
+    renderer: *mut camlux_renderer,
+    scene: *mut camlux_scene,
+    cameras: *const camlux_camera,
+    count: usize,
+    stride_bytes: usize,
+    options: *const camlux_render_options,
+    frames: *mut *mut camlux_frame,
+) -> camlux_status {
+    ffi_guard("camlux_renderer_render_cameras", || {
+        let renderer = handle::get(renderer)?;
+        let scene = handle::get(scene)?;
+        // SAFETY: the caller's word.
+        let options = unsafe { args::read_optional(options) }?.unwrap_or_default();
+        let checked = |camera| {
+            let camera = camera_from_c(camera)?;
+            camera.validate()?;
+            Ok(camera)
+        };
+        // SAFETY: the caller's word.
+        let cameras = unsafe { args::read_many(cameras, count, stride_bytes, checked) }?;
+        let render = || {
+            let request = Request::read(options)?;
+            let lock = renderer.lock()?;
+            if request.is_cancelled() {
+                return Err(crate::Error::Cancelled.into());
+            }
+            renderer.render(lock, &mut Snapshot::of(scene), &request, &cameras)
+        };
+        // SAFETY: the caller's word.
+        unsafe { handle::return_handles(frames, "frames", count, render) }
     })
 }
 
@@ -183,49 +230,65 @@ impl RendererObject {
         }
     }
 
-    /// With the lock, which is given back before the log hears of the frame: a callback of the log may render with this renderer.
+    /// The scene as each of some cameras sees it. The lock is given back before the log hears of the frames: a callback of the log may
+    /// render with this renderer.
     pub fn render(
         &self,
         mut renderer: MutexGuard<'_, Renderer>,
-        snapshot: &Snapshot,
+        snapshot: &mut Snapshot,
         request: &Request,
-    ) -> Outcome<FrameObject> {
-        let options = &request.options;
-        let mut report = |progress| {
-            if is_enough(progress, options) || request.is_cancelled() {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        };
-        let mut render_options = RenderOptions {
-            progress: Some(&mut report),
-            submission_target: Duration::from_millis(options.submission_target_ms.into()),
-            frame_index: options.frame_index,
-            ..RenderOptions::default()
-        };
-        let rendered = if request.stays_on_device {
-            renderer
-                .render_on_device(&snapshot.now, &mut render_options)
-                .map(|frame| Rendered::OnDevice(frame, OnceLock::new()))
-        } else {
-            renderer
-                .render(&snapshot.now, &mut render_options)
-                .map(Rendered::ToHost)
-        };
+        cameras: &[Camera],
+    ) -> Outcome<Vec<FrameObject>> {
+        let mut rendered = args::room_for(cameras.len(), "frames")?;
+        let ended = cameras.iter().enumerate().try_for_each(|(done, camera)| {
+            snapshot.now.set_camera(camera.clone());
+            let share = [done, cameras.len()];
+            rendered.push(draw(&mut renderer, &snapshot.now, request, share)?);
+            Ok(())
+        });
         drop(renderer);
         self.device.log_validation();
-        let rendered = rendered?;
+        ended.map_err(|error: crate::Error| match cameras.len() {
+            1 => Failure::from(error),
+            _ => Failure::from(error).within(&format!("camera {}", rendered.len())),
+        })?;
         snapshot.scene.log_warnings(&snapshot.now);
-        let warnings = match &rendered {
-            Rendered::ToHost(frame) => frame.warnings(),
-            Rendered::OnDevice(frame, _) => frame.warnings(),
-        };
-        for warning in warnings {
-            log::write(CAMLUX_LOG_WARNING, || warning);
+        let frames = rendered.into_iter().zip(cameras).map(|(rendered, camera)| {
+            log_frame(&rendered, camera);
+            FrameObject::new(rendered, snapshot.milliseconds)
+        });
+        Ok(frames.collect())
+    }
+}
+
+/// Renders one frame of several: so many are done, of so many.
+fn draw(
+    renderer: &mut Renderer,
+    scene: &crate::Scene,
+    request: &Request,
+    [done, all]: [usize; 2],
+) -> crate::Result<Rendered> {
+    let options = &request.options;
+    let mut report = |mut progress: Progress| {
+        progress.fraction = (done as f32 + progress.fraction) / all as f32;
+        if is_enough(progress, options) || request.is_cancelled() {
+            ControlFlow::Break(())
+        } else {
+            ControlFlow::Continue(())
         }
-        log_times(rendered.stats(), snapshot.now.camera.resolution_px);
-        Ok(FrameObject::new(rendered, snapshot.milliseconds))
+    };
+    let mut render_options = RenderOptions {
+        progress: Some(&mut report),
+        submission_target: Duration::from_millis(options.submission_target_ms.into()),
+        frame_index: options.frame_index,
+        ..RenderOptions::default()
+    };
+    if request.stays_on_device {
+        let frame = renderer.render_on_device(scene, &mut render_options)?;
+        Ok(Rendered::OnDevice(frame, OnceLock::new()))
+    } else {
+        let frame = renderer.render(scene, &mut render_options)?;
+        Ok(Rendered::ToHost(frame))
     }
 }
 
@@ -284,6 +347,10 @@ impl Snapshot {
             milliseconds: start.elapsed().as_secs_f64() * 1e3,
         }
     }
+
+    pub fn camera(&self) -> Camera {
+        self.now.camera.clone()
+    }
 }
 
 impl CancelToken {
@@ -307,7 +374,19 @@ fn is_enough(progress: Progress, options: &camlux_render_options) -> bool {
     unsafe { callback(fraction, pass.as_ptr(), options.progress_user) != 0 }
 }
 
-fn log_times(stats: &FrameStats, [width, height]: [u32; 2]) {
+pub(super) fn no_frame() -> Failure {
+    crate::Error::internal("a camera without a frame").into()
+}
+
+fn log_frame(rendered: &Rendered, camera: &Camera) {
+    let warnings = match rendered {
+        Rendered::ToHost(frame) => frame.warnings(),
+        Rendered::OnDevice(frame, _) => frame.warnings(),
+    };
+    for warning in warnings {
+        log::write(CAMLUX_LOG_WARNING, || warning);
+    }
+    let (stats, [width, height]) = (rendered.stats(), camera.resolution_px);
     log::write(CAMLUX_LOG_INFO, || {
         format!(
             "rendered {width} x {height} px in {:.3} ms, {} VPLs, {} rays, {} submissions",

@@ -147,7 +147,7 @@ fn many_poses_are_each_pose() {
         ARGUMENT,
         "stride_bytes is 0",
     );
-    fails(set(CAMLUX_PART_INSTANCE, &far, 8), ARGUMENT, "at least 72");
+    fails(set(CAMLUX_PART_INSTANCE, &far, 8), ARGUMENT, "at least 64");
     let missing = move_bodies(CAMLUX_PART_INSTANCE, &[0, 3], 2, size_of::<Body>());
     fails(missing, ARGUMENT, "pose 1: there is no instance 3 among 3");
     ok(set(CAMLUX_PART_INSTANCE, &[], 0));

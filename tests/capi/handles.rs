@@ -67,6 +67,14 @@ fn renderer_calls() -> Vec<Call> {
         call!(camlux_renderer_retain()),
         call!(camlux_renderer_render(null_mut(), null(), null_mut())),
         call!(camlux_renderer_submit(null_mut(), null(), null_mut())),
+        call!(camlux_renderer_render_cameras(
+            null_mut(),
+            null(),
+            1,
+            8,
+            null(),
+            null_mut()
+        )),
     ]
 }
 

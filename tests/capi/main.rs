@@ -1,5 +1,6 @@
 //! The C interface, called as a C program calls it.
 
+mod cameras;
 mod changes;
 mod frames;
 mod fuzz;

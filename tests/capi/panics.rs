@@ -28,7 +28,7 @@ macro_rules! calls {
 
 #[test]
 fn a_panic_in_any_call_becomes_a_status() {
-    let calls: [Call; 64] = calls![
+    let calls: [Call; 65] = calls![
         camlux_set_log(0, None, null_mut()),
         camlux_handle_count(null_mut()),
         camlux_device_retain(null_mut()),
@@ -72,6 +72,7 @@ fn a_panic_in_any_call_becomes_a_status() {
         camlux_renderer_create(null_mut(), null_mut()),
         camlux_renderer_render(null_mut(), null_mut(), null(), null_mut()),
         camlux_renderer_foretell_ms(null_mut(), null_mut(), null_mut()),
+        camlux_renderer_render_cameras(null_mut(), null_mut(), null(), 0, 0, null(), null_mut()),
         camlux_renderer_submit(null_mut(), null_mut(), null(), null_mut()),
         camlux_job_poll(null_mut(), null_mut()),
         camlux_job_wait(null_mut(), null_mut()),

@@ -354,6 +354,19 @@ void callbacks_may_throw(camlux::renderer &renderer)
     CHECK(renderer.submit(scene, options).try_wait().status() == CAMLUX_CANCELLED);
     renderer.submit(scene);
 
+    std::vector<camlux::camera> cameras(2);
+    for (camlux::camera &camera : cameras) {
+        camera.width_px = camera.height_px = 9;
+        camera.position_m.y = 3;
+        camera.look_at_m = {0, 0, 0};
+        camera.up = {0, 0, -1};
+    }
+    cameras[1].width_px = 5;
+    const std::vector<camlux::frame> views = renderer.render(scene, cameras);
+    CHECK(views.size() == 2 && views[1].view<float>(camlux::layer::radiance).width() == 5);
+    cameras[1].width_px = 0;
+    CHECK(renderer.try_render(scene, cameras).status() == CAMLUX_ERROR_SCENE);
+
     const std::uint32_t before = handles();
     camlux_status inside = CAMLUX_OK;
     camlux::set_log(camlux::log_level::debug, [&](camlux::log_level, std::string_view message) {
