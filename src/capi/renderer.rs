@@ -241,7 +241,7 @@ impl RendererObject {
     ) -> Outcome<Vec<FrameObject>> {
         let mut rendered = args::room_for(cameras.len(), "frames")?;
         let ended = cameras.iter().enumerate().try_for_each(|(done, camera)| {
-            snapshot.now.set_camera(camera.clone());
+            snapshot.now.set_camera(*camera);
             let share = [done, cameras.len()];
             rendered.push(draw(&mut renderer, &snapshot.now, request, share)?);
             Ok(())
@@ -349,7 +349,7 @@ impl Snapshot {
     }
 
     pub fn camera(&self) -> Camera {
-        self.now.camera.clone()
+        self.now.camera
     }
 }
 
