@@ -3,7 +3,7 @@
 // at P, and n_i and p_i the number of samples of each technique and their density (the balance heuristic, Veach & Guibas 1995). So
 // neither the 1/d² of a near VPL nor a small bright spot that few directions find makes noise, and nothing is clamped.
 //
-// Eight lanes take a receiver: a subgroup as a packet, or any eight of a workgroup. The directions are a lattice sequence, which falls
+// Of a receiver 64 samples are taken at a time: by a subgroup of eight lanes as a packet, or by 32 lanes of a workgroup, two rays each. The directions are a lattice sequence, which falls
 // evenly, however many there are. Each receiver shifts it
 // by numbers of its own, so that it goes on later where it stopped.
 //
@@ -88,7 +88,7 @@ var<private> receiver_start: vec3<f32>;
 var<private> receiver_normal: vec3<f32>;
 var<private> receiver_geometric: vec3<f32>;
 var<private> receiver_lobe: Lobe;
-// Of the receiver's eight.
+// Of the receiver's.
 var<private> own_lane: u32;
 var<private> diffuse: vec3<f32>;
 var<private> specular: vec3<f32>;

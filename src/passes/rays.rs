@@ -156,7 +156,7 @@ impl RayTriangles {
         }
     }
 
-    /// Iterations of the loops in which eight rays a lane are traced. No bound, but what they are expected to stay far below.
+    /// Iterations of the loops in which eight rays a lane are traced, of which `single` and `query` have two. No bound, but what they are expected to stay far below.
     pub fn loop_iterations(&self, kernel: RayKernel) -> f64 {
         let (groups, nodes) = match self.found_by {
             Finder::Tree {
