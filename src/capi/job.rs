@@ -6,7 +6,7 @@ use std::{
     thread::{self, JoinHandle},
 };
 
-use super::{renderer::no_frame, *};
+use super::*;
 
 /// A render on a thread of its own.
 pub(super) struct JobObject {
@@ -92,7 +92,7 @@ pub unsafe extern "C" fn camlux_job_wait(
 impl JobObject {
     fn start(
         renderer: Arc<RendererObject>,
-        mut snapshot: Snapshot,
+        snapshot: Snapshot,
         request: Request,
     ) -> Outcome<JobObject> {
         let abandoned = request.abandoned.clone();
@@ -107,14 +107,7 @@ impl JobObject {
                 }
             };
             let _ = began.send(Ok(()));
-            if request.is_cancelled() {
-                return Err(crate::Error::Cancelled.into());
-            }
-            let render = AssertUnwindSafe(|| {
-                let camera = snapshot.camera();
-                let mut frames = renderer.render(lock, &mut snapshot, &request, &[camera])?;
-                frames.pop().ok_or_else(no_frame)
-            });
+            let render = AssertUnwindSafe(|| renderer.render_one(lock, snapshot, &request));
             catch_unwind(render).unwrap_or_else(|panic| Err(failure_of(panic)))
         };
         let thread = thread::Builder::new().name("camlux job".into());

@@ -107,13 +107,7 @@ pub unsafe extern "C" fn camlux_renderer_render(
         let render = || {
             let request = Request::read(options)?;
             let lock = renderer.lock()?;
-            if request.is_cancelled() {
-                return Err(crate::Error::Cancelled.into());
-            }
-            let mut snapshot = Snapshot::of(scene);
-            let camera = snapshot.camera();
-            let mut frames = renderer.render(lock, &mut snapshot, &request, &[camera])?;
-            frames.pop().ok_or_else(no_frame)
+            renderer.render_one(lock, Snapshot::of(scene), &request)
         };
         // SAFETY: the caller's word.
         unsafe { handle::return_handle(frame, "frame", render) }
@@ -154,10 +148,7 @@ pub unsafe extern "C" fn camlux_renderer_render_cameras(
         let render = || {
             let request = Request::read(options)?;
             let lock = renderer.lock()?;
-            if request.is_cancelled() {
-                return Err(crate::Error::Cancelled.into());
-            }
-            renderer.render(lock, &mut Snapshot::of(scene), &request, &cameras)
+            renderer.render(lock, Snapshot::of(scene), &request, &cameras)
         };
         // SAFETY: the caller's word.
         unsafe { handle::return_handles(frames, "frames", count, render) }
@@ -230,15 +221,31 @@ impl RendererObject {
         }
     }
 
+    /// The scene as its own camera sees it.
+    pub fn render_one(
+        &self,
+        renderer: MutexGuard<'_, Renderer>,
+        snapshot: Snapshot,
+        request: &Request,
+    ) -> Outcome<FrameObject> {
+        let camera = snapshot.now.camera;
+        let mut frames = self.render(renderer, snapshot, request, &[camera])?;
+        let none = || crate::Error::internal("a camera without a frame").into();
+        frames.pop().ok_or_else(none)
+    }
+
     /// The scene as each of some cameras sees it. The lock is given back before the log hears of the frames: a callback of the log may
     /// render with this renderer.
-    pub fn render(
+    fn render(
         &self,
         mut renderer: MutexGuard<'_, Renderer>,
-        snapshot: &mut Snapshot,
+        mut snapshot: Snapshot,
         request: &Request,
         cameras: &[Camera],
     ) -> Outcome<Vec<FrameObject>> {
+        if request.is_cancelled() {
+            return Err(crate::Error::Cancelled.into());
+        }
         let mut rendered = args::room_for(cameras.len(), "frames")?;
         let ended = cameras.iter().enumerate().try_for_each(|(done, camera)| {
             snapshot.now.set_camera(*camera);
@@ -324,7 +331,7 @@ impl Request {
         })
     }
 
-    pub fn is_cancelled(&self) -> bool {
+    fn is_cancelled(&self) -> bool {
         self.token.is_cancelled() || self.abandoned.is_cancelled()
     }
 }
@@ -347,10 +354,6 @@ impl Snapshot {
             milliseconds: start.elapsed().as_secs_f64() * 1e3,
         }
     }
-
-    pub fn camera(&self) -> Camera {
-        self.now.camera
-    }
 }
 
 impl CancelToken {
@@ -372,10 +375,6 @@ fn is_enough(progress: Progress, options: &camlux_render_options) -> bool {
     let fraction = f64::from(progress.fraction);
     // SAFETY: the host's function, of that type; the text outlives the call.
     unsafe { callback(fraction, pass.as_ptr(), options.progress_user) != 0 }
-}
-
-pub(super) fn no_frame() -> Failure {
-    crate::Error::internal("a camera without a frame").into()
 }
 
 fn log_frame(rendered: &Rendered, camera: &Camera) {

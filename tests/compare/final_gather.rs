@@ -247,8 +247,8 @@ fn standard_errors_are_calibrated() {
         }
         let deviation = f64::sqrt(squares / count);
         println!("{name}: errors over standard errors deviate by {deviation:.3}");
-        // On an H100 the knot has 0.798: an estimate that is above the error by a quarter at most.
-        assert!((0.75..=1.25).contains(&deviation), "{name}: {deviation}");
+        // On an H100 the knot has 0.798: the errors are a fifth below their estimates.
+        assert!((0.79..=1.25).contains(&deviation), "{name}: {deviation}");
     }
 }
 

@@ -2,7 +2,7 @@
 //! common edge is said to meet.
 
 use camlux::{
-    RenderOptions, Scene,
+    DeviceKind, RenderOptions, Scene,
     doctor::scenes::{point_light, quad},
     glam::DVec3,
     internals::{Intermediates, SurfacePoint},
@@ -129,8 +129,10 @@ fn a_mirror_symmetric_room_is_lit_symmetrically_but_for_rays_along_edges() {
                 .max((place_m.z.abs() - 1.0).abs());
             assert!(off_edge < CLOSE, "{place_m} is on no edge between walls");
         }
-        // Which of the two walls such a ray hits is a matter of rounding: an H100 has none.
-        assert!(meets_edges || texels.is_empty(), "{} texels", texels.len());
+        // Which of the two walls such a ray hits is a matter of rounding: on an H100 of the same one.
+        if !meets_edges || gpu.device.info().kind == DeviceKind::Cpu {
+            assert_eq!(!texels.is_empty(), meets_edges, "{} texels", texels.len());
+        }
         let values = frame
             .values(Layer::Indirect)
             .expect("it has indirect light");
