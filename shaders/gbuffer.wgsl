@@ -19,7 +19,11 @@ struct GBuffer {
 fn fragment_main(raster: Raster) -> GBuffer {
     let hit = hit_surface(raster);
     var pixel: GBuffer;
-    pixel.position_mesh = vec4<f32>(hit.position, draw.mesh_id);
+    var mesh_id = draw.mesh_id;
+    for (var i = 0u; i < min(raster.instance, 1u); i++) {
+        mesh_id = f32(mesh_id_of(raster.instance));
+    }
+    pixel.position_mesh = vec4<f32>(hit.position, mesh_id);
     pixel.normal = vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal));
     pixel.kd_material = vec4<f32>(hit.brdf.kd, draw.material_id);
 #if PHONG

@@ -3,7 +3,7 @@
 #import hit
 #import trace
 
-// Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of the scene: the corners' normals
+// Lists in images, as that of triangles in trace.wgsl. Four texels a triangle, in the order of Geometry: the corners' normals
 // (0: flat), their texture coordinates, the material.
 var triangle_shading: texture_storage_2d<rgba32float, read>;
 // Six a material: k_d per band, which a texture multiplies, and s, the Phong exponent; k_s per band, and where
@@ -13,12 +13,10 @@ var materials: texture_storage_2d<rgba32float, read>;
 
 // `hit_triangle` is that of ray_hit.
 fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hit {
-    let corner0 = triangle_texel(4u * hit_triangle);
-    let corner1 = triangle_texel(4u * hit_triangle + 1u);
-    let corner2 = triangle_texel(4u * hit_triangle + 2u);
-    let c0 = corner0.xyz - origin;
-    let c1 = corner1.xyz - origin;
-    let c2 = corner2.xyz - origin;
+    let corners = corners_of_hit(hit_triangle);
+    let c0 = corners.a.xyz - origin;
+    let c1 = corners.b.xyz - origin;
+    let c2 = corners.c.xyz - origin;
     // As in trace.wgsl: from sums and differences of corners, whose products do not cancel in small triangles.
     let weight = vec3<f32>(dot(direction, cross(c1 + c2, c2 - c1)), dot(direction, cross(c2 + c0, c0 - c2)),
         dot(direction, cross(c0 + c1, c1 - c0)));
@@ -31,10 +29,9 @@ fn hit_surface(hit_triangle: u32, origin: vec3<f32>, direction: vec3<f32>) -> Hi
 
 // The triangle with its shading.
 fn triangle_at(hit_triangle: u32) -> Triangle {
-    let corner0 = triangle_texel(4u * hit_triangle);
-    let corner1 = triangle_texel(4u * hit_triangle + 1u);
-    let corner2 = triangle_texel(4u * hit_triangle + 2u);
-    let index = 4u * scene_triangle(hit_triangle);
+    let found = located(hit_triangle);
+    let corners = corners_of(found);
+    let index = 4u * u32(triangle_texel(4u * found.triangle + 3u).x);
     let shading0 = textureLoad(triangle_shading, list_place(index));
     let shading1 = textureLoad(triangle_shading, list_place(index + 1u));
     let shading2 = textureLoad(triangle_shading, list_place(index + 2u));
@@ -43,10 +40,18 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     let kd_shininess = textureLoad(materials, list_place(material));
     let ks_map = textureLoad(materials, list_place(material + 1u));
     var triangle: Triangle;
-    triangle.corners[0] = Corner(corner0.xyz, shading0.xyz, shading2.yz);
-    triangle.corners[1] = Corner(corner1.xyz, vec3<f32>(shading0.w, shading1.xy), vec2<f32>(shading2.w, shading3.x));
-    triangle.corners[2] = Corner(corner2.xyz, vec3<f32>(shading1.zw, shading2.x), shading3.yz);
-    triangle.normal = vec3<f32>(corner0.w, corner1.w, corner2.w);
+    triangle.corners[0] = Corner(corners.a.xyz, shading0.xyz, shading2.yz);
+    triangle.corners[1] = Corner(corners.b.xyz, vec3<f32>(shading0.w, shading1.xy), vec2<f32>(shading2.w, shading3.x));
+    triangle.corners[2] = Corner(corners.c.xyz, vec3<f32>(shading1.zw, shading2.x), shading3.yz);
+    triangle.normal = vec3<f32>(corners.a.w, corners.b.w, corners.c.w);
+#if SMOOTH BUMPED
+    for (var i = 0u; i < min(found.instance, 1u); i++) {
+        let placement = placement_of(found.instance);
+        triangle.corners[0].normal = placed_normal(placement, triangle.corners[0].normal);
+        triangle.corners[1].normal = placed_normal(placement, triangle.corners[1].normal);
+        triangle.corners[2].normal = placed_normal(placement, triangle.corners[2].normal);
+    }
+#endif
     triangle.brdf = Brdf(kd_shininess.rgb, ks_map.rgb, kd_shininess.w);
 #if TEXTURED BUMPED
     triangle.texture = texture_at(material + 2u);

@@ -14,6 +14,7 @@ struct PrimaryRayParameters {
     resolution_px: vec2<u32>,
     // Those of the list stand twice, with and without texture.
     material_count: u32,
+    // Of those in the scene's space.
     mesh_count: u32,
     // Where in their pixels the rays go through, from the centre.
     offset_px: vec2<f32>,
@@ -26,8 +27,8 @@ var<storage, read> lens_rays: array<vec4<f32>>;
 // For each pixel what trace calls a hit, row by row.
 var<storage, read_write> seen_triangles: array<u32>;
 #if SHADE
-// Triangles of the scene up to the end of each mesh.
-var<storage, read> mesh_ends: array<u32>;
+// Triangles up to the end of each mesh in the scene's space, and its id.
+var<storage, read> mesh_ends: array<vec2<u32>>;
 var position_mesh: texture_storage_2d<rgba32float, write>;
 var normal_geometric: texture_storage_2d<rgba32float, write>;
 var kd_material: texture_storage_2d<rgba32float, write>;
@@ -114,12 +115,24 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
     let axis = direction / dot(direction, direction);
     let hit = hit_on_plane(triangle_at(seen), view.origin, vec3<f32>(0.0), direction, axis);
     let material = material_at(seen) % parameters.material_count;
-    textureStore(position_mesh, place, vec4<f32>(hit.position, f32(1u + mesh_of(scene_triangle(seen)))));
+    textureStore(position_mesh, place, vec4<f32>(hit.position, f32(mesh_id_at(seen))));
     textureStore(normal_geometric, place, vec4<f32>(hit.shading_normal, pack_direction(hit.geometric_normal)));
     textureStore(kd_material, place, vec4<f32>(hit.brdf.kd, f32(1u + material)));
 #if PHONG
     textureStore(ks_shininess, place, vec4<f32>(hit.brdf.ks, hit.brdf.shininess));
 #endif
+}
+
+fn mesh_id_at(seen: u32) -> u32 {
+    let instance = located(seen).instance;
+    var id: u32;
+    for (var i = 0u; i < min(instance, 1u); i++) {
+        id = mesh_id_of(instance);
+    }
+    for (var i = min(instance, 1u); i < 1u; i++) {
+        id = mesh_ends[mesh_of(scene_triangle(seen))].y;
+    }
+    return id;
 }
 
 // The first mesh that ends behind the triangle.
@@ -131,7 +144,7 @@ fn mesh_of(triangle: u32) -> u32 {
             break;
         }
         let middle = (low + high) / 2u;
-        let is_behind = mesh_ends[middle] <= triangle;
+        let is_behind = mesh_ends[middle].x <= triangle;
         low = select(low, middle + 1u, is_behind);
         high = select(middle, high, is_behind);
     }

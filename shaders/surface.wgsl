@@ -18,6 +18,7 @@ struct Draw {
 }
 
 #import view
+#import instance
 
 var<storage, read> positions: array<vec4<f32>>;
 var<storage, read> indices: array<u32>;
@@ -43,14 +44,23 @@ fn alpha_texture() -> Texture {
 struct Raster {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) triangle: u32,
+    @location(1) @interpolate(flat) instance: u32,
 }
 
-fn corner(index: u32) -> Corner {
+fn corner(instance: u32, index: u32) -> Corner {
     var corner: Corner;
     corner.position = positions[index].xyz;
 #if SMOOTH BUMPED
     corner.normal = normals[index].xyz;
 #endif
+    // A loop that other surfaces do not enter: drivers that compute both sides of a branch would have them pay.
+    for (var i = 0u; i < min(instance, 1u); i++) {
+        let placement = placement_of(instance);
+        corner.position = placed_point(placement, corner.position);
+#if SMOOTH BUMPED
+        corner.normal = placed_normal(placement, corner.normal);
+#endif
+    }
 #if TEXTURED BUMPED
     corner.texcoord = texcoords[index];
 #endif
@@ -63,9 +73,9 @@ fn hit_surface(raster: Raster) -> Hit {
     let ray_direction = view.ray_direction * pixel;
 
     var triangle: Triangle;
-    triangle.corners[0] = corner(indices[3u * raster.triangle]);
-    triangle.corners[1] = corner(indices[3u * raster.triangle + 1u]);
-    triangle.corners[2] = corner(indices[3u * raster.triangle + 2u]);
+    triangle.corners[0] = corner(raster.instance, indices[3u * raster.triangle]);
+    triangle.corners[1] = corner(raster.instance, indices[3u * raster.triangle + 1u]);
+    triangle.corners[2] = corner(raster.instance, indices[3u * raster.triangle + 2u]);
     triangle.brdf = Brdf(draw.kd, draw.ks, draw.shininess);
 #if TEXTURED BUMPED
     triangle.texture = draw.texture;

@@ -6,10 +6,14 @@
 // each lane takes its own way with one of its rays after the other: rays that start together soon part among small triangles. A scene
 // without small triangles has no tree, and its kernels none of that.
 //
+// A mesh that instances share has a tree in its own space. A ray that enters the box of an instance is turned into that space, goes on through
+// that tree, and then returns. Distances are the same in both: a direction is turned with its length.
+//
 // Everything is meant to be right but for rounding, of which u = 2^-24 is the unit: errors are bounded as in Pharr, Jakob,
 // Humphreys, "Physically Based Rendering", section "Managing rounding error".
 
 #import light
+#import instance
 #if CUTOUT
 #import texels
 #endif
@@ -45,6 +49,9 @@ const HEADER_TEXELS: u32 = 3u;
 // The word of a leaf: LEAF | triangle, and LEAF_CUTOUT where that has cut-outs.
 const LEAF: u32 = 0x40000000u;
 const LEAF_CUTOUT: u32 = 0x20000000u;
+// That of an instance: LEAF | LEAF_INSTANCE | its place.
+const LEAF_INSTANCE: u32 = 0x10000000u;
+const LEAF_FLAGS: u32 = LEAF | LEAF_CUTOUT | LEAF_INSTANCE;
 // Boxes that a lane tests before it looks at leaves.
 const STRIDE: u32 = 8u;
 
@@ -81,6 +88,17 @@ fn inverse_of(direction: vec3<f32>) -> vec3<f32> {
     return 1.0 / select(direction, vec3<f32>(1e-30), abs(direction) < vec3<f32>(1e-30));
 }
 
+// The corners of a triangle, each with a component of the unit normal.
+struct Corners {
+    a: vec4<f32>,
+    b: vec4<f32>,
+    c: vec4<f32>,
+}
+
+fn corners_at(triangle: u32) -> Corners {
+    return Corners(triangle_texel(4u * triangle), triangle_texel(4u * triangle + 1u), triangle_texel(4u * triangle + 2u));
+}
+
 // What all rays from one origin share of a triangle.
 struct OriginPlanes {
     // A direction passes inside the triangle if its product with none of these is negative. Neighbours have exactly
@@ -92,10 +110,11 @@ struct OriginPlanes {
     normal: vec3<f32>,
 }
 
-fn planes_from_origin(triangle: u32, origin: vec3<f32>) -> OriginPlanes {
-    let a = triangle_texel(4u * triangle);
-    let b = triangle_texel(4u * triangle + 1u);
-    let c = triangle_texel(4u * triangle + 2u);
+// `unit` is a length of the scene in the space of the corners.
+fn planes_from_origin(corners: Corners, origin: vec3<f32>, unit: f32) -> OriginPlanes {
+    let a = corners.a;
+    let b = corners.b;
+    let c = corners.c;
     let normal = vec3<f32>(a.w, b.w, c.w);
     let c0 = a.xyz - origin;
     let c1 = b.xyz - origin;
@@ -108,7 +127,7 @@ fn planes_from_origin(triangle: u32, origin: vec3<f32>) -> OriginPlanes {
     planes.edge2 = turn * cross(c0 + c1, c1 - c0);
 #if CENTRAL
     // From a light: it may be mounted on a surface.
-    let is_in_plane = abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
+    let is_in_plane = abs(height) <= unit * LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
 #else
     // The origin in the plane, or a triangle without area: never hit.
     let is_in_plane = height == 0.0;
@@ -143,10 +162,10 @@ struct LightPlanes {
     normal: vec3<f32>,
 }
 
-fn planes_to_light(triangle: u32, light_end: vec4<f32>) -> LightPlanes {
-    let a = triangle_texel(4u * triangle);
-    let b = triangle_texel(4u * triangle + 1u);
-    let c = triangle_texel(4u * triangle + 2u);
+fn planes_to_light(corners: Corners, light_end: vec4<f32>, unit: f32) -> LightPlanes {
+    let a = corners.a;
+    let b = corners.b;
+    let c = corners.c;
     let normal = vec3<f32>(a.w, b.w, c.w);
     let height = dot(normal, direction_to_light(a.xyz, light_end));
     let turn = select(-1.0, 1.0, height > 0.0);
@@ -162,7 +181,7 @@ fn planes_to_light(triangle: u32, light_end: vec4<f32>) -> LightPlanes {
     planes.plane2 = cross(twice_light - weight * middle2, b.xyz - a.xyz);
     planes.offsets = 0.5 * vec3<f32>(dot(planes.plane0, middle0), dot(planes.plane1, middle1), dot(planes.plane2, middle2));
     planes.corner = a.xyz;
-    let is_in_plane = abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
+    let is_in_plane = abs(height) <= unit * LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
 #if PARALLEL
     // A height over the plane becomes a distance along the rays.
     planes.normal = select(normal / height, vec3<f32>(0.0), is_in_plane);
@@ -211,23 +230,29 @@ struct Met {
 
 fn met(intersection: RayIntersection) -> Met {
     let is_met = intersection.kind == RAY_QUERY_INTERSECTION_TRIANGLE;
-    return Met(select(NOTHING_HIT, triangle_of(intersection), is_met), 1.0 / intersection.t);
+    return Met(select(NOTHING_HIT, hit_of(intersection), is_met), 1.0 / intersection.t);
 }
 
-fn triangle_of(intersection: RayIntersection) -> u32 {
+// For scene_triangle.
+fn hit_of(intersection: RayIntersection) -> u32 {
+    let instance = intersection.instance_custom_data;
+    var hit = intersection.primitive_index;
+    for (var i = 0u; i < min(instance, 1u); i++) {
+        hit += first_hit(instance);
+    }
 #if CUTOUT
     // Triangles with cut-outs are the second geometry.
-    let first = u32(triangle_texel(3u).z);
-    return intersection.primitive_index + select(0u, first, intersection.geometry_index == 1u);
-#else
-    return intersection.primitive_index;
+    for (var i = 0u; i < intersection.geometry_index; i++) {
+        hit += u32(triangle_texel(4u * located(hit - intersection.primitive_index).triangle + 3u).z);
+    }
 #endif
+    return hit;
 }
 
 // Of a triangle that the ray meets.
 fn is_solid(intersection: RayIntersection) -> bool {
 #if CUTOUT
-    let cutout = cutout_of(triangle_of(intersection));
+    let cutout = cutout_of(located(hit_of(intersection)).triangle);
     let b = intersection.barycentrics;
     return cutout == 0u || !is_hole(cutout, vec3<f32>(1.0 - b.x - b.y, b));
 #else
@@ -260,17 +285,17 @@ fn follow_with_light(ray: RayDesc, light_end: vec4<f32>) -> Met {
     rayQueryInitialize(&query, ray_scene, asking);
     while (rayQueryProceed(&query)) {
         let candidate = rayQueryGetCandidateIntersection(&query);
-        if (!is_mounted_on(triangle_of(candidate), light_end) && is_solid(candidate)) {
+        if (!is_mounted_on(hit_of(candidate), light_end) && is_solid(candidate)) {
             rayQueryConfirmIntersection(&query);
         }
     }
     return met(rayQueryGetCommittedIntersection(&query));
 }
 
-fn is_mounted_on(triangle: u32, light_end: vec4<f32>) -> bool {
-    let a = triangle_texel(4u * triangle);
-    let normal = vec3<f32>(a.w, triangle_texel(4u * triangle + 1u).w, triangle_texel(4u * triangle + 2u).w);
-    let height = dot(normal, direction_to_light(a.xyz, light_end));
+fn is_mounted_on(hit: u32, light_end: vec4<f32>) -> bool {
+    let corners = corners_of_hit(hit);
+    let normal = vec3<f32>(corners.a.w, corners.b.w, corners.c.w);
+    let height = dot(normal, direction_to_light(corners.a.xyz, light_end));
     return abs(height) <= LIGHT_IN_PLANE * dot(abs(normal), vec3<f32>(1.0));
 }
 
@@ -347,12 +372,12 @@ fn box_texel(index: u32) -> vec4<f32> {
 
 #if CUTOUT
 // The barycentric coordinates, up to a factor, of where a ray meets a triangle.
-fn weights_of(triangle: u32, vector: vec3<f32>, end: vec4<f32>, is_to_light: bool) -> vec3<f32> {
+fn weights_of(corners: Corners, vector: vec3<f32>, end: vec4<f32>, is_to_light: bool) -> vec3<f32> {
     if (is_to_light) {
-        let planes = planes_to_light(triangle, end);
+        let planes = planes_to_light(corners, end, 1.0);
         return vec3<f32>(dot(planes.plane0, vector), dot(planes.plane1, vector), dot(planes.plane2, vector)) - planes.offsets;
     }
-    let planes = planes_from_origin(triangle, end.xyz);
+    let planes = planes_from_origin(corners, end.xyz, 1.0);
     return vec3<f32>(dot(planes.edge0, vector), dot(planes.edge1, vector), dot(planes.edge2, vector));
 }
 #endif
@@ -362,7 +387,10 @@ fn weights_of(triangle: u32, vector: vec3<f32>, end: vec4<f32>, is_to_light: boo
 struct Traversal {
     // Which ray: a bit.
     ray: u32,
+    // The ray, and the common origin or the light, in the space of the tree; and how long a local unit of the scene is there.
     vector: vec3<f32>,
+    end: vec4<f32>,
+    unit: f32,
     // A grid coordinate times `scale` less `start` is where the ray crosses it.
     scale: vec3<f32>,
     start: vec3<f32>,
@@ -370,8 +398,13 @@ struct Traversal {
     // Of the nearest hit so far.
     t_max: f32,
     hit: u32,
-    // Next to test.
+    // Whose tree it goes through; 0: that of the scene.
+    instance: u32,
+    // What tells hits on this instance from those on others.
+    hit_offset: u32,
+    // Next to test, and where the tree ends.
     node: u32,
+    node_end: u32,
     // A leaf that waits; 0: none.
     leaf: u32,
 }
@@ -381,9 +414,9 @@ const TRAVERSALS: u32 = 2u;
 var<private> traversals: array<Traversal, TRAVERSALS>;
 
 // Puts away what a ray that is done has found, and takes the lane's next. Returns the rays left to do.
-fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
+fn take_ray(w: u32, todo: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     let traversal = traversals[w];
-    let is_done = (traversal.node >= node_count) & (traversal.leaf == 0u);
+    let is_done = (traversal.node >= traversal.node_end) & (traversal.leaf == 0u);
     let next = select(0u, todo & (~todo + 1u), is_done);
     var vector = traversal.vector;
     var inverse_t = traversal.inverse_t;
@@ -401,19 +434,21 @@ fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: boo
     let inverse = inverse_of(select(vector, direction_to_light(vector, end), is_to_light));
     traversals[w].ray = select(traversal.ray, next, is_done);
     traversals[w].vector = vector;
+    traversals[w].end = select(traversal.end, end, is_done);
+    traversals[w].unit = select(traversal.unit, 1.0, is_done);
     traversals[w].inverse_t = inverse_t;
     traversals[w].hit = hit;
     traversals[w].t_max = 1.0 / inverse_t;
-    traversals[w].scale = box_texel(2u).xyz * inverse;
-    traversals[w].start = (box_texel(1u).xyz - origin) * inverse;
+    traversals[w].scale = select(traversal.scale, box_texel(2u).xyz * inverse, is_done);
+    traversals[w].start = select(traversal.start, (box_texel(1u).xyz - origin) * inverse, is_done);
     traversals[w].node = select(traversal.node, 0u, next != 0u);
     return todo & ~next;
 }
 
 // Tests a box. A leaf has to wait in the tree where another one waits already. Returns whether there is more to test.
-fn step(w: u32, node_count: u32) -> bool {
+fn step(w: u32) -> bool {
     let traversal = traversals[w];
-    let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(traversal.node, node_count - 1u)));
+    let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(traversal.node, traversal.node_end - 1u)));
     let a = vec3<f32>(vec3<i32>(words.xyz & vec3<u32>(0xffffu))) * traversal.scale + traversal.start;
     let b = vec3<f32>(vec3<i32>(words.xyz >> vec3<u32>(16u))) * traversal.scale + traversal.start;
     let enters = lesser(a, b);
@@ -422,9 +457,10 @@ fn step(w: u32, node_count: u32) -> bool {
     let leave = lesser1(lesser1(leaves.x, leaves.y), lesser1(leaves.z, traversal.t_max));
     let is_met = enter <= leave;
     let is_leaf = (words.w & LEAF) != 0u;
-    let is_free = traversal.leaf == 0u;
+    let is_end = traversal.node >= traversal.node_end;
+    let is_free = (traversal.leaf == 0u) & !is_end;
     traversals[w].leaf = select(traversal.leaf, words.w, is_met & is_leaf & is_free);
-    let is_stuck = (is_met & is_leaf & !is_free) | (traversal.node >= node_count);
+    let is_stuck = (is_met & is_leaf & !is_free) | is_end;
     let after = select(words.w, traversal.node + 1u, is_met | is_leaf);
     traversals[w].node = select(after, traversal.node, is_stuck);
     return !is_stuck;
@@ -447,15 +483,56 @@ fn greater1(a: f32, b: f32) -> f32 {
 }
 
 fn take_hit(w: u32, triangle: u32, inverse_t: f32, is_nearer: bool) {
-    traversals[w].hit = select(traversals[w].hit, triangle, is_nearer);
+    traversals[w].hit = select(traversals[w].hit, triangle + traversals[w].hit_offset, is_nearer);
     traversals[w].inverse_t = select(traversals[w].inverse_t, inverse_t, is_nearer);
     traversals[w].t_max = 1.0 / traversals[w].inverse_t;
+}
+
+// Whether a ray has met the box of an instance, or come to the end of the tree of one.
+fn leaves_tree(w: u32, entered: u32) -> bool {
+    return (entered != 0u) | ((traversals[w].instance != 0u) & (traversals[w].node >= traversals[w].node_end));
+}
+
+// Takes such a ray to the tree where it goes on: that of the instance that it enters, or of the scene.
+fn change_tree(w: u32, entered: u32, node_count: u32, scene_end: vec4<f32>, is_to_light: bool) {
+    let traversal = traversals[w];
+    let is_change = leaves_tree(w, entered);
+    let is_entry = entered != 0u;
+    let instance = max(select(traversal.instance, entered, is_entry), 1u);
+    let placement = placement_of(instance);
+    let low = instance_texel(instance, 6u);
+    let grid_step = instance_texel(instance, 7u);
+    let more = instance_texel(instance, 8u);
+    var vector: vec3<f32>;
+#repeat SLOT RAYS
+    vector = select(vector, ray_vector[SLOT], traversal.ray == 1u << SLOTu);
+#endrepeat
+    var end = scene_end;
+    if (is_entry) {
+        // Of a direction, nothing is taken off.
+        let offset = placement_offset(placement);
+        end = vec4<f32>(unplaced_direction(placement, end.xyz - select(1.0, end.w, is_to_light) * offset), end.w);
+        vector = unplaced_direction(placement, vector - select(0.0, 1.0, is_to_light) * offset);
+    }
+    let origin = select(end.xyz, vector, is_to_light);
+    let inverse = inverse_of(select(vector, direction_to_light(vector, end), is_to_light));
+    let scale = select(box_texel(2u).xyz, grid_step.xyz, is_entry) * inverse;
+    let start = (select(box_texel(1u).xyz, low.xyz, is_entry) - origin) * inverse;
+    traversals[w].vector = select(traversal.vector, vector, is_change);
+    traversals[w].end = select(traversal.end, end, is_change);
+    traversals[w].unit = select(traversal.unit, select(1.0, more.z, is_entry), is_change);
+    traversals[w].scale = select(traversal.scale, scale, is_change);
+    traversals[w].start = select(traversal.start, start, is_change);
+    traversals[w].node = select(traversal.node, whole_number(select(more.x, low.w, is_entry)), is_change);
+    traversals[w].node_end = select(traversal.node_end, select(node_count, whole_number(grid_step.w), is_entry), is_change);
+    traversals[w].instance = select(traversal.instance, entered, is_change);
+    traversals[w].hit_offset = select(traversal.hit_offset, select(0u, hit_offset(instance), is_entry), is_change);
 }
 
 // Takes each ray of the lane that is not yet done through the tree: `end` is the common origin, or the light. Lanes need
 // nothing of one another.
 fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
-    let node_count = u32(box_texel(0u).y);
+    let node_count = whole_number(box_texel(0u).y);
     var todo = 0u;
     for (var i = 0u; i < RAYS; i++) {
         let is_open = select(ray_inverse_t[i] < NOT_WANTED, ray_inverse_t[i] <= 1.0, is_any);
@@ -463,45 +540,56 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
     }
     for (var w = 0u; w < TRAVERSALS; w++) {
         traversals[w].ray = 0u;
+        traversals[w].instance = 0u;
+        traversals[w].hit_offset = 0u;
         traversals[w].node = node_count;
+        traversals[w].node_end = node_count;
         traversals[w].leaf = 0u;
     }
     loop {
         for (var w = 0u; w < TRAVERSALS; w++) {
-            todo = take_ray(w, todo, node_count, end, is_to_light);
+            todo = take_ray(w, todo, end, is_to_light);
         }
         var boxes = 0u;
         loop {
             var is_moving = false;
             for (var w = 0u; w < TRAVERSALS; w++) {
-                is_moving |= step(w, node_count);
+                is_moving |= step(w);
             }
             boxes++;
             continuing {
                 break if (boxes == STRIDE) | !is_moving;
             }
         }
+        var corners: array<Corners, TRAVERSALS>;
+        var leaf: array<u32, TRAVERSALS>;
+        var entered: array<u32, TRAVERSALS>;
+        for (var w = 0u; w < TRAVERSALS; w++) {
+            let place = traversals[w].leaf & ~LEAF_FLAGS;
+            let is_instance = (traversals[w].leaf & LEAF_INSTANCE) != 0u;
+            entered[w] = select(0u, 1u + place, is_instance);
+            leaf[w] = select(place, 0u, is_instance);
+            corners[w] = corners_at(leaf[w]);
+        }
 #if CUTOUT
         // What a ray meets where there may be a hole: 1 / distance, or 0.
         var doubtful: array<f32, TRAVERSALS>;
-        var doubtful_triangle: array<u32, TRAVERSALS>;
 #endif
         for (var w = 0u; w < TRAVERSALS; w++) {
-            let triangle = traversals[w].leaf & ~(LEAF | LEAF_CUTOUT);
             var inverse_t: f32;
             if (is_to_light) {
-                inverse_t = blocking(planes_to_light(triangle, end), traversals[w].vector);
+                inverse_t = blocking(planes_to_light(corners[w], traversals[w].end, traversals[w].unit), traversals[w].vector);
             } else {
-                inverse_t = inverse_t_of(planes_from_origin(triangle, end.xyz), traversals[w].vector);
+                inverse_t = inverse_t_of(planes_from_origin(corners[w], traversals[w].end.xyz, traversals[w].unit), traversals[w].vector);
             }
-            let is_nearer = (inverse_t > traversals[w].inverse_t) & (traversals[w].leaf != 0u);
+            let is_triangle = (traversals[w].leaf != 0u) & (entered[w] == 0u);
+            let is_nearer = (inverse_t > traversals[w].inverse_t) & is_triangle;
 #if CUTOUT
             let is_doubtful = is_nearer & ((traversals[w].leaf & LEAF_CUTOUT) != 0u);
             doubtful[w] = select(0.0, inverse_t, is_doubtful);
-            doubtful_triangle[w] = triangle;
-            take_hit(w, triangle, inverse_t, is_nearer & !is_doubtful);
+            take_hit(w, leaf[w], inverse_t, is_nearer & !is_doubtful);
 #else
-            take_hit(w, triangle, inverse_t, is_nearer);
+            take_hit(w, leaf[w], inverse_t, is_nearer);
 #endif
             traversals[w].leaf = 0u;
         }
@@ -509,17 +597,30 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
         // A loop that most rays do not enter: drivers that compute both sides of a branch would have all of them pay.
         for (var i = 0u; i < select(0u, 1u, doubtful[0] > 0.0) + select(0u, 1u, doubtful[1] > 0.0); i++) {
             let is_first = (i == 0u) & (doubtful[0] > 0.0);
-            let triangle = select(doubtful_triangle[1], doubtful_triangle[0], is_first);
+            let triangle = select(leaf[1], leaf[0], is_first);
             let vector = select(traversals[1].vector, traversals[0].vector, is_first);
-            let is_there = !is_hole(cutout_of(triangle), weights_of(triangle, vector, end, is_to_light));
+            let a = select(corners[1].a, corners[0].a, is_first);
+            let b = select(corners[1].b, corners[0].b, is_first);
+            let c = select(corners[1].c, corners[0].c, is_first);
+            let own_end = select(traversals[1].end, traversals[0].end, is_first);
+            let is_there = !is_hole(cutout_of(triangle), weights_of(Corners(a, b, c), vector, own_end, is_to_light));
             take_hit(0u, triangle, doubtful[0], is_there & is_first);
             take_hit(1u, triangle, doubtful[1], is_there & !is_first);
         }
 #endif
+        // Another one.
+        for (var i = 0u; i < select(0u, 1u, leaves_tree(0u, entered[0]) | leaves_tree(1u, entered[1])); i++) {
+            change_tree(0u, entered[0], node_count, end, is_to_light);
+            change_tree(1u, entered[1], node_count, end, is_to_light);
+        }
         var is_done = todo == 0u;
         for (var w = 0u; w < TRAVERSALS; w++) {
-            traversals[w].node = select(traversals[w].node, node_count, is_any & (traversals[w].inverse_t > 1.0));
-            is_done &= traversals[w].node >= node_count;
+            let is_blocked = is_any & (traversals[w].inverse_t > 1.0);
+            traversals[w].instance = select(traversals[w].instance, 0u, is_blocked);
+            traversals[w].hit_offset = select(traversals[w].hit_offset, 0u, is_blocked);
+            traversals[w].node = select(traversals[w].node, node_count, is_blocked);
+            traversals[w].node_end = select(traversals[w].node_end, node_count, is_blocked);
+            is_done &= traversals[w].node >= traversals[w].node_end;
         }
         continuing {
             break if is_done;
@@ -575,20 +676,20 @@ fn light_planes_of_LANE(mine: LightPlanes) -> LightPlanes {
 // Traces the rays of a lane. Those of a packet, which are of the eight lanes of a subgroup, have one origin, and all its lanes must
 // come here, whether their rays are wanted or not. Afterwards ray_inverse_t and ray_hit tell what was hit.
 fn trace(origin: vec3<f32>, is_any: bool) {
-    let large_end = 8u * u32(box_texel(0u).x);
+    let large_end = 8u * whole_number(box_texel(0u).x);
     for (var i = 0u; i < RAYS; i++) {
         ray_hit[i] = NOTHING_HIT;
     }
     var first = 0u;
     loop {
 #if PACKET
-        let mine = planes_from_origin(first + lane, origin);
+        let mine = planes_from_origin(corners_at(first + lane), origin, 1.0);
 #repeat LANE 8
         intersect(origin_planes_of_LANE(mine), first + LANEu);
 #endrepeat
         first += 8u;
 #else
-        intersect(planes_from_origin(first, origin), first);
+        intersect(planes_from_origin(corners_at(first), origin, 1.0), first);
         first++;
 #endif
         continuing {
@@ -605,7 +706,7 @@ fn trace(origin: vec3<f32>, is_any: bool) {
 //
 // Of parallel rays from a light it finds the closest hit: `light_end` is then where they lead.
 fn trace_to_light(light_end: vec4<f32>) {
-    let large_end = 8u * u32(box_texel(0u).x);
+    let large_end = 8u * whole_number(box_texel(0u).x);
 #if PARALLEL
     for (var i = 0u; i < RAYS; i++) {
         ray_hit[i] = NOTHING_HIT;
@@ -617,13 +718,13 @@ fn trace_to_light(light_end: vec4<f32>) {
     var first = 0u;
     loop {
 #if PACKET
-        let mine = planes_to_light(first + lane, light_end);
+        let mine = planes_to_light(corners_at(first + lane), light_end, 1.0);
 #repeat LANE 8
         occlude(light_planes_of_LANE(mine), first + LANEu);
 #endrepeat
         first += 8u;
 #else
-        occlude(planes_to_light(first, light_end), first);
+        occlude(planes_to_light(corners_at(first), light_end, 1.0), first);
         first++;
 #endif
         continuing {
@@ -636,7 +737,47 @@ fn trace_to_light(light_end: vec4<f32>) {
 }
 #endif
 
-// The place in the scene of the triangle that was hit.
+// A triangle that was hit, and on which instance.
+struct Located {
+    triangle: u32,
+    instance: u32,
+}
+
+fn located(hit: u32) -> Located {
+    // Instances whose first hit is not behind this.
+    var low = 0u;
+    var high = whole_number(textureLoad(instances, vec2<u32>(0u), 0).x);
+    while (low < high) {
+        let middle = (low + high) / 2u;
+        let is_behind = first_hit(1u + middle) > hit;
+        high = select(high, middle, is_behind);
+        low = select(middle + 1u, low, is_behind);
+    }
+    var triangle = hit;
+    for (var i = 0u; i < min(low, 1u); i++) {
+        triangle -= hit_offset(low);
+    }
+    return Located(triangle, low);
+}
+
+fn corners_of_hit(hit: u32) -> Corners {
+    return corners_of(located(hit));
+}
+
+fn corners_of(found: Located) -> Corners {
+    var corners = corners_at(found.triangle);
+    // A loop that other triangles do not enter: drivers that compute both sides of a branch would have all of them pay.
+    for (var i = 0u; i < min(found.instance, 1u); i++) {
+        let placement = placement_of(found.instance);
+        let normal = placed_triangle_normal(placement, vec3<f32>(corners.a.w, corners.b.w, corners.c.w));
+        corners.a = vec4<f32>(placed_point(placement, corners.a.xyz), normal.x);
+        corners.b = vec4<f32>(placed_point(placement, corners.b.xyz), normal.y);
+        corners.c = vec4<f32>(placed_point(placement, corners.c.xyz), normal.z);
+    }
+    return corners;
+}
+
+// The place among triangle_shading of the triangle that was hit.
 fn scene_triangle(hit: u32) -> u32 {
-    return u32(triangle_texel(4u * hit + 3u).x);
+    return u32(triangle_texel(4u * located(hit).triangle + 3u).x);
 }

@@ -23,6 +23,7 @@ pub mod emission;
 pub mod error;
 mod exr_decode;
 mod frame;
+mod geometry;
 #[doc(hidden)]
 pub mod input_file;
 #[cfg(feature = "internals")]

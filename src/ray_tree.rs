@@ -2,32 +2,47 @@
 
 use std::time::Duration;
 
-use glam::{DVec3, Vec3};
+use glam::{BVec3, DAffine3, DVec3, Vec3};
 use obvhs::{
-    BvhBuildParams, aabb::Aabb, bvh2::Bvh2, bvh2::builder::build_bvh2_from_tris,
-    bvh2::node::Bvh2Node, triangle::Triangle,
+    BvhBuildParams,
+    aabb::Aabb,
+    bvh2::{
+        Bvh2,
+        builder::{build_bvh2, build_bvh2_from_tris},
+        node::Bvh2Node,
+    },
+    triangle::Triangle,
 };
 
-use crate::{LocalSpace, Scene};
+use crate::{LocalSpace, scene::Mesh};
 
 /// Triangles that stand alone come in groups of as many.
 const GROUP: usize = 8;
 /// Texels of a triangle: its corners, each with a component of the unit normal; its place in the scene, and that of its cut-outs.
 pub(crate) const TRIANGLE_TEXELS: usize = 4;
 /// Triangles of a scene without a tree, and those beside a tree, at most.
-const MAX_FACETS: usize = 64;
+const MAX_FACETS: u64 = 64;
 /// A triangle whose box has more than this share of the scene's surface stands alone.
 const FACET_SHARE: f32 = 0.004;
 /// What the word of a leaf has beside its triangle.
 const LEAF: u32 = 1 << 30;
 /// And where that has cut-outs.
 const LEAF_CUTOUT: u32 = 1 << 29;
+/// That of an instance.
+const LEAF_INSTANCE: u32 = 1 << 28;
+/// Texels of the list of boxes before the first node.
+pub(crate) const HEADER_TEXELS: usize = 3;
+/// Levels of a shared mesh's tree whose boxes tell how far its instances reach.
+const COVER_LEVELS: u32 = 6;
 /// Steps of the grid that boxes are rounded to, along an axis. Below 2¹⁵, so that no pair of them is the bits of a NaN.
 const GRID_STEPS: f32 = 32_000.0;
 /// By how much a box is larger than what it holds, local units. The ray that the triangle test sees is off by up to 16
 /// roundings (2⁻²⁴ each) of an offset within the scene, and that is at most 2√3; the products of the box test by another
 /// 16 of 2.
 const BOX_SLACK: f32 = 6e-6;
+/// The same of a shared mesh in the scene's units: the ray is turned into its space with another 16 roundings of an offset within the scene,
+/// and the triangle's corners into the scene's with four.
+const BOX_SLACK_OF_SHARED: f32 = 1e-5;
 
 pub(crate) type Texel = [f32; 4];
 
@@ -36,92 +51,300 @@ pub(crate) fn max_triangle_texels(triangle_count: u64) -> u64 {
     TRIANGLE_TEXELS as u64 * (triangle_count + GROUP as u64)
 }
 
-/// Texels of the boxes over so many triangles at most: the header, and a tree with one triangle a leaf.
-pub(crate) fn max_box_texels(triangle_count: u64) -> u64 {
-    3 + if triangle_count <= MAX_FACETS as u64 {
-        0
-    } else {
-        2 * triangle_count - 1
-    }
+/// Texels of the boxes over so many triangles and instances at most: the header, and trees with one of them a leaf.
+pub(crate) fn max_box_texels(triangle_count: u64, instance_count: u64) -> u64 {
+    let in_trees = match triangle_count {
+        0..=MAX_FACETS => instance_count,
+        _ => triangle_count + instance_count,
+    };
+    HEADER_TEXELS as u64 + 2 * in_trees
+}
+
+/// The triangles of the scene's space or of a shared mesh, and a tree over them.
+#[derive(Debug, Default)]
+pub(crate) struct MeshTree {
+    /// Groups of triangles that stand alone.
+    group_count: u32,
+    /// Those that stand alone, filled up with triangles without area; then those of the leaves.
+    triangles: Vec<Texel>,
+    grid: Grid,
+    /// Depth first: pairs of 16 bits for x, y and z, low corner | high corner << 16, and what follows the subtree, or a leaf's one triangle.
+    nodes: Vec<Texel>,
+}
+
+/// To which boxes are rounded: the low corner, and the steps.
+#[derive(Debug, Default, Clone, Copy, PartialEq)]
+pub(crate) struct Grid {
+    pub low: Vec3,
+    pub step: Vec3,
+}
+
+/// A shared mesh in the order in which a ray tree has them.
+pub(crate) struct SharedTree<'t> {
+    pub tree: &'t MeshTree,
+    /// The place of its first triangle.
+    pub first_place: u32,
+    /// From its own space to the scene's, for each instance.
+    pub to_local: Vec<DAffine3>,
 }
 
 /// Two lists of texels.
 #[derive(Debug, Default)]
 pub(crate) struct RayTree {
-    /// First the groups of triangles that stand alone and the number of nodes; the grid's low corner; its step. Then the
-    /// nodes, depth first: pairs of 16 bits for x, y and z, low corner | high corner << 16, and what follows the subtree,
-    /// or a leaf's one triangle.
+    /// First the groups of triangles that stand alone and the number of nodes of the scene's own tree, as [`whole_number`]; its grid's low
+    /// corner; its steps. Then the nodes of that tree, at its end those over instances; then those of shared meshes.
     pub boxes: Vec<Texel>,
-    /// Those that stand alone, filled up with triangles without area; then those of the leaves.
+    /// As in [`MeshTree`], mesh after mesh.
     pub triangles: Vec<Texel>,
+    pub group_count: u32,
+    /// Of the scene's own tree: 0 where all triangles stand alone.
+    pub node_count: u32,
+    /// Shared mesh by shared mesh.
+    pub instances: Vec<TreeInstance>,
 }
 
-impl RayTree {
-    /// The tree over triangles, of which those of other numbers than 0 have cut-outs: these are all in the tree.
-    pub fn over(corners: &[[Vec3; 3]], cutouts: &[u32]) -> RayTree {
+/// What a ray goes through that meets the box of an instance.
+#[derive(Debug, Default, Clone, Copy, PartialEq)]
+pub(crate) struct TreeInstance {
+    /// Of its mesh, among all.
+    pub first_triangle: u32,
+    pub triangle_count: u32,
+    pub grid: Grid,
+    /// Of its mesh: the first one, and the one behind the last.
+    pub nodes: [u32; 2],
+    /// The node behind its own.
+    pub next_node: u32,
+}
+
+impl MeshTree {
+    /// Over the triangles that lie in the scene's space, of which those of other numbers than 0 have cut-outs: these are all in the tree.
+    /// Beside instances its boxes do not depend on how far the triangles reach.
+    pub fn of_scene(corners: &[[Vec3; 3]], cutouts: &[u32], has_instances: bool) -> MeshTree {
         let (facets, others) = facets_and_others(corners, cutouts);
-        let mut triangles = Vec::new();
-        for &place in &facets {
-            triangles.extend(triangle_texels(corners[place as usize], [place, 0]));
-        }
-        let groups = facets.len().div_ceil(GROUP).max(1);
-        triangles.resize(groups * GROUP * TRIANGLE_TEXELS, [0.0; 4]);
-        let mut tree = RayTree {
-            boxes: vec![[groups as f32, 0.0, 0.0, 0.0], [0.0; 4], [0.0; 4]],
+        let mut triangles = triangle_texels_in(&facets, corners, cutouts);
+        let group_count = facets.len().div_ceil(GROUP).max(1);
+        triangles.resize(group_count * GROUP * TRIANGLE_TEXELS, [0.0; 4]);
+        let mut tree = MeshTree {
+            group_count: group_count as u32,
             triangles,
+            ..MeshTree::default()
         };
-        if !others.is_empty() {
-            tree.grow(corners, cutouts, &others);
-        }
+        let grid = has_instances.then(|| Grid::around(Aabb::from_points(&[
+            Vec3::NEG_ONE.into(),
+            Vec3::ONE.into(),
+        ]), BOX_SLACK));
+        tree.grow(corners, cutouts, &others, BOX_SLACK, grid);
         tree
     }
 
-    /// Groups of eight triangles that stand alone.
-    pub fn group_count(&self) -> u32 {
-        self.boxes[0][0] as u32
-    }
-
-    /// 0 where all triangles stand alone.
-    pub fn node_count(&self) -> u32 {
-        self.boxes[0][1] as u32
+    /// Over the triangles of a mesh in its own space, for the instances that are placed by these.
+    pub fn of_mesh(corners: &[[Vec3; 3]], cutouts: &[u32], to_local: &[DAffine3]) -> MeshTree {
+        let unit = to_local.iter().map(unit_length).fold(f64::MIN_POSITIVE, f64::max);
+        // A power of two, so that the tree stays as it is where instances grow and shrink a little.
+        let slack = (f64::from(BOX_SLACK_OF_SHARED) * unit.log2().ceil().exp2()) as f32;
+        let mut tree = MeshTree::default();
+        let all: Vec<u32> = (0..corners.len() as u32).collect();
+        tree.grow(corners, cutouts, &all, slack, None);
+        tree
     }
 
     /// Adds the tree over some triangles.
-    fn grow(&mut self, corners: &[[Vec3; 3]], cutouts: &[u32], places: &[u32]) {
+    fn grow(
+        &mut self,
+        corners: &[[Vec3; 3]],
+        cutouts: &[u32],
+        places: &[u32],
+        slack: f32,
+        grid: Option<Grid>,
+    ) {
+        if places.is_empty() {
+            self.grid = grid.unwrap_or_default();
+            return;
+        }
         let triangle = |&place: &u32| {
             let [v0, v1, v2] = corners[place as usize].map(Into::into);
             Triangle { v0, v1, v2 }
         };
         let inputs: Vec<Triangle> = places.iter().map(triangle).collect();
-        let parameters = BvhBuildParams {
-            max_prims_per_leaf: 1,
-            ..BvhBuildParams::medium_build()
-        };
-        let tree = build_bvh2_from_tris(&inputs, parameters, &mut Duration::default());
+        let tree = build_bvh2_from_tris(&inputs, build_parameters(), &mut Duration::default());
         let first = (self.triangles.len() / TRIANGLE_TEXELS) as u32;
-        for &index in &tree.primitive_indices {
-            let place = places[index as usize];
-            let numbers = [place, cutouts[place as usize]];
-            let texels = triangle_texels(corners[place as usize], numbers);
-            self.triangles.extend(texels);
-        }
-        let root = &tree.nodes[0].aabb;
-        let low: Vec3 = (root.min - 2.0 * BOX_SLACK).into();
-        let extent: Vec3 = (root.max - root.min + 4.0 * BOX_SLACK).into();
-        let step = extent / GRID_STEPS;
+        let in_order = tree.primitive_indices.iter();
+        let in_order: Vec<u32> = in_order.map(|&index| places[index as usize]).collect();
+        self.triangles.extend(triangle_texels_in(&in_order, corners, cutouts));
+        self.grid = grid.unwrap_or_else(|| Grid::around(tree.nodes[0].aabb, slack));
         let leaf = |node: &Bvh2Node| {
-            let place = places[tree.primitive_indices[node.first_index as usize] as usize];
-            let cutout = match cutouts[place as usize] {
+            let cutout = match cutouts[in_order[node.first_index as usize] as usize] {
                 0 => 0,
                 _ => LEAF_CUTOUT,
             };
             LEAF | cutout | (first + node.first_index)
         };
-        let nodes = flatten(&tree, leaf, low, step);
-        self.boxes[0][1] = nodes.len() as f32;
-        self.boxes[1] = low.extend(0.0).to_array();
-        self.boxes[2] = step.extend(0.0).to_array();
-        self.boxes.extend(nodes);
+        self.nodes = flatten(&tree, leaf, &self.grid, slack);
+    }
+
+    /// Boxes that hold all of it: those of its first levels.
+    fn cover(&self) -> Vec<[Vec3; 2]> {
+        let mut boxes = Vec::new();
+        let mut open = vec![(0, COVER_LEVELS)];
+        while let Some((node, levels)) = open.pop() {
+            let texel = &self.nodes[node];
+            if levels == 0 || texel[3].to_bits() & LEAF != 0 {
+                boxes.push(self.grid.box_of(texel));
+                continue;
+            }
+            // The second child is what follows the first one's subtree.
+            let first = self.nodes[node + 1][3].to_bits();
+            let second = if first & LEAF != 0 { node + 2 } else { first as usize };
+            open.extend([(node + 1, levels - 1), (second, levels - 1)]);
+        }
+        boxes
+    }
+}
+
+impl RayTree {
+    /// The tree of the scene, and those of shared meshes below the boxes of their instances.
+    pub fn over(scene: &MeshTree, shared: &[SharedTree]) -> RayTree {
+        let mut tree = RayTree {
+            boxes: vec![[0.0; 4]; HEADER_TEXELS],
+            triangles: scene.triangles.clone(),
+            group_count: scene.group_count,
+            node_count: 0,
+            instances: Vec::new(),
+        };
+        tree.boxes.extend(&scene.nodes);
+        let next_nodes = tree.add_instances(scene, shared);
+        tree.node_count = (tree.boxes.len() - HEADER_TEXELS) as u32;
+        let [groups, nodes] = [tree.group_count, tree.node_count].map(whole_number);
+        let Grid { low, step } = scene.grid;
+        tree.boxes[0] = [groups, nodes, 0.0, 0.0];
+        tree.boxes[1] = low.extend(0.0).to_array();
+        tree.boxes[2] = step.extend(0.0).to_array();
+        let mut next_nodes = next_nodes.into_iter();
+        for mesh in shared {
+            let added = tree.add_mesh(mesh);
+            let placed = next_nodes.by_ref().take(mesh.to_local.len());
+            tree.instances.extend(placed.map(|next_node| TreeInstance { next_node, ..added }));
+        }
+        tree
+    }
+
+    /// Adds the tree over instances, and says which node is behind that of each.
+    fn add_instances(&mut self, scene: &MeshTree, shared: &[SharedTree]) -> Vec<u32> {
+        let bounds = shared.iter().flat_map(|mesh| {
+            let cover = mesh.tree.cover();
+            let bounds = move |to_local: &DAffine3| {
+                let mut bounds = Aabb::empty();
+                for corner in cover.iter().flat_map(|&[low, high]| corners_of_box(low, high)) {
+                    bounds.extend(to_local.transform_point3(corner.as_dvec3()).as_vec3a());
+                }
+                bounds
+            };
+            mesh.to_local.iter().map(bounds)
+        });
+        let bounds: Vec<Aabb> = bounds.collect();
+        if bounds.is_empty() {
+            return Vec::new();
+        }
+        let tree = build_bvh2(&bounds, build_parameters(), &mut Duration::default());
+        let leaf = |node: &Bvh2Node| {
+            LEAF | LEAF_INSTANCE | tree.primitive_indices[node.first_index as usize]
+        };
+        let first = self.boxes.len() - HEADER_TEXELS;
+        let nodes = flatten(&tree, leaf, &scene.grid, BOX_SLACK);
+        self.boxes.extend(nodes.into_iter().map(|node| moved(node, first, 0)));
+        let mut next_nodes = vec![0; bounds.len()];
+        for (node, texel) in self.boxes.iter().skip(HEADER_TEXELS).enumerate().skip(first) {
+            let word = texel[3].to_bits();
+            if word & LEAF != 0 {
+                next_nodes[(word & !(LEAF | LEAF_INSTANCE)) as usize] = node as u32 + 1;
+            }
+        }
+        next_nodes
+    }
+
+    /// Adds the tree of a shared mesh.
+    fn add_mesh(&mut self, mesh: &SharedTree) -> TreeInstance {
+        let first_triangle = self.triangles.len() / TRIANGLE_TEXELS;
+        let first_node = self.boxes.len() - HEADER_TEXELS;
+        let nodes = mesh.tree.nodes.iter();
+        self.boxes.extend(nodes.map(|&node| moved(node, first_node, first_triangle)));
+        for triangle in mesh.tree.triangles.as_chunks::<TRIANGLE_TEXELS>().0 {
+            let [corners @ .., [place, more @ ..]] = triangle;
+            let place = place + mesh.first_place as f32;
+            let [second, third, fourth] = *more;
+            self.triangles.extend(corners);
+            self.triangles.push([place, second, third, fourth]);
+        }
+        TreeInstance {
+            first_triangle: first_triangle as u32,
+            triangle_count: (mesh.tree.triangles.len() / TRIANGLE_TEXELS) as u32,
+            grid: mesh.tree.grid,
+            nodes: [first_node, first_node + mesh.tree.nodes.len()].map(|node| node as u32),
+            next_node: 0,
+        }
+    }
+}
+
+/// How long a length of 1 in the scene is in the space of a mesh, at most.
+pub(crate) fn unit_length(to_local: &DAffine3) -> f64 {
+    let back = to_local.matrix3.inverse().transpose();
+    let rows = [back.x_axis, back.y_axis, back.z_axis];
+    rows.map(DVec3::length).into_iter().fold(0.0, f64::max)
+}
+
+/// A node of a tree that begins farther back.
+fn moved([x, y, z, word]: Texel, nodes: usize, triangles: usize) -> Texel {
+    let word = word.to_bits();
+    let by = match word & LEAF {
+        0 => nodes,
+        _ => triangles,
+    };
+    [x, y, z, f32::from_bits(word + by as u32)]
+}
+
+/// A number below 2²⁹ for `whole_number` of `shaders/instance.wgsl`: its bits are those of a float that is neither subnormal nor NaN.
+pub(crate) fn whole_number(number: u32) -> f32 {
+    f32::from_bits(number | 1 << 30)
+}
+
+fn build_parameters() -> BvhBuildParams {
+    BvhBuildParams {
+        max_prims_per_leaf: 1,
+        ..BvhBuildParams::medium_build()
+    }
+}
+
+fn corners_of_box(low: Vec3, high: Vec3) -> [Vec3; 8] {
+    let is_high = |corner: usize| BVec3::new(corner & 1 != 0, corner & 2 != 0, corner & 4 != 0);
+    std::array::from_fn(|corner| Vec3::select(is_high(corner), high, low))
+}
+
+impl Grid {
+    fn around(bounds: Aabb, slack: f32) -> Grid {
+        let extent: Vec3 = (bounds.max - bounds.min + 4.0 * slack).into();
+        Grid {
+            low: (bounds.min - 2.0 * slack).into(),
+            step: extent / GRID_STEPS,
+        }
+    }
+
+    /// A box rounded outwards.
+    fn words(&self, bounds: &Aabb, slack: f32) -> [f32; 3] {
+        let (min, max): (Vec3, Vec3) = (bounds.min.into(), bounds.max.into());
+        // An extent of nothing has no steps.
+        let safe_step = self.step.max(Vec3::splat(1e-30));
+        let from = ((min - slack - self.low) / safe_step).floor();
+        let to = ((max + slack - self.low) / safe_step).ceil();
+        let on_grid = |v: f32| v.clamp(0.0, GRID_STEPS + 2.0) as u32;
+        std::array::from_fn(|axis| f32::from_bits(on_grid(from[axis]) | on_grid(to[axis]) << 16))
+    }
+
+    fn box_of(&self, node: &Texel) -> [Vec3; 2] {
+        let words = [0, 1, 2].map(|axis| node[axis].to_bits());
+        [0, 16].map(|shift| {
+            let on_grid = words.map(|word| (word >> shift & 0xffff) as f32);
+            self.low + self.step * Vec3::from_array(on_grid)
+        })
     }
 }
 
@@ -130,7 +353,7 @@ fn facets_and_others(corners: &[[Vec3; 3]], cutouts: &[u32]) -> (Vec<u32>, Vec<u
     let places = 0..corners.len() as u32;
     let (mut places, mut with_cutouts): (Vec<u32>, Vec<u32>) =
         places.partition(|&place| cutouts[place as usize] == 0);
-    if places.len() <= MAX_FACETS {
+    if places.len() as u64 <= MAX_FACETS {
         return (places, with_cutouts);
     }
     let bounds = |corners: &[Vec3]| {
@@ -144,12 +367,17 @@ fn facets_and_others(corners: &[[Vec3; 3]], cutouts: &[u32]) -> (Vec<u32>, Vec<u
     let area = |place: u32| bounds(&corners[place as usize]);
     places.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
     let is_large = |&&place: &&u32| area(place) > FACET_SHARE * scene_area;
-    let count = places.iter().take(MAX_FACETS).take_while(is_large).count();
+    let count = places.iter().take(MAX_FACETS as usize).take_while(is_large).count();
     with_cutouts.extend(places.split_off(count));
     (places, with_cutouts)
 }
 
-fn flatten(tree: &Bvh2, leaf: impl Fn(&Bvh2Node) -> u32, low: Vec3, step: Vec3) -> Vec<Texel> {
+fn flatten(
+    tree: &Bvh2,
+    leaf: impl Fn(&Bvh2Node) -> u32,
+    grid: &Grid,
+    slack: f32,
+) -> Vec<Texel> {
     let mut depth_first = Vec::with_capacity(tree.nodes.len());
     // Not by recursion: a tree may be as deep as it has triangles.
     let mut open = vec![0];
@@ -163,7 +391,7 @@ fn flatten(tree: &Bvh2, leaf: impl Fn(&Bvh2Node) -> u32, low: Vec3, step: Vec3) 
     let mut texels = vec![[0.0; 4]; depth_first.len()];
     let mut next: Vec<usize> = (1..=depth_first.len()).collect();
     for (i, node) in depth_first.into_iter().enumerate().rev() {
-        let [x, y, z] = box_words(&node.aabb, low, step);
+        let [x, y, z] = grid.words(&node.aabb, slack);
         let word = if node.is_leaf() {
             leaf(node)
         } else {
@@ -176,25 +404,11 @@ fn flatten(tree: &Bvh2, leaf: impl Fn(&Bvh2Node) -> u32, low: Vec3, step: Vec3) 
     texels
 }
 
-/// A box rounded outwards to the grid.
-fn box_words(bounds: &Aabb, low: Vec3, step: Vec3) -> [f32; 3] {
-    let (min, max): (Vec3, Vec3) = (bounds.min.into(), bounds.max.into());
-    // An extent of nothing has no steps.
-    let safe_step = step.max(Vec3::splat(1e-30));
-    let from = ((min - BOX_SLACK - low) / safe_step).floor();
-    let to = ((max + BOX_SLACK - low) / safe_step).ceil();
-    let on_grid = |v: f32| v.clamp(0.0, GRID_STEPS + 2.0) as u32;
-    std::array::from_fn(|axis| f32::from_bits(on_grid(from[axis]) | on_grid(to[axis]) << 16))
-}
-
-/// The corners of a valid scene's triangles.
-pub(crate) fn corners_of(scene: &Scene, space: &LocalSpace) -> Vec<[Vec3; 3]> {
-    let mut corners = Vec::new();
-    for mesh in &scene.meshes {
-        let local = |corner: u32| space.to_local(mesh.positions_m[corner as usize]).into();
-        corners.extend(mesh.triangles.iter().map(|corners| corners.map(local)));
-    }
-    corners
+/// The corners of a valid mesh's triangles in a space of the device.
+pub(crate) fn corners_of(mesh: &Mesh, space: &LocalSpace) -> Vec<[Vec3; 3]> {
+    let local = |corner: u32| space.to_local(mesh.positions_m[corner as usize]).into();
+    let triangles = mesh.triangles.iter();
+    triangles.map(|corners| corners.map(local)).collect()
 }
 
 /// Triangles in this order, for rays that need no tree.

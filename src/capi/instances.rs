@@ -2,8 +2,10 @@
 
 use std::collections::BTreeSet;
 
+use glam::DAffine3;
+
 use super::*;
-use crate::scene::{BoundingBox, Mesh, Shared, validate_instance};
+use crate::scene::{self, BoundingBox, Mesh, Shared};
 
 /// A mesh in its own space.
 pub(super) struct UnplacedMesh {
@@ -19,41 +21,35 @@ impl UnplacedMesh {
         }
     }
 
-    pub fn validate_pose(&self, pose: &Pose, instance: usize) -> crate::Result<()> {
-        let corners_m = self.bounds.iter().flat_map(BoundingBox::corners_m);
-        let placed_m = corners_m.map(|corner_m| pose.place(corner_m));
-        validate_instance(instance, pose.position_m, placed_m)
+    /// The mesh as an instance of it is placed.
+    pub fn placed(&self, instance: &Instance) -> scene::Instance {
+        scene::Instance {
+            to_world: instance.pose.to_world() * instance.before_pose,
+            ..scene::Instance::from(self.mesh.clone())
+        }
+    }
+
+    pub fn validate(&self, instance: &Instance, index: usize) -> crate::Result<()> {
+        self.placed(instance).validate(index, self.bounds)
     }
 }
 
 /// A mesh as it is placed.
+#[derive(Clone, Copy)]
 pub(super) struct Instance {
     pub mesh: usize,
+    /// What a scene file places by, before the pose.
+    pub before_pose: DAffine3,
     pub pose: Pose,
-    /// In world space, once it was needed there; `None` where it has moved since.
-    pub placed: Option<Shared<Mesh>>,
 }
 
 impl Instance {
     pub fn new(mesh: usize, pose: Pose) -> Instance {
         Instance {
             mesh,
+            before_pose: DAffine3::IDENTITY,
             pose,
-            placed: None,
         }
-    }
-
-    /// The mesh in world space: the same one as long as it has not moved, and with the identity the unplaced one.
-    pub fn placed(&mut self, meshes: &[UnplacedMesh]) -> Shared<Mesh> {
-        let mesh = &meshes[self.mesh].mesh;
-        let place = || {
-            if self.pose.is_identity() {
-                mesh.clone()
-            } else {
-                self.pose.place_mesh(mesh).into()
-            }
-        };
-        self.placed.get_or_insert_with(place).clone()
     }
 }
 
@@ -78,8 +74,8 @@ pub unsafe extern "C" fn camlux_scene_add_instance(
         let pose = Pose::from_c(unsafe { args::read_optional(pose) }?.unwrap_or_default())?;
         let add = |state: &mut SceneState| {
             let unplaced = part(&mut state.meshes, mesh, "mesh")?;
-            unplaced.validate_pose(&pose, state.instances.len())?;
             let instance = Instance::new(mesh as usize, pose);
+            unplaced.validate(&instance, state.instances.len())?;
             let free = state.absent_instances.take_free();
             put(&mut state.instances, free, instance, "instance")
         };
@@ -161,9 +157,7 @@ pub extern "C" fn camlux_scene_remove(
         let absent = absent_part(&mut state, part, index)?;
         absent.hidden.remove(&(index as usize));
         absent.removed.insert(index as usize);
-        if part == CAMLUX_PART_INSTANCE {
-            state.instances[index as usize].placed = None;
-        } else {
+        if part == CAMLUX_PART_LIGHT {
             state.forget_light(index as usize);
         }
         Ok(())

@@ -95,12 +95,9 @@ pub unsafe extern "C" fn camlux_scene_set_mesh(
         let unplaced = UnplacedMesh::new(mesh.into());
         let instances = state.instances.iter().enumerate();
         for (place, instance) in instances.filter(|(_, i)| i.mesh == index as usize) {
-            unplaced.validate_pose(&instance.pose, place)?;
+            unplaced.validate(instance, place)?;
         }
         state.meshes[index as usize] = unplaced;
-        let instances = state.instances.iter_mut();
-        let own = instances.filter(|instance| instance.mesh == index as usize);
-        own.for_each(|instance| instance.placed = None);
         Ok(())
     })
 }

@@ -1,11 +1,11 @@
 //! Poses: where the camera, lights and instances are.
 
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::*;
 use crate::{
     Error,
-    scene::{Camera, CameraBasis, Light, Mesh},
+    scene::{Camera, CameraBasis, Light},
 };
 
 /// The camera; its index is 0.
@@ -93,24 +93,10 @@ impl Pose {
         Err(Error::scene("pose", problem, "leave it 1").into())
     }
 
-    pub fn is_identity(&self) -> bool {
-        // A quaternion and its negative are one rotation.
-        self.position_m == DVec3::ZERO && self.orientation.xyz() == DVec3::ZERO && self.scale == 1.0
-    }
-
     /// From the own space to world space.
-    pub fn place(&self, position_m: DVec3) -> DVec3 {
-        self.orientation * (self.scale * position_m) + self.position_m
-    }
-
-    pub fn place_mesh(&self, mesh: &Mesh) -> Mesh {
-        let positions_m = mesh.positions_m.iter().map(|&at_m| self.place(at_m));
-        let normals = mesh.normals.iter().map(|&normal| self.orientation * normal);
-        Mesh {
-            positions_m: positions_m.collect(),
-            normals: normals.collect(),
-            ..mesh.clone()
-        }
+    pub fn to_world(self) -> DAffine3 {
+        let scale = DVec3::splat(self.scale);
+        DAffine3::from_scale_rotation_translation(scale, self.orientation, self.position_m)
     }
 }
 
@@ -126,7 +112,7 @@ impl Pose {
 /// \param index of the light or instance; 0 for the camera.
 /// \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or too far
 /// out.
-/// \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
+/// \threads any; calls for one scene take turns. It only stores.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_pose(
     scene: *mut camlux_scene,
@@ -155,7 +141,7 @@ pub unsafe extern "C" fn camlux_scene_set_pose(
 /// \param poses the first of `count`, each begun with CAMLUX_POSE_INIT.
 /// \param stride_bytes from one pose to the next: sizeof(camlux_pose), or the size of what a pose is the first member of.
 /// \errors as camlux_scene_set_pose; the message tells which pose it is.
-/// \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
+/// \threads any; calls for one scene take turns. It only stores.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn camlux_scene_set_poses(
     scene: *mut camlux_scene,
@@ -314,7 +300,8 @@ fn moved_light(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {
 }
 
 fn moved_instance(state: &SceneState, index: u32, pose: Pose) -> Outcome<Moved> {
-    let instance = state.instance(index)?;
-    state.meshes[instance.mesh].validate_pose(&pose, index as usize)?;
+    let instance = *state.instance(index)?;
+    let moved = Instance { pose, ..instance };
+    state.meshes[instance.mesh].validate(&moved, index as usize)?;
     Ok(Moved::Instance(pose))
 }

@@ -70,14 +70,18 @@ pub(super) struct SceneState {
 impl SceneObject {
     /// A scene whose meshes lie where they are.
     pub fn new(mut scene: Scene) -> SceneObject {
-        let meshes = std::mem::take(&mut scene.meshes).into_iter();
-        let meshes: Vec<UnplacedMesh> = meshes.map(UnplacedMesh::new).collect();
-        let at_home = |mesh| Instance::new(mesh, Pose::IDENTITY);
+        let loaded = std::mem::take(&mut scene.meshes);
+        let instances = loaded.iter().enumerate().map(|(mesh, instance)| Instance {
+            before_pose: instance.to_world,
+            ..Instance::new(mesh, Pose::IDENTITY)
+        });
+        let meshes = loaded.iter();
+        let meshes = meshes.map(|instance| UnplacedMesh::new(instance.mesh.clone()));
         SceneObject {
             state: Mutex::new(SceneState {
-                instances: (0..meshes.len()).map(at_home).collect(),
+                instances: instances.collect(),
                 scene,
-                meshes,
+                meshes: meshes.collect(),
                 absent_instances: Absent::default(),
                 absent_lights: Absent::default(),
                 nothing: Shared::default(),
@@ -115,7 +119,7 @@ impl SceneObject {
         unsafe { args::write_result(index, "index", add) }
     }
 
-    /// The scene as it is now, to render. Its meshes are the ones of the snapshot before, where they have not moved.
+    /// The scene as it is now, to render.
     pub fn snapshot(&self) -> Scene {
         self.lock().snapshot()
     }
@@ -141,7 +145,7 @@ impl SceneObject {
 }
 
 impl SceneState {
-    fn snapshot(&mut self) -> Scene {
+    fn snapshot(&self) -> Scene {
         let SceneState {
             scene,
             meshes,
@@ -150,11 +154,11 @@ impl SceneState {
             nothing,
             ..
         } = self;
-        let placed = instances.iter_mut().enumerate().map(|(index, instance)| {
+        let placed = instances.iter().enumerate().map(|(index, instance)| {
             match absent_instances.contains(index) {
                 // It keeps its place, for the ids of the others.
-                true => nothing.clone(),
-                false => instance.placed(meshes),
+                true => nothing.clone().into(),
+                false => meshes[instance.mesh].placed(instance),
             }
         });
         let mut snapshot = Scene {
@@ -215,10 +219,7 @@ impl SceneState {
             Moved::Light(light) => self.scene.lights[index] = light,
             Moved::Instance(pose) => {
                 let instance = &mut self.instances[index];
-                if instance.pose != pose {
-                    instance.pose = pose;
-                    instance.placed = None;
-                }
+                instance.pose = pose;
             }
         }
     }

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use glam::{DMat3, DVec3, dvec3};
+use glam::{DAffine3, DMat3, DVec3, dvec3};
 
 use crate::scene::{
-    Bands, Camera, ChargeUnit, Direct, IndirectLight, Lens, Light, Material, Mesh, Photodetector,
-    Scene, Sensor, Shadow, Shared, SpotCone, TimeOfFlight, VplSum,
+    Bands, Camera, ChargeUnit, Direct, IndirectLight, Instance, Lens, Light, Material, Mesh,
+    Photodetector, Scene, Sensor, Shadow, SpotCone, TimeOfFlight, VplSum,
 };
 
 /// Material 0 is grey, 1 is coloured, 2 is a mild gloss.
@@ -42,7 +42,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
         tof: None,
         carried_lights: Vec::new(),
         lights: vec![light],
-        meshes: meshes.into_iter().map(Shared::from).collect(),
+        meshes: meshes.into_iter().map(Instance::from).collect(),
         materials: vec![
             Material::lambert("grey", [0.5; 3]),
             Material::lambert("coloured", [0.75, 0.5, 0.25]),
@@ -227,8 +227,13 @@ pub fn two_walls(light: Light, camera_m: DVec3, look_at_m: DVec3) -> Scene {
 pub fn moved(scene: &Scene, scale: f64, shift_m: DVec3) -> Scene {
     let mut scene = scene.clone();
     let place = |point_m: &mut DVec3| *point_m = scale * *point_m + shift_m;
-    for mesh in &mut scene.meshes {
-        mesh.positions_m.iter_mut().for_each(place);
+    let to_place = DAffine3::from_scale(DVec3::splat(scale));
+    let to_place = DAffine3::from_translation(shift_m) * to_place;
+    for instance in &mut scene.meshes {
+        match instance.is_in_world_space() {
+            true => instance.positions_m.iter_mut().for_each(place),
+            false => instance.to_world = to_place * instance.to_world,
+        }
     }
     place(&mut scene.camera.position_m);
     place(&mut scene.camera.look_at_m);

@@ -6,6 +6,7 @@ use super::{
 };
 use crate::{
     Result,
+    geometry::GeometrySize,
     output::{FrameParts, Layer},
     passes::{
         final_gather, hits, light, primary_rays, rays, rsm::Rsm, shadow::ShadowMap, surface,
@@ -21,6 +22,8 @@ use crate::{
 
 /// Triangles that a pixel can tell apart: whole numbers that are exact in f32.
 const MAX_TRIANGLES: u64 = 1 << 24;
+/// Those that a ray can tell apart, of all instances.
+const MAX_PLACED_TRIANGLES: u64 = 1 << 28;
 /// The maps of all lights are kept where they take no more than the device's memory over this.
 const MAPS_SHARE_OF_MEMORY: u64 = 8;
 /// About what the samples of pixels for the error estimate take, and those of a pilot, whatever the scene.
@@ -153,8 +156,12 @@ fn surfaces(plan: &Plan, scene: &Scene, requirements: &Requirements) -> Result<(
         let smaller = "scale the textures down, or choose another device";
         textures::declare(&of_scene().with_hint(smaller), scene)?;
     }
-    let triangles = scene.triangle_count();
+    let triangles = GeometrySize::of(scene).triangles;
     of_scene().check("the number of triangles", triangles, |_| MAX_TRIANGLES)?;
+    let placed = scene.triangle_count();
+    of_scene().check("the number of triangles of all instances", placed, |_| {
+        MAX_PLACED_TRIANGLES
+    })?;
     if let Some(kernel) = plan.ray_kernel() {
         let without_rays = [
             (plan.has_distortion, "a lens without distortion"),

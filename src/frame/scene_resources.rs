@@ -5,15 +5,17 @@ use std::sync::Arc;
 use super::cache::Cached;
 use crate::{
     Error, LocalSpace, RayKernel, Result,
+    geometry::Geometry,
     passes::{
         Context,
         hits::HitSurfaces,
+        instances::Instances,
         primary_rays,
         rays::RayTriangles,
         surface::Surfaces,
         textures::{TextureUses, Textures, uses_of},
     },
-    scene::{Lens, Material, Mesh, Shared, Texture},
+    scene::{Instance, Lens, Material, Shared, Texture},
     vulkan::Buffer,
 };
 
@@ -21,6 +23,7 @@ use crate::{
 #[derive(Default)]
 pub(crate) struct SceneResources {
     textures: Cached<TexturesKey, Arc<Textures>>,
+    geometry: Cached<SameMeshes, Geometry>,
     surfaces: Cached<SurfacesKey, Surfaces>,
     /// Only where something casts rays.
     ray_tree: Cached<RayTreeKey, RayTriangles>,
@@ -44,7 +47,7 @@ struct SurfacesKey {
     space: LocalSpace,
     is_smooth: bool,
     materials: Vec<Material>,
-    meshes: SameValues<Mesh>,
+    meshes: SameMeshes,
     textures: TexturesKey,
 }
 
@@ -52,7 +55,7 @@ struct SurfacesKey {
 struct RayTreeKey {
     kernel: Option<RayKernel>,
     space: LocalSpace,
-    meshes: SameValues<Mesh>,
+    meshes: SameMeshes,
     /// The alpha texture of each material, and the textures, where there are cut-outs.
     cutouts: Option<(Vec<Option<usize>>, TexturesKey)>,
 }
@@ -69,6 +72,19 @@ impl<T> PartialEq for SameValues<T> {
     }
 }
 
+/// Equal where the very same meshes lie at the same places, in the same order.
+#[derive(Clone)]
+struct SameMeshes(Vec<Instance>);
+
+impl PartialEq for SameMeshes {
+    fn eq(&self, other: &Self) -> bool {
+        let is_same = |(a, b): (&Instance, &Instance)| {
+            a.mesh.ptr_eq(&b.mesh) && a.to_world == b.to_world
+        };
+        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(is_same)
+    }
+}
+
 impl SceneResources {
     /// Copies to the device what has changed since the frame before.
     pub fn update(&mut self, context: &Context) -> Result<()> {
@@ -79,7 +95,7 @@ impl SceneResources {
             space,
             ..
         } = *context;
-        let meshes = SameValues(scene.meshes.clone());
+        let meshes = SameMeshes(scene.meshes.clone());
         let textures_key = TexturesKey {
             is_textured: plan.is_textured,
             uses: uses_of(scene),
@@ -104,6 +120,7 @@ impl SceneResources {
             }),
         };
         self.textures.drop_unless(&textures_key);
+        self.geometry.drop_unless(&ray_tree_key.meshes);
         self.surfaces.drop_unless(&surfaces_key);
         self.ray_tree.drop_unless(&ray_tree_key);
         self.hit_surfaces.drop_unless(&surfaces_key);
@@ -122,20 +139,29 @@ impl SceneResources {
                 false => Textures::default(),
             }))
         })?;
+        let geometry = || Ok(Geometry::of(scene));
+        let (geometry, _) = self.geometry.get_or_make(surfaces_key.meshes.clone(), geometry)?;
+        let instances = match kernel {
+            Some(kernel) => {
+                let tree =
+                    || RayTriangles::of(commands, scene, geometry, space, textures, kernel);
+                let (tree, _) = self.ray_tree.get_or_make(ray_tree_key, tree)?;
+                tree.instances.clone()
+            }
+            // Without rays no mesh is shared.
+            None => Arc::new(Instances::upload(commands, geometry, space, &[])?),
+        };
         let (_, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
-            Surfaces::upload(commands, scene, plan, space, textures)
+            let instanced = (&*geometry, &instances);
+            Surfaces::upload(commands, scene, plan, space, textures, instanced)
         })?;
         self.generation += u64::from(is_new);
-        if let Some(kernel) = kernel {
-            let tree = || RayTriangles::of(commands, scene, space, textures, kernel);
-            self.ray_tree.get_or_make(ray_tree_key, tree)?;
-        }
         if plan.has_distortion {
             let lens = || primary_rays::upload_lens(commands, &scene.camera);
             self.lens_rays.get_or_make(lens_key, lens)?;
         }
         if plan.shades_hits() {
-            let hits = || HitSurfaces::upload(commands, scene, textures);
+            let hits = || HitSurfaces::upload(commands, scene, geometry, textures);
             self.hit_surfaces.get_or_make(surfaces_key, hits)?;
         }
         Ok(())

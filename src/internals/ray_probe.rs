@@ -6,6 +6,7 @@ use glam::DVec3;
 
 use crate::{
     Device, LocalSpace, RayKernel, Result, Scene,
+    geometry::Geometry,
     passes::{rays::RayTriangles, textures::Textures},
     vulkan::{Buffer, BufferUse, CommandPool, Pipelines, TexelList, shaders::RayProbeParameters},
 };
@@ -65,7 +66,8 @@ impl RayProbe {
             true => Textures::upload(&commands, scene)?,
             false => Textures::default(),
         });
-        let tree = RayTriangles::of(&commands, scene, &space, &textures, kernel)?;
+        let geometry = Geometry::of(scene);
+        let tree = RayTriangles::of(&commands, scene, &geometry, &space, &textures, kernel)?;
         Ok(RayProbe {
             device: device.clone(),
             pipelines: Pipelines::new(device),

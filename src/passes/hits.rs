@@ -8,25 +8,28 @@ use super::{
 };
 use crate::{
     Result, Scene,
+    geometry::{Geometry, GeometrySize, PlacedMesh},
     vulkan::{Allocate, Buffer, BufferUse, CommandPool, Resource, TexelList},
 };
 
 /// The lists of `shaders/hits.wgsl`.
 pub(crate) struct HitSurfaces {
-    /// Sixteen words a triangle, in the order of the scene: three normals (0: flat), three texture coordinates, the material.
+    /// Sixteen words a triangle, in the order of the geometry: three normals (0: flat), three texture coordinates, the material.
     triangles: TexelList,
     materials: TexelList,
     textures: Arc<Textures>,
-    /// Triangles up to the end of each mesh.
+    /// Triangles up to the end of each mesh in the scene's space, and its id.
     mesh_ends: Arc<Buffer>,
+    placed_count: u32,
 }
 
 /// What a scene's triangles and materials take.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene) -> Result<()> {
-    let mesh_bytes = 4 * scene.meshes.len() as u64;
+    let size = GeometrySize::of(scene);
+    let mesh_bytes = 8 * size.meshes;
     allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Device)?;
     allocate.buffer("ends of meshes", mesh_bytes, BufferUse::Staging)?;
-    TexelList::declare(allocate, "shading of triangles", 4 * scene.triangle_count())?;
+    TexelList::declare(allocate, "shading of triangles", 4 * size.triangles)?;
     // Each material with and without its textures, in six texels.
     TexelList::declare(allocate, "materials", 12 * scene.materials.len() as u64)
 }
@@ -36,6 +39,7 @@ impl HitSurfaces {
     pub fn upload(
         commands: &CommandPool,
         scene: &Scene,
+        geometry: &Geometry,
         textures: &Arc<Textures>,
     ) -> Result<HitSurfaces> {
         let place = |texture: Option<usize>| {
@@ -73,8 +77,7 @@ impl HitSurfaces {
             [kd, [kr, kg, kb, 0.0], nothing, nothing, nothing, nothing]
         }));
         let mut triangles: Vec<[f32; 16]> = Vec::new();
-        let mut mesh_ends: Vec<u32> = Vec::new();
-        for mesh in &scene.meshes {
+        for mesh in geometry.meshes() {
             let plain = if mesh.texcoords.is_empty() {
                 scene.materials.len() as u32
             } else {
@@ -94,21 +97,27 @@ impl HitSurfaces {
                 words[15] = (material + plain) as f32;
                 triangles.push(words);
             }
-            mesh_ends.push(triangles.len() as u32);
         }
+        let mut end = 0;
+        let mesh_ends = geometry.placed.iter().map(|PlacedMesh { index, mesh }| {
+            end += mesh.triangles.len() as u32;
+            [end, 1 + *index as u32]
+        });
+        let mesh_ends: Vec<[u32; 2]> = mesh_ends.collect();
         let words = triangles.as_flattened();
         let triangles = words.as_chunks().0.to_vec();
         Ok(HitSurfaces {
             textures: textures.clone(),
+            placed_count: mesh_ends.len() as u32,
             mesh_ends: commands.upload("ends of meshes", &mesh_ends)?,
             triangles: TexelList::new(commands, "shading of triangles", triangles)?,
             materials: TexelList::new(commands, "materials", materials.into_flattened())?,
         })
     }
 
-    /// For the mesh that a triangle is of.
-    pub fn mesh_ends(&self) -> Resource<'_> {
-        Resource::Buffer(&self.mesh_ends)
+    /// For the mesh that a triangle in the scene's space is of, and how many of these there are.
+    pub fn mesh_ends(&self) -> (Resource<'_>, u32) {
+        (Resource::Buffer(&self.mesh_ends), self.placed_count)
     }
 
     /// The images under the names that the shaders give them.

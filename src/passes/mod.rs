@@ -22,6 +22,7 @@ pub(crate) mod gather;
 pub(crate) mod gatherer;
 pub(crate) mod gbuffer;
 pub(crate) mod hits;
+pub(crate) mod instances;
 pub(crate) mod light;
 pub(crate) mod light_rays;
 pub(crate) mod modulation;

@@ -65,13 +65,14 @@ pub(crate) fn draw(
     resources.extend(lens.map(|lens| ("lens_rays", Resource::Buffer(lens))));
     resources.extend(tree.resources());
     resources.extend(surfaces.resources());
-    resources.push(("mesh_ends", surfaces.mesh_ends()));
+    let (mesh_ends, mesh_count) = surfaces.mesh_ends();
+    resources.push(("mesh_ends", mesh_ends));
     resources.extend(gbuffer.resources());
     let [width, height] = plan.resolution_px;
     let parameters = PrimaryRayParameters {
         resolution_px: [width, height],
         material_count: context.scene.materials.len() as u32,
-        mesh_count: context.scene.meshes.len() as u32,
+        mesh_count,
         offset_px: offset_px.as_vec2().to_array(),
     };
     recorder.prepare_images(&gbuffer.colors());

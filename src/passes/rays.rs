@@ -1,17 +1,21 @@
 //! The scene's triangles on the device for rays.
 
-use std::sync::Arc;
+use std::{iter, sync::Arc};
 
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::instances::Instances;
 use super::textures::{Textures, halves_of_first_word};
 use crate::{
     RayKernel, Result, Scene,
+    geometry::{Geometry, GeometrySize},
     local_space::LocalSpace,
     ray_tree::{
-        RayTree, TRIANGLE_TEXELS, corners_of, max_box_texels, max_triangle_texels,
-        triangle_texels_in,
+        HEADER_TEXELS, MeshTree, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance, corners_of, max_box_texels,
+        max_triangle_texels, triangle_texels_in,
     },
     scene::Mesh,
-    vulkan::{AccelerationStructure, Allocate, BufferUse, CommandPool, Resource, TexelList},
+    vulkan::{AccelerationStructure, Allocate, BufferUse, CommandPool, InstancedTriangles, Resource, TexelList},
 };
 
 /// Iterations of its loops in which a packet goes through a tree, for each halving of its nodes: about seven times what knot takes, by an
@@ -28,6 +32,7 @@ const CUTOUT_TEXELS: u64 = 3;
 
 /// What `shaders/trace.wgsl` finds a scene's triangles in.
 pub(crate) struct RayTriangles {
+    pub instances: Arc<Instances>,
     triangles: TexelList,
     triangle_count: u32,
     found_by: Finder,
@@ -47,9 +52,10 @@ enum Finder {
 
 /// What the triangles of a scene take.
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, kernel: RayKernel) -> Result<()> {
-    let triangles = scene.triangle_count();
-    let meshes = scene.meshes.iter();
-    let alpha = meshes.flat_map(|mesh| alpha_textures(scene, mesh));
+    let size = GeometrySize::of(scene);
+    let triangles = size.triangles;
+    let alpha = scene.meshes.iter().map(|instance| &*instance.mesh);
+    let alpha = alpha.flat_map(|mesh| alpha_textures(scene, mesh));
     let of_cutouts = CUTOUT_TEXELS * alpha.flatten().count() as u64;
     let texels = max_triangle_texels(triangles) + of_cutouts;
     TexelList::declare(allocate, "triangles for rays", texels)?;
@@ -59,7 +65,7 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, kernel: RayKernel
         allocate.buffer(what, triangles * STRUCTURE_BYTES, BufferUse::Staging)?;
         return Ok(());
     }
-    TexelList::declare(allocate, "boxes for rays", max_box_texels(triangles))
+    TexelList::declare(allocate, "boxes for rays", max_box_texels(triangles, size.shared_instances))
 }
 
 /// That of each triangle of a mesh. A mesh without texture coordinates has no cut-outs.
@@ -72,11 +78,15 @@ fn alpha_textures<'s>(
     materials.map(move |material| alpha(material).filter(|_| !mesh.texcoords.is_empty()))
 }
 
-/// For each triangle of a scene 1 + its place among those with cut-outs, or 0; and these as the list of `shaders/trace.wgsl`.
-fn cutouts_of(scene: &Scene, textures: &Textures) -> (Vec<u32>, Vec<[f32; 4]>) {
-    let mut numbers = Vec::new();
+/// For each triangle of each mesh 1 + its place among those with cut-outs, or 0; and these as the list of `shaders/trace.wgsl`.
+fn cutouts_of(
+    scene: &Scene,
+    geometry: &Geometry,
+    textures: &Textures,
+) -> (Vec<Vec<u32>>, Vec<[f32; 4]>) {
     let mut texels = Vec::new();
-    for mesh in &scene.meshes {
+    let numbers = geometry.meshes().map(|mesh| {
+        let mut numbers = Vec::with_capacity(mesh.triangles.len());
         for (corners, alpha) in mesh.triangles.iter().zip(alpha_textures(scene, mesh)) {
             if alpha.is_some() {
                 let [a, b, c] =
@@ -92,55 +102,177 @@ fn cutouts_of(scene: &Scene, textures: &Textures) -> (Vec<u32>, Vec<[f32; 4]>) {
             }
             numbers.push(alpha.map_or(0, |_| (texels.len() as u64 / CUTOUT_TEXELS) as u32));
         }
+        numbers
+    });
+    (numbers.collect(), texels)
+}
+
+/// The triangles of a shared mesh, in its own space.
+struct SharedTriangles<'c> {
+    corners: Vec<[Vec3; 3]>,
+    cutouts: &'c [u32],
+    /// The place of its first triangle in the geometry.
+    first_place: u32,
+    to_local: Vec<DAffine3>,
+}
+
+/// What finds triangles, and these in the order in which it knows them.
+struct Made {
+    found_by: Finder,
+    triangles: Vec<Texel>,
+    instances: Vec<TreeInstance>,
+}
+
+fn by_tree(
+    commands: &CommandPool,
+    placed: &[[Vec3; 3]],
+    cutouts: &[u32],
+    shared: Vec<SharedTriangles>,
+) -> Result<Made> {
+    let scene = MeshTree::of_scene(placed, cutouts, !shared.is_empty());
+    let trees = shared.iter();
+    let trees: Vec<MeshTree> = trees
+        .map(|mesh| MeshTree::of_mesh(&mesh.corners, mesh.cutouts, &mesh.to_local))
+        .collect();
+    let shared = shared.into_iter().zip(&trees);
+    let shared: Vec<SharedTree> = shared
+        .map(|(mesh, tree)| SharedTree {
+            tree,
+            first_place: mesh.first_place,
+            to_local: mesh.to_local,
+        })
+        .collect();
+    let tree = RayTree::over(&scene, &shared);
+    Ok(Made {
+        found_by: Finder::Tree {
+            node_count: (tree.boxes.len() - HEADER_TEXELS) as u32,
+            group_count: tree.group_count,
+            boxes: TexelList::new(commands, "boxes for rays", tree.boxes)?,
+        },
+        triangles: tree.triangles,
+        instances: tree.instances,
+    })
+}
+
+/// In each mesh those with cut-outs come last.
+fn by_device(
+    commands: &CommandPool,
+    placed: &[[Vec3; 3]],
+    cutouts: &[u32],
+    shared: &[SharedTriangles],
+) -> Result<Made> {
+    let identity = [DAffine3::IDENTITY];
+    let placed_mesh = (placed, cutouts, 0, &identity[..]);
+    let meshes = shared.iter().map(|mesh| {
+        let SharedTriangles {
+            corners,
+            cutouts,
+            first_place,
+            to_local,
+        } = mesh;
+        (&corners[..], *cutouts, *first_place, &to_local[..])
+    });
+    let (mut triangles, mut instances, mut levels) = (Vec::new(), Vec::new(), Vec::new());
+    for (corners, cutouts, first_place, to_local) in iter::once(placed_mesh).chain(meshes) {
+        let all = 0..corners.len() as u32;
+        let (mut order, with_cutouts): (Vec<u32>, Vec<u32>) =
+            all.partition(|&place| cutouts[place as usize] == 0);
+        let whole_count = order.len();
+        order.extend(with_cutouts);
+        let first_triangle = triangles.len() / TRIANGLE_TEXELS;
+        triangles.extend(triangle_texels_in(&order, corners, cutouts));
+        for triangle in (first_triangle..).take(order.len()) {
+            triangles[TRIANGLE_TEXELS * triangle + 3][0] += first_place as f32;
+        }
+        if let Some(numbers) = triangles.get_mut(TRIANGLE_TEXELS * first_triangle + 3) {
+            numbers[2] = whole_count as f32;
+        }
+        let in_order = order.iter().map(|&place| corners[place as usize]);
+        levels.push(InstancedTriangles {
+            corners: in_order
+                .map(|corners| corners.map(|corner| corner.to_array()))
+                .collect(),
+            opaque_count: whole_count,
+            to_scene: to_local.iter().map(|&to_local| rows_of(to_local)).collect(),
+        });
+        instances.push((first_triangle, order.len(), to_local.len()));
     }
-    (numbers, texels)
+    let instances = instances.into_iter().skip(1);
+    let instances = instances.flat_map(|(first_triangle, triangle_count, count)| {
+        let instance = TreeInstance {
+            first_triangle: first_triangle as u32,
+            triangle_count: triangle_count as u32,
+            ..TreeInstance::default()
+        };
+        iter::repeat_n(instance, count)
+    });
+    Ok(Made {
+        found_by: Finder::Device(Box::new(AccelerationStructure::over(commands, &levels)?)),
+        triangles,
+        instances: instances.collect(),
+    })
+}
+
+fn rows_of(to_local: DAffine3) -> [[f32; 4]; 3] {
+    let rows = to_local.matrix3.transpose();
+    let offset = to_local.translation;
+    let row = |row: DVec3, offset: f64| row.as_vec3().extend(offset as f32).to_array();
+    [
+        row(rows.x_axis, offset.x),
+        row(rows.y_axis, offset.y),
+        row(rows.z_axis, offset.z),
+    ]
 }
 
 impl RayTriangles {
     pub fn of(
         commands: &CommandPool,
         scene: &Scene,
+        geometry: &Geometry,
         space: &LocalSpace,
         textures: &Arc<Textures>,
         kernel: RayKernel,
     ) -> Result<RayTriangles> {
-        let corners = corners_of(scene, space);
-        let (cutouts, cutout_texels) = cutouts_of(scene, textures);
+        let (cutouts, cutout_texels) = cutouts_of(scene, geometry, textures);
         let alpha_textures = (!cutout_texels.is_empty()).then(|| textures.clone());
-        let (found_by, mut texels) = if kernel == RayKernel::Query {
-            let places = 0..corners.len() as u32;
-            let (mut order, with_cutouts): (Vec<u32>, Vec<u32>) =
-                places.partition(|&place| cutouts[place as usize] == 0);
-            let whole_count = order.len();
-            order.extend(with_cutouts);
-            let in_order = order.iter().map(|&place| corners[place as usize]);
-            let in_order: Vec<_> = in_order
-                .map(|corners| corners.map(|corner| corner.to_array()))
-                .collect();
-            let structure = AccelerationStructure::over(commands, &in_order, whole_count)?;
-            let mut texels = triangle_texels_in(&order, &corners, &cutouts);
-            if let Some(numbers) = texels.get_mut(3) {
-                numbers[2] = whole_count as f32;
-            }
-            (Finder::Device(Box::new(structure)), texels)
-        } else {
-            let tree = RayTree::over(&corners, &cutouts);
-            let tree_of = Finder::Tree {
-                node_count: tree.node_count(),
-                group_count: tree.group_count(),
-                boxes: TexelList::new(commands, "boxes for rays", tree.boxes)?,
-            };
-            (tree_of, tree.triangles)
+        let (placed_cutouts, shared_cutouts) = cutouts.split_at(geometry.placed.len());
+        let placed_cutouts = placed_cutouts.concat();
+        let placed = geometry.placed.iter();
+        let placed: Vec<_> = placed
+            .flat_map(|placed| corners_of(&placed.mesh, space))
+            .collect();
+        let mut first_place = placed.len() as u32;
+        let shared = geometry.shared.iter().zip(shared_cutouts);
+        let shared: Vec<SharedTriangles> = shared
+            .map(|(mesh, cutouts)| {
+                let instances = mesh.instances.iter();
+                let to_local = instances.map(|instance| mesh.to_local(instance, space));
+                let corners = corners_of(&mesh.mesh, &mesh.space);
+                let first = first_place;
+                first_place += corners.len() as u32;
+                SharedTriangles {
+                    corners,
+                    cutouts,
+                    first_place: first,
+                    to_local: to_local.collect(),
+                }
+            })
+            .collect();
+        let mut made = match kernel {
+            RayKernel::Query => by_device(commands, &placed, &placed_cutouts, &shared)?,
+            _ => by_tree(commands, &placed, &placed_cutouts, shared)?,
         };
-        let triangle_count = texels.len() / TRIANGLE_TEXELS;
-        if let Some(numbers) = texels.get_mut(3) {
+        let triangle_count = made.triangles.len() / TRIANGLE_TEXELS;
+        if let Some(numbers) = made.triangles.get_mut(3) {
             numbers[3] = triangle_count as f32;
         }
-        texels.extend(cutout_texels);
+        made.triangles.extend(cutout_texels);
+        let instances = &made.instances;
         Ok(RayTriangles {
-            triangles: TexelList::new(commands, "triangles for rays", texels)?,
-            triangle_count: corners.len() as u32,
-            found_by,
+            instances: Arc::new(Instances::upload(commands, geometry, space, instances)?),
+            triangles: TexelList::new(commands, "triangles for rays", made.triangles)?,
+            triangle_count: triangle_count as u32,
+            found_by: made.found_by,
             alpha_textures,
         })
     }
@@ -177,6 +309,7 @@ impl RayTriangles {
     /// Under the names that the shaders give them.
     pub fn resources(&self) -> Vec<(&'static str, Resource<'_>)> {
         let mut resources = vec![
+            self.instances.resource(),
             ("ray_triangles", self.triangles.resource()),
             match &self.found_by {
                 Finder::Tree { boxes, .. } => ("ray_boxes", boxes.resource()),

@@ -2,9 +2,14 @@
 
 use std::sync::Arc;
 
-use super::{Context, textures::Textures};
+use super::{
+    Context,
+    instances::{self, Instances},
+    textures::Textures,
+};
 use crate::{
     Result,
+    geometry::{Geometry, GeometrySize, PlacedMesh},
     local_space::LocalSpace,
     plan::{Plan, shading_words},
     scene::{Material, Mesh, Scene},
@@ -21,6 +26,7 @@ pub(crate) struct Surfaces {
     normals: Arc<Buffer>,
     texcoords: Arc<Buffer>,
     textures: Arc<Textures>,
+    instances: Arc<Instances>,
     ranges: Vec<Range>,
 }
 
@@ -35,6 +41,8 @@ pub(crate) fn brdf_texels(material: &Material) -> ([f32; 3], [f32; 4]) {
 struct Range {
     first_triangle: u32,
     triangle_count: u32,
+    /// The first one in the list of instances, and how many; of what lies in the scene's space 0, and 1.
+    instances: [u32; 2],
     is_smooth: bool,
     draw: Draw,
 }
@@ -47,10 +55,15 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, plan: &Plan) -> R
             .buffer(name, count * bytes, BufferUse::Staging)
             .map(|_| ())
     };
-    let vertices = scene.meshes.iter().map(|m| m.positions_m.len() as u64);
-    let vertices = vertices.sum();
+    let GeometrySize {
+        vertices,
+        triangles,
+        shared_instances,
+        ..
+    } = GeometrySize::of(scene);
+    instances::declare(allocate, shared_instances)?;
     list("list of vertices", vertices, 16)?;
-    list("list of triangles", scene.triangle_count(), 12)?;
+    list("list of triangles", triangles, 12)?;
     if plan.is_smooth {
         list("normals", vertices, 16)?;
     }
@@ -68,10 +81,19 @@ impl Surfaces {
         plan: &Plan,
         space: &LocalSpace,
         textures: &Arc<Textures>,
+        (geometry, instances): (&Geometry, &Arc<Instances>),
     ) -> Result<Surfaces> {
         let mut lists = Lists::default();
-        for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
-            lists.add(scene, plan, (space, textures), mesh_index, mesh);
+        for PlacedMesh { index, mesh } in &geometry.placed {
+            lists.add(scene, plan, (space, textures), (*index, [0, 1]), mesh);
+        }
+        let mut first = 1;
+        for shared in &geometry.shared {
+            let count = shared.instances.len() as u32;
+            // The list of instances has their indices.
+            let index = (0, [first, count]);
+            lists.add(scene, plan, (&shared.space, textures), index, &shared.mesh);
+            first += count;
         }
         Ok(Surfaces {
             positions: commands.upload("positions", &lists.positions)?,
@@ -79,6 +101,7 @@ impl Surfaces {
             normals: commands.upload("normals", &lists.normals)?,
             texcoords: commands.upload("texcoords", &lists.texcoords)?,
             textures: textures.clone(),
+            instances: instances.clone(),
             ranges: lists.ranges,
         })
     }
@@ -127,11 +150,12 @@ impl Surfaces {
                     ("texcoords", Resource::Buffer(&self.texcoords)),
                 ];
                 resources.extend(self.triangles());
+                resources.push(self.instances.resource());
                 resources.extend(self.textures.resource());
                 resources.extend_from_slice(more_resources);
                 recorder.bind_raster(&pipeline, &resources)?;
-                let (first, count) = (range.first_triangle, range.triangle_count);
-                recorder.draw(&pipeline, &range.draw, first, count);
+                let triangles = [range.first_triangle, range.triangle_count];
+                recorder.draw(&pipeline, &range.draw, triangles, range.instances);
             }
             Ok(())
         })
@@ -160,7 +184,7 @@ impl Lists {
         scene: &Scene,
         plan: &Plan,
         (space, textures): (&LocalSpace, &Textures),
-        mesh_index: usize,
+        (mesh_index, instances): (usize, [u32; 2]),
         mesh: &Mesh,
     ) {
         let first_vertex = self.positions.len() as u32;
@@ -200,6 +224,7 @@ impl Lists {
             self.ranges.push(Range {
                 first_triangle,
                 triangle_count: same.len() as u32,
+                instances,
                 is_smooth: !mesh.normals.is_empty(),
                 draw: Draw {
                     kd,

@@ -11,6 +11,7 @@ pub(crate) use steps::GridStep;
 use crate::{
     Result,
     emission::EmissionDomain,
+    geometry::has_shared_meshes,
     scene::{
         DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Light, Material, Mesh, PixelSampling,
         Scene, Shadow, VplSum,
@@ -208,7 +209,8 @@ impl Plan {
             band_count: tof.band_weights.iter().filter(|w| **w != 0.0).count() as u32,
         });
         let is_modulated = |light| scene.tof.as_ref().is_some_and(|t| t.is_modulated(light));
-        let meshes = || scene.meshes.iter();
+        let distinct_meshes = scene.distinct_meshes();
+        let meshes = || distinct_meshes.iter();
         let is_specular = |mesh: &Mesh| scene.materials_of(mesh).any(Material::is_specular);
         let has_material = |mesh: &Mesh, is_it: fn(&Material) -> bool| {
             !mesh.texcoords.is_empty() && scene.materials_of(mesh).any(is_it)
@@ -231,7 +233,9 @@ impl Plan {
         let has_rays = primary_rays.is_some() || indirect.is_some_and(|i| i.is_final_gather());
         // What is left of a triangle with cut-outs is no triangle, which the test by a map takes it for.
         // Nor is a light with an area a point, which a map has seen all from.
-        let has_rays = has_rays || has_cutouts || scene.has_area_light();
+        // A map names a triangle, and not on which instance.
+        let has_rays =
+            has_rays || has_cutouts || scene.has_area_light() || has_shared_meshes(scene);
         let shadow = scene.direct.shadow.unwrap_or(match has_rays {
             true => Shadow::Rays,
             false => Shadow::Map,
@@ -463,7 +467,7 @@ fn planned_emission_size(indirect: IndirectLight, light_count: usize) -> u32 {
 /// are not much smaller than the texels.
 fn shadow_size(scene: &Scene, fewest_faces: usize, device: &DeviceInfo) -> u32 {
     let [width, height] = scene.camera.resolution_px;
-    let triangles: usize = scene.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
+    let triangles = scene.triangle_count();
     let texels = SHADOW_TEXELS_PER_TRIANGLE * triangles as f64 / fewest_faces.max(1) as f64;
     (width.max(height) / 2)
         .max(texels.sqrt() as u32)

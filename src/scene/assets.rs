@@ -9,7 +9,7 @@ use glam::{DMat3, DMat4, DVec3};
 use super::lines::{place, read_text, resolved};
 use super::mtl::{Library, LibraryMaterial};
 use super::obj_check::{self, CheckedObj, FaceGroup, Named};
-use super::{Light, Material, Mesh, Texture, obj, texture};
+use super::{Instance, Light, Material, Texture, obj, texture};
 use crate::keys::did_you_mean;
 use crate::{Error, Result};
 
@@ -46,7 +46,7 @@ impl Transform {
 
 #[derive(Default)]
 pub(super) struct Assets {
-    pub meshes: Vec<Mesh>,
+    pub meshes: Vec<Instance>,
     pub materials: Vec<Material>,
     /// File and line of each material.
     pub material_places: Vec<String>,
@@ -87,7 +87,7 @@ impl Assets {
             None => self.materials_of_runs(&checked, file)?,
         };
         let mesh = obj::assemble(&checked, &material_of_run, &request)?;
-        self.meshes.push(mesh);
+        self.meshes.push(mesh.into());
         Ok(())
     }
 

@@ -1,10 +1,8 @@
 //! How far the surfaces of a scene reach.
 
-#[cfg(feature = "capi")]
-use glam::BVec3;
-use glam::DVec3;
+use glam::{BVec3, DVec3};
 
-use super::Scene;
+use super::{Instance, Scene};
 
 /// Axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +28,6 @@ impl BoundingBox {
         0.5 * (self.min_m + self.max_m)
     }
 
-    #[cfg(feature = "capi")]
     pub(crate) fn corners_m(&self) -> [DVec3; 8] {
         let is_max = |corner: usize| BVec3::new(corner & 1 != 0, corner & 2 != 0, corner & 4 != 0);
         std::array::from_fn(|corner| DVec3::select(is_max(corner), self.max_m, self.min_m))
@@ -96,6 +93,6 @@ impl Scene {
     }
 
     fn triangle_corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
-        self.meshes.iter().flat_map(|mesh| mesh.corners_m())
+        self.meshes.iter().flat_map(Instance::corners_m)
     }
 }

@@ -135,7 +135,7 @@ impl Scene {
                 .iter()
                 .map(|(i, (carrier, _))| (*i, *carrier))
                 .collect(),
-            meshes: assets.meshes.into_iter().map(Shared::from).collect(),
+            meshes: assets.meshes,
             materials: assets.materials,
             textures: assets.textures.into_iter().map(Shared::from).collect(),
             direct: direct.unwrap_or_default(),

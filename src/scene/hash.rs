@@ -102,6 +102,14 @@ impl Scene {
                 }
             }
         }
+        // And meshes that lie where their positions say.
+        for (i, instance) in meshes.iter().enumerate() {
+            if !instance.is_in_world_space() {
+                bytes.name("placed");
+                bytes.numbers([i as f64]);
+                bytes.numbers(instance.to_world.to_cols_array());
+            }
+        }
         bytes.0.finalize().to_hex().to_string()
     }
 }

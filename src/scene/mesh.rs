@@ -1,6 +1,6 @@
 //! Triangle meshes.
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 /// A triangle mesh in world space.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -39,17 +39,5 @@ impl Mesh {
     pub(super) fn corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
         let position_m = |vertex| self.positions_m[vertex as usize];
         self.triangles.iter().map(move |t| t.map(position_m))
-    }
-
-    /// The mesh turned about the world's origin and then moved.
-    pub fn posed(&self, rotation: DQuat, translation_m: DVec3) -> Self {
-        let mut posed = self.clone();
-        for position_m in &mut posed.positions_m {
-            *position_m = rotation * *position_m + translation_m;
-        }
-        for normal in &mut posed.normals {
-            *normal = rotation * *normal;
-        }
-        posed
     }
 }

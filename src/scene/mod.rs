@@ -16,6 +16,7 @@ mod gltf;
 mod hash;
 mod ies;
 mod indirect;
+mod instance;
 mod light;
 mod lines;
 mod material;
@@ -36,7 +37,7 @@ mod validate;
 mod validate_surface;
 mod warnings;
 
-use std::f64::consts::FRAC_PI_4;
+use std::{collections::HashSet, f64::consts::FRAC_PI_4};
 
 pub use area::AreaShape;
 pub use bounds::{BoundingBox, BoundingSphere};
@@ -47,6 +48,7 @@ pub use gltf::MetallicRoughness;
 pub use indirect::{
     DEFAULT_TARGET_ERROR, ErrorNorm, IndirectLight, Parameter, TARGET_ERRORS, VplSum,
 };
+pub use instance::Instance;
 pub use light::{Light, SpotCone};
 pub use material::{Material, Texture};
 pub use mesh::Mesh;
@@ -60,9 +62,6 @@ pub(crate) use tof::MAX_PHASES;
 pub use tof::{
     ChargeUnit, MAX_FREQUENCIES, PHASE_COUNTS, Photodetector, SensorNoise, TimeOfFlight,
 };
-#[cfg(feature = "capi")]
-#[cfg(feature = "capi")]
-pub(crate) use validate_surface::validate_instance;
 
 /// Radiometric value per band (R, G, B). A monochrome quantity has the same value three times.
 pub type Bands = [f64; 3];
@@ -78,7 +77,8 @@ pub struct Scene {
     pub lights: Vec<Light>,
     /// Indices of lights that move with something, and with what.
     pub carried_lights: Vec<(usize, Carrier)>,
-    pub meshes: Vec<Shared<Mesh>>,
+    /// Meshes as they are placed. Those that share a mesh hold it once.
+    pub meshes: Vec<Instance>,
     /// Indexed by [`Mesh::triangle_materials`].
     pub materials: Vec<Material>,
     /// Indexed by [`Material::kd_texture`].
@@ -92,6 +92,25 @@ pub struct Scene {
 }
 
 impl Scene {
+    /// Its meshes, each once however often it is placed.
+    pub(crate) fn distinct_meshes(&self) -> Vec<&Shared<Mesh>> {
+        let mut seen = HashSet::new();
+        let meshes = self.meshes.iter().map(|instance| &instance.mesh);
+        meshes.filter(|mesh| seen.insert(mesh.id())).collect()
+    }
+
+    /// The same scene with a mesh of its own in world space for each instance.
+    pub fn flattened(&self) -> Scene {
+        let mut flattened = self.clone();
+        for instance in &mut flattened.meshes {
+            *instance = Instance {
+                name: std::mem::take(&mut instance.name),
+                ..Instance::from(instance.placed())
+            };
+        }
+        flattened
+    }
+
     /// The material of each triangle of one of its meshes. For a validated scene.
     pub(crate) fn materials_of<'s>(&'s self, mesh: &'s Mesh) -> impl Iterator<Item = &'s Material> {
         let materials = mesh.triangle_materials.iter();
@@ -106,7 +125,7 @@ impl Scene {
 
     /// Whether there is a surface with cut-outs. For a validated scene.
     pub(crate) fn has_cutouts(&self) -> bool {
-        self.meshes.iter().any(|mesh| {
+        self.distinct_meshes().iter().any(|mesh| {
             let mut materials = self.materials_of(mesh);
             !mesh.texcoords.is_empty() && materials.any(|m| m.alpha_texture.is_some())
         })

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::Mesh;
 use super::assets::{MeshRequest, Transform};
+use super::instance::unit_normal;
 use super::obj_check::CheckedObj;
 use crate::{Error, Result};
 
@@ -79,10 +80,4 @@ pub(super) fn assemble(
         }
     }
     Ok(mesh)
-}
-
-/// Any length but zero becomes 1. Where scaling is uniform and positive, `rotation` only turns.
-pub(super) fn unit_normal(rotation: DMat3, normal: DVec3) -> DVec3 {
-    // Without the division the square of a very short or long normal would leave the range of f64.
-    (rotation * (normal / normal.abs().max_element())).normalize()
 }

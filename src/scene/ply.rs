@@ -6,7 +6,7 @@ use ply_rs_bw::ply::{Ply, Property, PropertyAccess, PropertyAccessResult};
 
 use super::Mesh;
 use super::assets::{Assets, MeshRequest};
-use super::obj::unit_normal;
+use super::instance::unit_normal;
 use crate::{Error, Result, input_file};
 
 /// A vertex or a face; what it does not have stays as it is.
@@ -162,7 +162,7 @@ impl Assets {
             }
         }
         mesh.triangle_materials = vec![material; mesh.triangles.len()];
-        self.meshes.push(mesh);
+        self.meshes.push(mesh.into());
         Ok(())
     }
 }

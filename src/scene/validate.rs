@@ -1,11 +1,11 @@
 //! Whether a scene can be rendered at all. What passes here makes no pass divide by zero or read out of bounds.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, hash_map::Entry};
 use std::fmt::Display;
 
 use glam::DVec3;
 
-use super::{Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene, Sensor, Shadow};
+use super::{BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene, Sensor, Shadow};
 use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.
@@ -79,8 +79,15 @@ impl Scene {
         for (i, material) in self.materials.iter().enumerate() {
             placed("material", i, material.validate(i, self.textures.len()))?;
         }
-        for (i, mesh) in self.meshes.iter().enumerate() {
-            placed("mesh", i, mesh.validate(i, self.materials.len()))?;
+        // A mesh is looked at once, however often it is placed.
+        let mut bounds = HashMap::new();
+        for (i, instance) in self.meshes.iter().enumerate() {
+            let mesh = &instance.mesh;
+            if let Entry::Vacant(new) = bounds.entry(mesh.id()) {
+                placed("mesh", i, mesh.validate(i, self.materials.len()))?;
+                new.insert(BoundingBox::around(mesh.positions_m.iter().copied()));
+            }
+            placed("mesh", i, instance.validate(i, bounds[&mesh.id()]))?;
         }
         let direct = Part("direct".into()).require(
             self.direct.shadow != Some(Shadow::Map) || !self.has_cutouts(),

@@ -1,10 +1,7 @@
 //! The part of [`Scene::validate`](super::Scene::validate) that concerns materials, textures and meshes.
 
-#[cfg(feature = "capi")]
-use glam::DVec3;
-
 use super::validate::{Part, has_direction, is_near};
-use super::{Material, Mesh, Texels, Texture};
+use super::{BoundingBox, Instance, Material, Mesh, Texels, Texture};
 use crate::Result;
 
 /// The largest Phong exponent: beyond, a lobe is narrower than f32 directions.
@@ -112,14 +109,22 @@ impl Mesh {
     }
 }
 
-/// Where a mesh is placed, and the corners of its box there.
-#[cfg(feature = "capi")]
-pub(crate) fn validate_instance(
-    index: usize,
-    position_m: DVec3,
-    mut corners_m: impl Iterator<Item = DVec3>,
-) -> Result<()> {
-    let part = Part(format!("instance {index}"));
-    part.require_position("position", position_m)?;
-    corners_m.try_for_each(|corner_m| part.require_position("a corner of its box", corner_m))
+impl Instance {
+    /// Of a mesh that is valid, and within these bounds in its own space.
+    pub(crate) fn validate(&self, index: usize, bounds: Option<BoundingBox>) -> Result<()> {
+        if self.is_in_world_space() {
+            return Ok(());
+        }
+        let part = Part(format!("instance {index}"));
+        part.require_position("position", self.to_world.translation)?;
+        let linear = self.to_world.matrix3;
+        part.require(
+            linear.is_finite(),
+            format_args!("to_world is {linear}"),
+            "give finite numbers",
+        )?;
+        let corners_m = bounds.iter().flat_map(BoundingBox::corners_m);
+        let mut placed_m = corners_m.map(|corner_m| self.to_world.transform_point3(corner_m));
+        placed_m.try_for_each(|corner_m| part.require_position("a corner of its box", corner_m))
+    }
 }

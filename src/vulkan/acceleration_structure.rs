@@ -9,86 +9,83 @@ use crate::{Error, Result};
 
 /// Every device takes an alignment of scratch memory of this or less.
 const SCRATCH_ALIGNMENT: u64 = 256;
-/// The instance is where its triangles are; every ray sees it, from both sides.
-const IDENTITY: [[f32; 4]; 3] = [
-    [1.0, 0.0, 0.0, 0.0],
-    [0.0, 1.0, 0.0, 0.0],
-    [0.0, 0.0, 1.0, 0.0],
-];
+/// VkAccelerationStructureInstanceKHR; every ray sees it, from both sides.
+const INSTANCE_WORDS: usize = 16;
 const MASK_ALL: u32 = 0xff << 24;
 const NO_CULLING: u32 = vk::GeometryInstanceFlagsKHR::TRIANGLE_FACING_CULL_DISABLE.as_raw() << 24;
 
-/// Two levels over a list of triangles, of which the upper one holds the lower one once, in place.
+/// Triangles that instances share, in their own space.
+pub(crate) struct InstancedTriangles {
+    pub corners: Vec<[[f32; 3]; 3]>,
+    /// The first ones are opaque, the others for the shader to confirm: a geometry each.
+    pub opaque_count: usize,
+    /// The rows of what takes them to the scene, for each instance.
+    pub to_scene: Vec<[[f32; 4]; 3]>,
+}
+
+/// Two levels: lists of triangles, and their instances in the scene.
 pub(crate) struct AccelerationStructure {
     levels: Arc<Levels>,
 }
 
 struct Levels {
     top: Level,
-    _bottom: Level,
+    _bottom: Vec<Level>,
 }
 
 impl AccelerationStructure {
-    /// Over triangles with these corners, of which so many are opaque and the others are for the shader to confirm: a geometry each. A ray that
-    /// hits one tells its place in its geometry. Builds and waits.
-    pub fn over(
-        commands: &CommandPool,
-        corners: &[[[f32; 3]; 3]],
-        opaque_count: usize,
-    ) -> Result<Self> {
+    /// A ray that hits a triangle tells its place in its geometry, and the number of the instance, which count through all lists. Builds and waits.
+    pub fn over(commands: &CommandPool, meshes: &[InstancedTriangles]) -> Result<Self> {
         let device = commands.device();
-        let vertices = commands.upload("corners for rays", corners.as_flattened())?;
-        let (opaque, others) = corners.split_at(opaque_count);
-        let others_at = vertices.address() + size_of_val(opaque) as u64;
-        let opaque = triangles(vertices.address(), opaque, vk::GeometryFlagsKHR::OPAQUE);
-        let mut geometries = vec![opaque];
-        if !others.is_empty() {
-            geometries.push(triangles(
-                others_at,
-                others,
-                vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION,
-            ));
+        let mut bottom = Vec::with_capacity(meshes.len());
+        let mut vertices = Vec::with_capacity(meshes.len());
+        let mut words: Vec<u32> = Vec::new();
+        for mesh in meshes {
+            let (build, corners) = bottom_level(commands, mesh)?;
+            let reference = build.level.address()?;
+            for rows in &mesh.to_scene {
+                let number = (words.len() / INSTANCE_WORDS) as u32;
+                words.extend(rows.as_flattened().iter().map(|x| x.to_bits()));
+                words.extend([
+                    MASK_ALL | number,
+                    NO_CULLING,
+                    reference as u32,
+                    (reference >> 32) as u32,
+                ]);
+            }
+            bottom.push(build);
+            vertices.push(corners);
         }
-        let bottom_level = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
-        let bottom = Build::new(device, bottom_level, geometries)?;
-
-        let mut words: Vec<u32> = IDENTITY
-            .as_flattened()
-            .iter()
-            .map(|x| x.to_bits())
-            .collect();
-        let reference = bottom.level.address()?;
-        words.extend([
-            MASK_ALL,
-            NO_CULLING,
-            reference as u32,
-            (reference >> 32) as u32,
-        ]);
-        let instances = commands.upload("the instance for rays", &words)?;
-        let instances = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(
+        let instance_count = (words.len() / INSTANCE_WORDS) as u32;
+        let instances = commands.upload("instances for rays", &words)?;
+        let geometry = vk::AccelerationStructureGeometryInstancesDataKHR::default().data(
             vk::DeviceOrHostAddressConstKHR {
                 device_address: instances.address(),
             },
         );
-        let instances = vk::AccelerationStructureGeometryKHR::default()
+        let geometry = vk::AccelerationStructureGeometryKHR::default()
             .geometry_type(vk::GeometryTypeKHR::INSTANCES)
-            .geometry(vk::AccelerationStructureGeometryDataKHR { instances });
+            .geometry(vk::AccelerationStructureGeometryDataKHR {
+                instances: geometry,
+            });
         let top = Build::new(
             device,
             vk::AccelerationStructureTypeKHR::TOP_LEVEL,
-            vec![(instances, 1)],
+            vec![(geometry, instance_count)],
         )?;
 
         let mut recorder = commands.begin()?;
-        for build in [&bottom, &top] {
-            recorder.barrier();
+        recorder.barrier();
+        for build in &bottom {
             recorder.build(functions(device)?, &build.info(), &build.primitive_counts);
         }
+        recorder.barrier();
+        recorder.build(functions(device)?, &top.info(), &top.primitive_counts);
         recorder.submit()?;
         Ok(AccelerationStructure {
             levels: Arc::new(Levels {
                 top: top.level,
-                _bottom: bottom.level,
+                _bottom: bottom.into_iter().map(|build| build.level).collect(),
             }),
         })
     }
@@ -102,6 +99,24 @@ impl AccelerationStructure {
     pub(super) fn keep(&self) -> Kept {
         self.levels.clone()
     }
+}
+
+/// The level of a mesh, and the buffer of its corners, from which it is built.
+fn bottom_level(commands: &CommandPool, mesh: &InstancedTriangles) -> Result<(Build, Arc<Buffer>)> {
+    let vertices = commands.upload("corners for rays", mesh.corners.as_flattened())?;
+    let (opaque, others) = mesh.corners.split_at(mesh.opaque_count);
+    let others_at = vertices.address() + size_of_val(opaque) as u64;
+    let opaque = triangles(vertices.address(), opaque, vk::GeometryFlagsKHR::OPAQUE);
+    let mut geometries = vec![opaque];
+    if !others.is_empty() {
+        geometries.push(triangles(
+            others_at,
+            others,
+            vk::GeometryFlagsKHR::NO_DUPLICATE_ANY_HIT_INVOCATION,
+        ));
+    }
+    let level = vk::AccelerationStructureTypeKHR::BOTTOM_LEVEL;
+    Ok((Build::new(commands.device(), level, geometries)?, vertices))
 }
 
 /// And the number of its primitives.

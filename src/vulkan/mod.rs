@@ -25,7 +25,7 @@ mod texel_list;
 mod transfers;
 mod word_list;
 
-pub(crate) use acceleration_structure::AccelerationStructure;
+pub(crate) use acceleration_structure::{AccelerationStructure, InstancedTriangles};
 pub(crate) use allocate::{Allocate, Declarations, GrowsWith, Requirements};
 pub(crate) use command_pool::CommandPool;
 pub use device::{Device, DeviceChoice, DeviceOptions};

@@ -296,13 +296,13 @@ impl Recorder {
         self.bind(vk::PipelineBindPoint::GRAPHICS, pipeline, resources)
     }
 
-    /// Draws triangles of the bound index buffer, three corners each.
+    /// Draws triangles of the bound index buffer, three corners each, for instances: the first of both, and how many.
     pub fn draw<T: Pod>(
         &mut self,
         pipeline: &Pipeline,
         immediate: &T,
-        first_triangle: u32,
-        triangle_count: u32,
+        [first_triangle, triangle_count]: [u32; 2],
+        [first_instance, instance_count]: [u32; 2],
     ) {
         self.push(pipeline, immediate);
         let (first, count) = (3 * first_triangle, 3 * triangle_count);
@@ -310,7 +310,7 @@ impl Recorder {
         unsafe {
             self.device
                 .raw()
-                .cmd_draw(self.commands, count, 1, first, 0)
+                .cmd_draw(self.commands, count, instance_count, first, first_instance)
         };
     }
 

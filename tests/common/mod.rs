@@ -6,6 +6,7 @@ pub mod calibrations;
 pub mod direct;
 pub mod gltf_file;
 pub mod gpu;
+pub mod instances;
 pub mod lamps;
 pub mod quadrature;
 pub mod ray_caster;

@@ -4,7 +4,7 @@ pub use camlux::doctor::scenes::{moved, quad};
 use camlux::{
     Scene,
     internals::SurfacePoint,
-    scene::{Bands, Camera, Direct, Lens, Light, Material, Mesh, Shared, Texture},
+    scene::{Bands, Camera, Direct, Lens, Light, Material, Mesh, Instance, Texture},
 };
 use glam::DVec3;
 
@@ -91,7 +91,7 @@ pub fn scene_of(meshes: Vec<Mesh>, light: Light, position_m: DVec3, look_at_m: D
                 Material::lambert(meshes[i].name.clone(), kd)
             })
             .collect(),
-        meshes: meshes.into_iter().map(Shared::from).collect(),
+        meshes: meshes.into_iter().map(Instance::from).collect(),
         textures: Vec::new(),
         direct: Direct::default(),
         indirect: None,

@@ -12,6 +12,7 @@ mod direct;
 mod final_gather;
 mod geometry;
 mod gltf;
+mod instances;
 mod instant_radiosity;
 mod kernels;
 mod lens;

@@ -2,6 +2,7 @@
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, ray_kernels};
 use crate::common::ray_caster::RayCaster;
+use crate::common::instances;
 use crate::common::rooms;
 use crate::common::shadows;
 use camlux::{
@@ -213,6 +214,7 @@ impl Truth<'_> {
 
 fn assert_is_exact(gpu: &mut Gpu, what: &str, scene: &Scene, point_count: usize) {
     let (seen, lit) = points_of(gpu, scene);
+    let flattened = &scene.flattened();
     assert!(!seen.is_empty() && !lit.is_empty(), "{what}");
     let mut random = Random(fastrand::Rng::with_seed(6));
     let mut points: Vec<RayPoint> = (0..point_count)
@@ -225,7 +227,7 @@ fn assert_is_exact(gpu: &mut Gpu, what: &str, scene: &Scene, point_count: usize)
     let directions: Vec<DVec3> = (0..RAYS * point_count)
         .map(|ray| random.direction(points[ray / RAYS].geometric_normal))
         .collect();
-    let truth = Truth::new(scene);
+    let truth = Truth::new(flattened);
     for kernel in ray_kernels(&gpu.device) {
         let probe = RayProbe::new(&gpu.device, scene, kernel).expect("a probe");
         let any = probe.any_hit(&points, &ends).expect("rays");
@@ -268,6 +270,20 @@ fn scenes_of_any_size_and_place_have_exact_rays() {
     for (scale, shift_m) in [(1e-3, DVec3::ZERO), (1e4, DVec3::splat(1e6))] {
         let scene = rooms::moved(&demo_scene("knot", [96, 96]), scale, shift_m);
         assert_is_exact(&mut gpu, &format!("{scale} times"), &scene, 300);
+    }
+}
+
+/// Through trees that instances share, turned, stretched and mirrored.
+#[test]
+fn instances_have_exact_rays() {
+    let mut gpu = Gpu::open();
+    let crowd = instances::crowd([128, 128]);
+    assert_is_exact(&mut gpu, "crowd", &crowd, 1500);
+    let slabs = instances::slabs([128, 128]);
+    assert_is_exact(&mut gpu, "slabs", &slabs, 3000);
+    for (scale, shift_m) in [(1e-3, DVec3::ZERO), (1e4, DVec3::splat(1e6))] {
+        let scene = rooms::moved(&crowd, scale, shift_m);
+        assert_is_exact(&mut gpu, &format!("crowd {scale} times"), &scene, 300);
     }
 }
 

@@ -13,7 +13,7 @@ use gltf::scene::Transform as NodeTransform;
 use gltf::{Node, Primitive, Semantic};
 
 use super::assets::{Assets, MeshRequest, Transform};
-use super::obj::unit_normal;
+use super::instance::unit_normal;
 use super::{Camera, Lens, Light, Mesh};
 use crate::keys::did_you_mean;
 use crate::{Error, Result};
@@ -189,7 +189,7 @@ impl Loader<'_> {
                 has,
             );
         }
-        self.assets.meshes.push(mesh);
+        self.assets.meshes.push(mesh.into());
         Ok(())
     }
 

@@ -50,7 +50,7 @@ struct Node {
 impl RayCaster {
     pub fn new(scene: &Scene) -> RayCaster {
         let mut triangles = Vec::new();
-        for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
+        for (mesh_index, mesh) in scene.flattened().meshes.iter().enumerate() {
             for (index, corners) in mesh.triangles.iter().enumerate() {
                 let [a, b, c] = corners.map(|corner| mesh.positions_m[corner as usize]);
                 triangles.push(Triangle {

@@ -1,11 +1,10 @@
 //! The frames of a job: what each shows, and the scene it is rendered from.
 
-use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use camlux::glam::{DMat3, DMat4, DQuat, DVec3};
 use camlux::output::Attribute;
-use camlux::scene::{Camera, Carrier, Intrinsics, Mesh, Shared};
+use camlux::scene::{Camera, Carrier, Intrinsics};
 use camlux::{Scene, engine_hash};
 use serde_json::{Map, Value, json};
 
@@ -23,10 +22,6 @@ pub struct Frames {
     /// Of everything that all frames share.
     shared_hash: blake3::Hasher,
 }
-
-/// Meshes as they were posed last, so that one that rests is not made anew.
-#[derive(Default)]
-pub struct PosedMeshes(HashMap<(usize, usize), (DVec3, DQuat, Shared<Mesh>)>);
 
 pub struct LoadedScene {
     /// As the job has it.
@@ -300,18 +295,10 @@ impl Moment {
     }
 
     /// The scene to render, with its meshes in their places.
-    pub fn scene(&self, posed: &mut PosedMeshes) -> Scene {
+    pub fn scene(&self) -> Scene {
         let mut scene = self.scene.clone();
         for &(index, position_m, rotation) in &self.mesh_poses {
-            let key = (self.scene_index, index);
-            let kept = posed.0.get(&key);
-            let kept = kept.filter(|(p, r, _)| *p == position_m && *r == rotation);
-            let mesh = match kept {
-                Some((.., mesh)) => mesh.clone(),
-                None => scene.meshes[index].posed(rotation, position_m).into(),
-            };
-            posed.0.insert(key, (position_m, rotation, mesh.clone()));
-            scene.meshes[index] = mesh;
+            scene.meshes[index] = scene.meshes[index].posed(rotation, position_m);
         }
         scene
     }

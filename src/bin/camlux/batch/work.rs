@@ -18,7 +18,7 @@ use serde_json::json;
 
 use super::blur;
 use super::flow;
-use super::frames::{Frames, Planned, PosedMeshes};
+use super::frames::{Frames, Planned};
 use super::manifest::Journal;
 use super::progress::FrameProgress;
 use crate::progress::is_interrupted;
@@ -55,7 +55,6 @@ pub struct Engine {
     options: DeviceOptions,
     device: Device,
     renderer: Renderer,
-    posed: PosedMeshes,
 }
 
 impl Engine {
@@ -69,7 +68,6 @@ impl Engine {
             options: options.clone(),
             device,
             renderer,
-            posed: PosedMeshes::default(),
         })
     }
 
@@ -83,7 +81,7 @@ impl Engine {
     }
 
     fn try_to_render(&mut self, planned: &Planned) -> Result<Frame, Error> {
-        let begin = planned.begin.scene(&mut self.posed);
+        let begin = planned.begin.scene();
         let samples = &planned.exposed.frame;
         let scene = Scene {
             // Of a frame with motion blur its own light is not looked at.
@@ -97,7 +95,7 @@ impl Engine {
         let mut frame = self.renderer.render(&scene, &mut options)?;
         let mut mean = blur::Mean::default();
         for moment in samples {
-            let scene = moment.scene(&mut self.posed);
+            let scene = moment.scene();
             let sample = self
                 .renderer
                 .render(&scene, &mut RenderOptions::default())?;
@@ -118,7 +116,7 @@ impl Engine {
             for ((frequency, _), moments) in of_frequency {
                 let mut exposure = Exposure::default();
                 for moment in moments {
-                    let mut scene = moment.scene(&mut self.posed);
+                    let mut scene = moment.scene();
                     if let Some(tof) = &mut scene.tof {
                         tof.keep_frequency(*frequency);
                         tof.noise = None;

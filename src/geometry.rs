@@ -1,0 +1,167 @@
+//! A scene's meshes as the device holds them: in the scene's space, or once for all instances in a space of their own.
+//!
+//! What lies in the scene's space is found faster by rays. What is shared takes the memory of one mesh, and may be moved
+//! without being copied.
+
+use std::collections::HashMap;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use crate::{
+    LocalSpace, Scene,
+    scene::{BoundingBox, Instance, Mesh, Shadow, Shared},
+};
+
+/// Smaller meshes are copied into the scene's space for each instance.
+const LEAST_SHARED_TRIANGLES: usize = 256;
+/// A shared mesh may be stretched by the square root of this, one axis against another: f32 has no digits for more.
+const MOST_STRETCH: f64 = 1e4;
+
+/// The meshes of a valid scene.
+#[derive(Debug)]
+pub(crate) struct Geometry {
+    pub placed: Vec<PlacedMesh>,
+    pub shared: Vec<SharedMesh>,
+}
+
+/// A mesh in world space.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct PlacedMesh {
+    /// Its instance in the scene.
+    pub index: usize,
+    pub mesh: Shared<Mesh>,
+}
+
+/// A mesh with its instances.
+#[derive(Debug)]
+pub(crate) struct SharedMesh {
+    pub mesh: Shared<Mesh>,
+    /// Its own space as the device has it: its coordinates lie within −1 and 1.
+    pub space: LocalSpace,
+    pub instances: Vec<SharedInstance>,
+}
+
+/// Where a shared mesh is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct SharedInstance {
+    /// In the scene.
+    pub index: usize,
+    pub to_world: DAffine3,
+}
+
+/// How much of a scene's meshes the device holds.
+#[derive(Debug, Default, Clone, Copy)]
+pub(crate) struct GeometrySize {
+    pub triangles: u64,
+    pub vertices: u64,
+    pub meshes: u64,
+    pub shared_meshes: u64,
+    pub shared_instances: u64,
+}
+
+impl Geometry {
+    pub fn of(scene: &Scene) -> Geometry {
+        let mut geometry = Geometry {
+            placed: Vec::new(),
+            shared: Vec::new(),
+        };
+        let mut places = HashMap::new();
+        for (index, (instance, is_shared)) in scene.meshes.iter().zip(are_shared(scene)).enumerate()
+        {
+            if !is_shared {
+                let mesh = instance.placed();
+                geometry.placed.push(PlacedMesh { index, mesh });
+                continue;
+            }
+            let place = *places.entry(instance.mesh.id()).or_insert_with(|| {
+                geometry.shared.push(SharedMesh::new(&instance.mesh));
+                geometry.shared.len() - 1
+            });
+            let to_world = instance.to_world;
+            let instances = &mut geometry.shared[place].instances;
+            instances.push(SharedInstance { index, to_world });
+        }
+        geometry
+    }
+
+    /// All meshes, those in world space first.
+    pub fn meshes(&self) -> impl Iterator<Item = &Shared<Mesh>> {
+        let placed = self.placed.iter().map(|placed| &placed.mesh);
+        placed.chain(self.shared.iter().map(|shared| &shared.mesh))
+    }
+}
+
+impl GeometrySize {
+    /// Without making it.
+    pub fn of(scene: &Scene) -> GeometrySize {
+        let mut size = GeometrySize::default();
+        let mut seen = std::collections::HashSet::new();
+        for (instance, is_shared) in scene.meshes.iter().zip(are_shared(scene)) {
+            size.shared_instances += u64::from(is_shared);
+            if is_shared {
+                if !seen.insert(instance.mesh.id()) {
+                    continue;
+                }
+                size.shared_meshes += 1;
+            }
+            size.meshes += 1;
+            size.triangles += instance.triangles.len() as u64;
+            size.vertices += instance.positions_m.len() as u64;
+        }
+        size
+    }
+}
+
+/// Whether each instance shares its mesh on the device.
+fn are_shared(scene: &Scene) -> Vec<bool> {
+    let mut counts = HashMap::new();
+    for instance in &scene.meshes {
+        *counts.entry(instance.mesh.id()).or_insert(0) += 1;
+    }
+    // A texel of a shadow map names a triangle, and not its instance.
+    let has_maps = scene.direct.shadow == Some(Shadow::Map);
+    let is_shared = |instance: &Instance| {
+        let is_at_home = counts[&instance.mesh.id()] == 1 && instance.is_in_world_space();
+        !has_maps
+            && !is_at_home
+            && instance.triangles.len() >= LEAST_SHARED_TRIANGLES
+            && is_even(instance.to_world.matrix3)
+    };
+    scene.meshes.iter().map(is_shared).collect()
+}
+
+/// Whether a matrix stretches no axis much more than another.
+fn is_even(linear: DMat3) -> bool {
+    let size = |matrix: DMat3| {
+        let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
+        columns.map(DVec3::length_squared).iter().sum::<f64>()
+    };
+    size(linear) * size(linear.inverse()) < 9.0 * MOST_STRETCH
+}
+
+/// Whether a scene has meshes that instances share on the device.
+pub(crate) fn has_shared_meshes(scene: &Scene) -> bool {
+    are_shared(scene).contains(&true)
+}
+
+impl SharedMesh {
+    fn new(mesh: &Shared<Mesh>) -> SharedMesh {
+        let corners = mesh.triangles.as_flattened().iter();
+        let corners_m = corners.map(|&corner| mesh.positions_m[corner as usize]);
+        SharedMesh {
+            mesh: mesh.clone(),
+            space: LocalSpace::of(BoundingBox::around(corners_m)),
+            instances: Vec::new(),
+        }
+    }
+
+    /// From its own space to that of the scene.
+    pub fn to_local(&self, instance: &SharedInstance, scene: &LocalSpace) -> DAffine3 {
+        let own = self.space;
+        let origin_m = instance.to_world.transform_point3(own.origin_m);
+        DAffine3 {
+            matrix3: instance.to_world.matrix3 * (own.metres_per_unit / scene.metres_per_unit),
+            translation: (origin_m - scene.origin_m) / scene.metres_per_unit,
+        }
+    }
+}

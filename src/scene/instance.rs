@@ -1,0 +1,101 @@
+//! Meshes as they are placed in a scene.
+
+use std::ops::{Deref, DerefMut};
+
+use glam::{DAffine3, DMat3, DQuat, DVec3};
+
+use super::{Mesh, Shared};
+
+/// A mesh at a place in the scene. Instances of one mesh share it, in the host's memory and on the device.
+///
+/// It derefs to its mesh, whose positions and normals are those of the mesh's own space; [`Instance::placed`] has them in
+/// world space.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Instance {
+    pub name: String,
+    pub mesh: Shared<Mesh>,
+    /// From the mesh's own space to world space, metres. The identity: the mesh lies where its positions say.
+    pub to_world: DAffine3,
+}
+
+impl Instance {
+    /// Whether the mesh's own space is world space.
+    pub fn is_in_world_space(&self) -> bool {
+        self.to_world == DAffine3::IDENTITY
+    }
+
+    /// The mesh in world space: the same one where that is its own space, else a copy.
+    pub fn placed(&self) -> Shared<Mesh> {
+        if self.is_in_world_space() {
+            return self.mesh.clone();
+        }
+        let positions_m = self.mesh.positions_m.iter();
+        let positions_m = positions_m.map(|&at_m| self.to_world.transform_point3(at_m));
+        let turn = normal_matrix(self.to_world.matrix3);
+        let normals = self.mesh.normals.iter();
+        Shared::from(Mesh {
+            positions_m: positions_m.collect(),
+            normals: normals.map(|&normal| unit_normal(turn, normal)).collect(),
+            ..Mesh::clone(&self.mesh)
+        })
+    }
+
+    /// The same mesh turned about the world's origin and then moved.
+    pub fn posed(&self, rotation: DQuat, translation_m: DVec3) -> Instance {
+        Instance {
+            to_world: DAffine3::from_rotation_translation(rotation, translation_m) * self.to_world,
+            ..self.clone()
+        }
+    }
+
+    /// The corners of each triangle in world space. For a mesh of a validated scene.
+    pub(super) fn corners_m(&self) -> impl Iterator<Item = [DVec3; 3]> {
+        let place = |at_m| self.to_world.transform_point3(at_m);
+        self.mesh.corners_m().map(move |corners| corners.map(place))
+    }
+}
+
+/// What takes normals along. Of a matrix that flattens, any will do.
+pub(super) fn normal_matrix(linear: DMat3) -> DMat3 {
+    match linear.determinant() {
+        0.0 => linear,
+        _ => linear.inverse().transpose(),
+    }
+}
+
+/// A normal of any length but zero, taken along and made a unit vector.
+pub(super) fn unit_normal(turn: DMat3, normal: DVec3) -> DVec3 {
+    // Without the division the square of a very short or long normal would leave the range of f64.
+    (turn * (normal / normal.abs().max_element())).normalize_or(DVec3::Z)
+}
+
+impl From<Mesh> for Instance {
+    /// The mesh where it lies, under its own name.
+    fn from(mesh: Mesh) -> Self {
+        Instance::from(Shared::from(mesh))
+    }
+}
+
+impl From<Shared<Mesh>> for Instance {
+    fn from(mesh: Shared<Mesh>) -> Self {
+        Instance {
+            name: mesh.name.clone(),
+            mesh,
+            to_world: DAffine3::IDENTITY,
+        }
+    }
+}
+
+impl Deref for Instance {
+    type Target = Shared<Mesh>;
+
+    fn deref(&self) -> &Shared<Mesh> {
+        &self.mesh
+    }
+}
+
+impl DerefMut for Instance {
+    fn deref_mut(&mut self) -> &mut Shared<Mesh> {
+        &mut self.mesh
+    }
+}

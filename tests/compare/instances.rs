@@ -1,0 +1,118 @@
+//! Instances that share a mesh on the device, against the same surfaces with a mesh of their own each.
+
+use crate::common::gpu::Gpu;
+use crate::common::instances::crowd;
+use crate::common::rmse::relative_rmse_where;
+use camlux::{
+    Scene,
+    output::{Frame, Layer},
+    scene::{
+        Distortion, Encoding, IndirectLight, Lens, Material, Mesh, Shared, Texels,
+        Texture,
+    },
+};
+
+/// Blocks whose texture, map of normals and alpha texture, where it is wanted, differ across a face.
+fn patterned(has_cutouts: bool) -> Scene {
+    let mut scene = crowd([96, 96]);
+    let texture = |name: &str, texel: fn(usize) -> [u8; 3]| {
+        Shared::from(Texture {
+            name: name.into(),
+            size_px: [4, 4],
+            texels: Texels::U8((0..16).map(texel).collect(), Encoding::Linear),
+        })
+    };
+    let first = scene.textures.len();
+    scene.textures.extend([
+        texture("checks", |i| [[60, 120, 250], [240, 200, 90]][(i + i / 4) % 2]),
+        texture("bumps", |i| [[90, 128, 240], [128, 170, 240]][i % 2]),
+        texture("holes", |i| [[255; 3], [0; 3]][usize::from(i % 4 == 1 && i / 4 == 2)]),
+    ]);
+    let material = scene.materials.len() as u32;
+    scene.materials.push(Material {
+        kd_texture: Some(first),
+        normal_texture: Some(first + 1),
+        alpha_texture: has_cutouts.then_some(first + 2),
+        ..Material::lambert("patterned", [0.8; 3])
+    });
+    let block = scene.meshes.iter().find(|mesh| mesh.name.starts_with("block"));
+    let block = block.expect("a block").mesh.clone();
+    let mut patterned = Mesh::clone(&block);
+    patterned.triangle_materials.fill(material);
+    let patterned = Shared::from(patterned);
+    for instance in scene.meshes.iter_mut().filter(|i| i.mesh.ptr_eq(&block)) {
+        instance.mesh = patterned.clone();
+    }
+    scene
+}
+
+/// Share of the pixels that show another mesh; and where both show the same: the share of pixels whose values are farther apart than this, over the largest of the layer.
+fn differing(shared: &Frame, own: &Frame, layer: Layer, bound: f32) -> f64 {
+    let ids = [shared, own].map(|frame| frame.ids(Layer::InstanceId).expect("it is there"));
+    let values = [shared, own].map(|frame| frame.values(layer).expect("it is there"));
+    let channels = values[0].len() / ids[0].len();
+    let largest = values[1].iter().copied().fold(0.0, f32::max);
+    let pixels = (0..ids[0].len()).filter(|&pixel| ids[0][pixel] == ids[1][pixel]);
+    let is_off = |pixel: &usize| {
+        let mut channels = channels * pixel..channels * (pixel + 1);
+        channels.any(|i| (values[0][i] - values[1][i]).abs() > bound * largest)
+    };
+    pixels.filter(is_off).count() as f64 / ids[0].len() as f64
+}
+
+fn assert_same(gpu: &mut Gpu, what: &str, scene: &Scene) {
+    let shared = gpu.render_by_each_ray_kernel(scene);
+    let own = gpu.render_by_each_ray_kernel(&scene.flattened());
+    for (shared, own) in shared.iter().zip(&own) {
+        let ids = [shared, own].map(|frame| frame.ids(Layer::InstanceId).expect("it is there"));
+        assert!(ids[1].iter().any(|&id| id > 4), "{what}: instances are seen");
+        let other = ids[0].iter().zip(ids[1]).filter(|(a, b)| a != b).count();
+        assert!(other <= 4, "{what}: {other} pixels show another mesh");
+        for (layer, bound, share) in [
+            (Layer::Position, 2e-6, 1e-3),
+            (Layer::Normal, 1e-4, 1e-3),
+            (Layer::Direct, 1e-4, 2e-3),
+        ] {
+            let found = differing(shared, own, layer, bound);
+            println!("{what}, {layer:?}: {found}");
+            assert!(found <= share, "{what}, {layer:?}: {found}");
+        }
+        let bounced = [shared, own].map(|frame| frame.values(Layer::Indirect).expect("it is there"));
+        // Both have noise of their own, where a ray meets something else beside an edge.
+        let error = relative_rmse_where(bounced[0], bounced[1], |_| true);
+        let [a, b] = bounced.map(|values| values.iter().map(|&v| f64::from(v)).sum::<f64>());
+        println!("{what}, indirect: {error}, mean {}", a / b);
+        assert!(error < 0.1, "{what}: {error}");
+        assert!((a / b - 1.0).abs() < 0.01, "{what}: {}", a / b);
+    }
+}
+
+#[test]
+fn shared_meshes_look_like_copies() {
+    let mut gpu = Gpu::open();
+    let mut scene = crowd([96, 96]);
+    scene.indirect = Some(IndirectLight::final_gather(0.05));
+    assert_same(&mut gpu, "crowd", &scene);
+}
+
+#[test]
+fn shared_meshes_keep_textures_bumps_and_cutouts() {
+    let mut gpu = Gpu::open();
+    for has_cutouts in [false, true] {
+        let mut scene = patterned(has_cutouts);
+        scene.indirect = Some(IndirectLight::final_gather(0.05));
+        assert_same(&mut gpu, &format!("cut-outs: {has_cutouts}"), &scene);
+    }
+}
+
+#[test]
+fn shared_meshes_are_seen_through_lenses() {
+    let mut gpu = Gpu::open();
+    let mut scene = patterned(true);
+    scene.indirect = Some(IndirectLight::final_gather(0.05));
+    scene.camera.lens = Lens::Distorted {
+        intrinsics: scene.camera.intrinsics_px(),
+        distortion: Distortion::Rational([-0.1, 0.02, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    };
+    assert_same(&mut gpu, "lens", &scene);
+}
