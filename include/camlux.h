@@ -1188,7 +1188,7 @@ camlux_status camlux_scene_set_mesh(camlux_scene *scene,
  * \param index of the light or instance; 0 for the camera.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or too far
  * out.
- * \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
+ * \threads any; calls for one scene take turns. It only stores.
  */
 camlux_status camlux_scene_set_pose(camlux_scene *scene,
                                     int32_t part,
@@ -1203,7 +1203,7 @@ camlux_status camlux_scene_set_pose(camlux_scene *scene,
  * \param poses the first of `count`, each begun with CAMLUX_POSE_INIT.
  * \param stride_bytes from one pose to the next: sizeof(camlux_pose), or the size of what a pose is the first member of.
  * \errors as camlux_scene_set_pose; the message tells which pose it is.
- * \threads any; calls for one scene take turns. It only stores: vertices are moved at the next render.
+ * \threads any; calls for one scene take turns. It only stores.
  */
 camlux_status camlux_scene_set_poses(camlux_scene *scene,
                                      int32_t part,
