@@ -45,12 +45,14 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
     triangle.corners[2] = Corner(corners.c.xyz, vec3<f32>(shading1.zw, shading2.x), shading3.yz);
     triangle.normal = vec3<f32>(corners.a.w, corners.b.w, corners.c.w);
 #if SMOOTH BUMPED
+#if INSTANCED SHADE
     for (var i = 0u; i < min(found.instance, 1u); i++) {
         let placement = placement_of(found.instance);
         triangle.corners[0].normal = placed_normal(placement, triangle.corners[0].normal);
         triangle.corners[1].normal = placed_normal(placement, triangle.corners[1].normal);
         triangle.corners[2].normal = placed_normal(placement, triangle.corners[2].normal);
     }
+#endif
 #endif
     triangle.brdf = Brdf(kd_shininess.rgb, ks_map.rgb, kd_shininess.w);
 #if TEXTURED BUMPED

@@ -235,11 +235,12 @@ fn met(intersection: RayIntersection) -> Met {
 
 // For scene_triangle.
 fn hit_of(intersection: RayIntersection) -> u32 {
-    let instance = intersection.instance_custom_data;
     var hit = intersection.primitive_index;
-    for (var i = 0u; i < min(instance, 1u); i++) {
-        hit += first_hit(instance);
+#if INSTANCED
+    if (intersection.instance_custom_data > 0u) {
+        hit += first_hit(intersection.instance_custom_data);
     }
+#endif
 #if CUTOUT
     // Triangles with cut-outs are the second geometry.
     for (var i = 0u; i < intersection.geometry_index; i++) {
@@ -382,15 +383,12 @@ fn weights_of(corners: Corners, vector: vec3<f32>, end: vec4<f32>, is_to_light: 
 }
 #endif
 
-#if TREE CUTOUT
+#if TREE CUTOUT INSTANCED
 // A ray on its way through the tree, in the coordinates of the grid to which boxes are rounded.
 struct Traversal {
     // Which ray: a bit.
     ray: u32,
-    // The ray, and the common origin or the light, in the space of the tree; and how long a local unit of the scene is there.
     vector: vec3<f32>,
-    end: vec4<f32>,
-    unit: f32,
     // A grid coordinate times `scale` less `start` is where the ray crosses it.
     scale: vec3<f32>,
     start: vec3<f32>,
@@ -398,25 +396,67 @@ struct Traversal {
     // Of the nearest hit so far.
     t_max: f32,
     hit: u32,
-    // Whose tree it goes through; 0: that of the scene.
-    instance: u32,
-    // What tells hits on this instance from those on others.
-    hit_offset: u32,
-    // Next to test, and where the tree ends.
+    // Next to test.
     node: u32,
-    node_end: u32,
     // A leaf that waits; 0: none.
     leaf: u32,
+#if INSTANCED
+    // Whose tree it goes through; 0: that of the scene. The ray is in the space of that tree.
+    instance: u32,
+    // Where the tree ends.
+    node_end: u32,
+    // The common origin, or the light, in that space; and how long a local unit of the scene is there.
+    end: vec4<f32>,
+    unit: f32,
+    // What tells hits on this instance from those on others.
+    hit_offset: u32,
+#endif
 }
 
 // Rays that a lane has on their way through the tree at once: one waits for its node while the other is tested.
 const TRAVERSALS: u32 = 2u;
 var<private> traversals: array<Traversal, TRAVERSALS>;
 
+// Of the tree that a ray goes through: where it ends; the common origin, or the light, in its space; how long a local unit of the scene is there; and
+// what one of its triangles is as a hit.
+#if INSTANCED
+fn tree_end(w: u32, node_count: u32) -> u32 {
+    return traversals[w].node_end;
+}
+
+fn end_in_tree(w: u32, end: vec4<f32>) -> vec4<f32> {
+    return traversals[w].end;
+}
+
+fn unit_in_tree(w: u32) -> f32 {
+    return traversals[w].unit;
+}
+
+fn hit_in_tree(w: u32, triangle: u32) -> u32 {
+    return triangle + traversals[w].hit_offset;
+}
+#else
+fn tree_end(w: u32, node_count: u32) -> u32 {
+    return node_count;
+}
+
+fn end_in_tree(w: u32, end: vec4<f32>) -> vec4<f32> {
+    return end;
+}
+
+fn unit_in_tree(w: u32) -> f32 {
+    return 1.0;
+}
+
+fn hit_in_tree(w: u32, triangle: u32) -> u32 {
+    return triangle;
+}
+#endif
+
 // Puts away what a ray that is done has found, and takes the lane's next. Returns the rays left to do.
-fn take_ray(w: u32, todo: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
+fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     let traversal = traversals[w];
-    let is_done = (traversal.node >= traversal.node_end) & (traversal.leaf == 0u);
+    let is_done = (traversal.node >= tree_end(w, node_count)) & (traversal.leaf == 0u);
     let next = select(0u, todo & (~todo + 1u), is_done);
     var vector = traversal.vector;
     var inverse_t = traversal.inverse_t;
@@ -434,21 +474,27 @@ fn take_ray(w: u32, todo: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     let inverse = inverse_of(select(vector, direction_to_light(vector, end), is_to_light));
     traversals[w].ray = select(traversal.ray, next, is_done);
     traversals[w].vector = vector;
-    traversals[w].end = select(traversal.end, end, is_done);
-    traversals[w].unit = select(traversal.unit, 1.0, is_done);
     traversals[w].inverse_t = inverse_t;
     traversals[w].hit = hit;
     traversals[w].t_max = 1.0 / inverse_t;
+#if INSTANCED
+    traversals[w].end = select(traversal.end, end, is_done);
+    traversals[w].unit = select(traversal.unit, 1.0, is_done);
     traversals[w].scale = select(traversal.scale, box_texel(2u).xyz * inverse, is_done);
     traversals[w].start = select(traversal.start, (box_texel(1u).xyz - origin) * inverse, is_done);
+#else
+    traversals[w].scale = box_texel(2u).xyz * inverse;
+    traversals[w].start = (box_texel(1u).xyz - origin) * inverse;
+#endif
     traversals[w].node = select(traversal.node, 0u, next != 0u);
     return todo & ~next;
 }
 
 // Tests a box. A leaf has to wait in the tree where another one waits already. Returns whether there is more to test.
-fn step(w: u32) -> bool {
+fn step(w: u32, node_count: u32) -> bool {
     let traversal = traversals[w];
-    let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(traversal.node, traversal.node_end - 1u)));
+    let node_end = tree_end(w, node_count);
+    let words = bitcast<vec4<u32>>(box_texel(HEADER_TEXELS + min(traversal.node, node_end - 1u)));
     let a = vec3<f32>(vec3<i32>(words.xyz & vec3<u32>(0xffffu))) * traversal.scale + traversal.start;
     let b = vec3<f32>(vec3<i32>(words.xyz >> vec3<u32>(16u))) * traversal.scale + traversal.start;
     let enters = lesser(a, b);
@@ -457,7 +503,7 @@ fn step(w: u32) -> bool {
     let leave = lesser1(lesser1(leaves.x, leaves.y), lesser1(leaves.z, traversal.t_max));
     let is_met = enter <= leave;
     let is_leaf = (words.w & LEAF) != 0u;
-    let is_end = traversal.node >= traversal.node_end;
+    let is_end = traversal.node >= node_end;
     let is_free = (traversal.leaf == 0u) & !is_end;
     traversals[w].leaf = select(traversal.leaf, words.w, is_met & is_leaf & is_free);
     let is_stuck = (is_met & is_leaf & !is_free) | is_end;
@@ -483,11 +529,12 @@ fn greater1(a: f32, b: f32) -> f32 {
 }
 
 fn take_hit(w: u32, triangle: u32, inverse_t: f32, is_nearer: bool) {
-    traversals[w].hit = select(traversals[w].hit, triangle + traversals[w].hit_offset, is_nearer);
+    traversals[w].hit = select(traversals[w].hit, hit_in_tree(w, triangle), is_nearer);
     traversals[w].inverse_t = select(traversals[w].inverse_t, inverse_t, is_nearer);
     traversals[w].t_max = 1.0 / traversals[w].inverse_t;
 }
 
+#if INSTANCED
 // Whether a ray has met the box of an instance, or come to the end of the tree of one.
 fn leaves_tree(w: u32, entered: u32) -> bool {
     return (entered != 0u) | ((traversals[w].instance != 0u) & (traversals[w].node >= traversals[w].node_end));
@@ -528,6 +575,7 @@ fn change_tree(w: u32, entered: u32, node_count: u32, scene_end: vec4<f32>, is_t
     traversals[w].instance = select(traversal.instance, entered, is_change);
     traversals[w].hit_offset = select(traversal.hit_offset, select(0u, hit_offset(instance), is_entry), is_change);
 }
+#endif
 
 // Takes each ray of the lane that is not yet done through the tree: `end` is the common origin, or the light. Lanes need
 // nothing of one another.
@@ -540,56 +588,61 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
     }
     for (var w = 0u; w < TRAVERSALS; w++) {
         traversals[w].ray = 0u;
-        traversals[w].instance = 0u;
-        traversals[w].hit_offset = 0u;
         traversals[w].node = node_count;
-        traversals[w].node_end = node_count;
         traversals[w].leaf = 0u;
+#if INSTANCED
+        traversals[w].instance = 0u;
+        traversals[w].node_end = node_count;
+        traversals[w].hit_offset = 0u;
+#endif
     }
     loop {
         for (var w = 0u; w < TRAVERSALS; w++) {
-            todo = take_ray(w, todo, end, is_to_light);
+            todo = take_ray(w, todo, node_count, end, is_to_light);
         }
         var boxes = 0u;
         loop {
             var is_moving = false;
             for (var w = 0u; w < TRAVERSALS; w++) {
-                is_moving |= step(w);
+                is_moving |= step(w, node_count);
             }
             boxes++;
             continuing {
                 break if (boxes == STRIDE) | !is_moving;
             }
         }
-        var corners: array<Corners, TRAVERSALS>;
-        var leaf: array<u32, TRAVERSALS>;
-        var entered: array<u32, TRAVERSALS>;
-        for (var w = 0u; w < TRAVERSALS; w++) {
-            let place = traversals[w].leaf & ~LEAF_FLAGS;
-            let is_instance = (traversals[w].leaf & LEAF_INSTANCE) != 0u;
-            entered[w] = select(0u, 1u + place, is_instance);
-            leaf[w] = select(place, 0u, is_instance);
-            corners[w] = corners_at(leaf[w]);
-        }
 #if CUTOUT
         // What a ray meets where there may be a hole: 1 / distance, or 0.
         var doubtful: array<f32, TRAVERSALS>;
+        var doubtful_triangle: array<u32, TRAVERSALS>;
+#endif
+#if INSTANCED
+        // Whose box a ray has met; 0: none.
+        var entered: array<u32, TRAVERSALS>;
 #endif
         for (var w = 0u; w < TRAVERSALS; w++) {
+            let triangle = traversals[w].leaf & ~LEAF_FLAGS;
+            var is_triangle = traversals[w].leaf != 0u;
+            let corners = corners_at(triangle);
             var inverse_t: f32;
             if (is_to_light) {
-                inverse_t = blocking(planes_to_light(corners[w], traversals[w].end, traversals[w].unit), traversals[w].vector);
+                inverse_t = blocking(planes_to_light(corners, end_in_tree(w, end), unit_in_tree(w)), traversals[w].vector);
             } else {
-                inverse_t = inverse_t_of(planes_from_origin(corners[w], traversals[w].end.xyz, traversals[w].unit), traversals[w].vector);
+                inverse_t = inverse_t_of(planes_from_origin(corners, end_in_tree(w, end).xyz, unit_in_tree(w)), traversals[w].vector);
             }
-            let is_triangle = (traversals[w].leaf != 0u) & (entered[w] == 0u);
+#if INSTANCED
+            let is_instance = (traversals[w].leaf & LEAF_INSTANCE) != 0u;
+            entered[w] = select(0u, 1u + triangle, is_instance);
+            is_triangle &= !is_instance;
+#endif
             let is_nearer = (inverse_t > traversals[w].inverse_t) & is_triangle;
 #if CUTOUT
             let is_doubtful = is_nearer & ((traversals[w].leaf & LEAF_CUTOUT) != 0u);
             doubtful[w] = select(0.0, inverse_t, is_doubtful);
-            take_hit(w, leaf[w], inverse_t, is_nearer & !is_doubtful);
+            doubtful_triangle[w] = triangle;
+            take_hit(w, triangle, inverse_t, is_nearer & !is_doubtful);
 #else
-            take_hit(w, leaf[w], inverse_t, is_nearer);
+            take_hit(w, triangle, inverse_t, is_nearer);
 #endif
             traversals[w].leaf = 0u;
         }
@@ -597,30 +650,31 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
         // A loop that most rays do not enter: drivers that compute both sides of a branch would have all of them pay.
         for (var i = 0u; i < select(0u, 1u, doubtful[0] > 0.0) + select(0u, 1u, doubtful[1] > 0.0); i++) {
             let is_first = (i == 0u) & (doubtful[0] > 0.0);
-            let triangle = select(leaf[1], leaf[0], is_first);
+            let triangle = select(doubtful_triangle[1], doubtful_triangle[0], is_first);
             let vector = select(traversals[1].vector, traversals[0].vector, is_first);
-            let a = select(corners[1].a, corners[0].a, is_first);
-            let b = select(corners[1].b, corners[0].b, is_first);
-            let c = select(corners[1].c, corners[0].c, is_first);
-            let own_end = select(traversals[1].end, traversals[0].end, is_first);
-            let is_there = !is_hole(cutout_of(triangle), weights_of(Corners(a, b, c), vector, own_end, is_to_light));
+            let own_end = select(end_in_tree(1u, end), end_in_tree(0u, end), is_first);
+            let is_there = !is_hole(cutout_of(triangle), weights_of(corners_at(triangle), vector, own_end, is_to_light));
             take_hit(0u, triangle, doubtful[0], is_there & is_first);
             take_hit(1u, triangle, doubtful[1], is_there & !is_first);
         }
 #endif
-        // Another one.
+#if INSTANCED
+        // And another one.
         for (var i = 0u; i < select(0u, 1u, leaves_tree(0u, entered[0]) | leaves_tree(1u, entered[1])); i++) {
             change_tree(0u, entered[0], node_count, end, is_to_light);
             change_tree(1u, entered[1], node_count, end, is_to_light);
         }
+#endif
         var is_done = todo == 0u;
         for (var w = 0u; w < TRAVERSALS; w++) {
             let is_blocked = is_any & (traversals[w].inverse_t > 1.0);
-            traversals[w].instance = select(traversals[w].instance, 0u, is_blocked);
-            traversals[w].hit_offset = select(traversals[w].hit_offset, 0u, is_blocked);
             traversals[w].node = select(traversals[w].node, node_count, is_blocked);
+#if INSTANCED
+            traversals[w].instance = select(traversals[w].instance, 0u, is_blocked);
             traversals[w].node_end = select(traversals[w].node_end, node_count, is_blocked);
-            is_done &= traversals[w].node >= traversals[w].node_end;
+            traversals[w].hit_offset = select(traversals[w].hit_offset, 0u, is_blocked);
+#endif
+            is_done &= traversals[w].node >= tree_end(w, node_count);
         }
         continuing {
             break if is_done;
@@ -696,7 +750,7 @@ fn trace(origin: vec3<f32>, is_any: bool) {
             break if first >= large_end;
         }
     }
-#if TREE CUTOUT
+#if TREE CUTOUT INSTANCED
     traverse(vec4<f32>(origin, 0.0), false, is_any);
 #endif
 }
@@ -731,7 +785,7 @@ fn trace_to_light(light_end: vec4<f32>) {
             break if first >= large_end;
         }
     }
-#if TREE CUTOUT
+#if TREE CUTOUT INSTANCED
     traverse(light_end, true, is_any);
 #endif
 }
@@ -743,6 +797,7 @@ struct Located {
     instance: u32,
 }
 
+#if INSTANCED SHADE
 fn located(hit: u32) -> Located {
     // Instances whose first hit is not behind this.
     var low = 0u;
@@ -759,6 +814,11 @@ fn located(hit: u32) -> Located {
     }
     return Located(triangle, low);
 }
+#else
+fn located(hit: u32) -> Located {
+    return Located(hit, 0u);
+}
+#endif
 
 fn corners_of_hit(hit: u32) -> Corners {
     return corners_of(located(hit));
@@ -766,6 +826,7 @@ fn corners_of_hit(hit: u32) -> Corners {
 
 fn corners_of(found: Located) -> Corners {
     var corners = corners_at(found.triangle);
+#if INSTANCED SHADE
     // A loop that other triangles do not enter: drivers that compute both sides of a branch would have all of them pay.
     for (var i = 0u; i < min(found.instance, 1u); i++) {
         let placement = placement_of(found.instance);
@@ -774,6 +835,7 @@ fn corners_of(found: Located) -> Corners {
         corners.b = vec4<f32>(placed_point(placement, corners.b.xyz), normal.y);
         corners.c = vec4<f32>(placed_point(placement, corners.c.xyz), normal.z);
     }
+#endif
     return corners;
 }
 

@@ -5,6 +5,7 @@
 //! - `cargo run --release --example generate_scenes -- meshes FOLDER`: the mesh scenes, which are not checked in
 //!   ([docs/mesh-scenes.md](../../docs/mesh-scenes.md)).
 //! - `cargo run --release --example generate_scenes -- knot TRIANGLES FOLDER`: the knot with about so many triangles.
+//! - `cargo run --release --example generate_scenes -- knots COUNT TRIANGLES FOLDER`: so many instances of it.
 
 mod knot;
 mod leaves;
@@ -35,7 +36,14 @@ fn main() -> Result<(), Box<dyn Error>> {
             println!("{folder}/knot_{triangle_count}.toml");
             Ok(())
         }
-        _ => Err("usage: generate_scenes [meshes FOLDER | knot TRIANGLES FOLDER]".into()),
+        ["knots", count, triangle_count, folder] => {
+            fs::create_dir_all(folder)?;
+            let (count, triangle_count) = (count.parse()?, triangle_count.parse()?);
+            meshes::write_knots(count, triangle_count, Path::new(folder))?;
+            println!("{folder}/knots_{count}.toml");
+            Ok(())
+        }
+        _ => Err("usage: generate_scenes [meshes FOLDER | knot TRIANGLES FOLDER | knots COUNT TRIANGLES FOLDER]".into()),
     }
 }
 

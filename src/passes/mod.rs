@@ -176,7 +176,7 @@ mod tests {
             ("sensor", vec!["", "sampled"]),
             ("sensor", vec!["indirect", "sampled"]),
         ];
-        let trees = ["", "tree", "cutout"];
+        let trees = ["", "tree", "cutout", "instanced"];
         let kernels = RayKernel::ALL
             .into_iter()
             .flat_map(|kernel| trees.map(|tree| (kernel.name(), tree)));

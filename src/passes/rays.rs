@@ -33,6 +33,7 @@ const CUTOUT_TEXELS: u64 = 3;
 /// What `shaders/trace.wgsl` finds a scene's triangles in.
 pub(crate) struct RayTriangles {
     pub instances: Arc<Instances>,
+    is_instanced: bool,
     triangles: TexelList,
     triangle_count: u32,
     found_by: Finder,
@@ -271,6 +272,7 @@ impl RayTriangles {
         Ok(RayTriangles {
             instances: Arc::new(Instances::upload(commands, geometry, space, instances)?),
             triangles: TexelList::new(commands, "triangles for rays", made.triangles)?,
+            is_instanced: !instances.is_empty(),
             triangle_count: triangle_count as u32,
             found_by: made.found_by,
             alpha_textures,
@@ -280,6 +282,7 @@ impl RayTriangles {
     /// The word of the kernels that go through these.
     pub fn kernel_word(&self) -> &'static str {
         match self.found_by {
+            _ if self.is_instanced => "instanced",
             _ if self.alpha_textures.is_some() => "cutout",
             Finder::Tree {
                 node_count: 1.., ..

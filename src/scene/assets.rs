@@ -4,16 +4,17 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 use std::path::{Path, PathBuf};
 
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DVec3};
 
 use super::lines::{place, read_text, resolved};
 use super::mtl::{Library, LibraryMaterial};
 use super::obj_check::{self, CheckedObj, FaceGroup, Named};
-use super::{Instance, Light, Material, Texture, obj, texture};
+use super::{Instance, Light, Material, Mesh, Shared, Texture, obj, texture};
 use crate::keys::did_you_mean;
 use crate::{Error, Result};
 
 /// A `[[mesh]]` of the scene file.
+#[derive(Clone)]
 pub(super) struct MeshRequest {
     /// As written in the scene file.
     pub name: String,
@@ -24,6 +25,18 @@ pub(super) struct MeshRequest {
     /// Takes the place of every material of the file.
     pub material_override: Option<u32>,
     pub flat: bool,
+    /// Whether the scene file names the same again, at another place.
+    pub is_repeated: bool,
+}
+
+/// What a mesh is made of: a file, of glTF the index of a mesh in it, and what the scene file says of it.
+pub(super) type MeshKey = (PathBuf, usize, bool, Option<u32>);
+
+impl MeshRequest {
+    pub fn key(&self, index: usize) -> MeshKey {
+        let path = resolved(&self.path);
+        (path, index, self.flat, self.material_override)
+    }
 }
 
 /// Scale, then rotation, then translation.
@@ -35,6 +48,12 @@ pub(super) struct Transform {
 }
 
 impl Transform {
+    pub const IDENTITY: Transform = Transform {
+        scale: 1.0,
+        rotation: DMat3::IDENTITY,
+        translation_m: DVec3::ZERO,
+    };
+
     pub fn place(&self, position: DVec3) -> DVec3 {
         self.rotation * (self.scale * position) + self.translation_m
     }
@@ -53,6 +72,8 @@ pub(super) struct Assets {
     pub textures: Vec<Texture>,
     /// What the files have that is not modelled, each once.
     pub left_out: Vec<String>,
+    /// Those that are placed several times, in their own space.
+    pub shared_meshes: HashMap<MeshKey, Shared<Mesh>>,
     /// `None`: one of alpha that cuts nothing out.
     texture_of_file: HashMap<(PathBuf, TextureUse), Option<usize>>,
 }
@@ -71,14 +92,37 @@ impl Assets {
     /// Loads a file as one mesh, or glTF as one for each node, with the materials and textures that its faces use. Returns the lights that it has.
     pub fn load_mesh(&mut self, request: MeshRequest) -> Result<Vec<Light>> {
         let extension = request.path.extension().unwrap_or_default();
-        match extension.to_ascii_lowercase().to_str() {
-            Some("glb" | "gltf") => self.load_gltf(&request),
-            Some("ply") => self.load_ply(&request).map(|()| Vec::new()),
-            _ => self.load_obj(request).map(|()| Vec::new()),
+        let load = match extension.to_ascii_lowercase().to_str() {
+            Some("glb" | "gltf") => return self.load_gltf(&request),
+            Some("ply") => Assets::load_ply,
+            _ => Assets::load_obj,
+        };
+        if !request.is_repeated {
+            let mesh = load(self, &request)?;
+            self.meshes.push(mesh.into());
+            return Ok(Vec::new());
         }
+        let key = request.key(0);
+        let mesh = match self.shared_meshes.get(&key) {
+            Some(mesh) => mesh.clone(),
+            None => {
+                let in_own_space = MeshRequest {
+                    transform: Transform::IDENTITY,
+                    ..request.clone()
+                };
+                Shared::from(load(self, &in_own_space)?)
+            }
+        };
+        self.shared_meshes.insert(key, mesh.clone());
+        self.meshes.push(Instance {
+            name: request.name,
+            mesh,
+            to_world: DAffine3::from_mat4(request.transform.matrix()),
+        });
+        Ok(Vec::new())
     }
 
-    fn load_obj(&mut self, request: MeshRequest) -> Result<()> {
+    fn load_obj(&mut self, request: &MeshRequest) -> Result<Mesh> {
         let file = &request.path;
         let text = read_text(file, &request.named_at, "mesh")?;
         let checked = obj_check::check(&text, file, request.flat)?;
@@ -86,9 +130,7 @@ impl Assets {
             Some(material) => vec![material; checked.runs.len()],
             None => self.materials_of_runs(&checked, file)?,
         };
-        let mesh = obj::assemble(&checked, &material_of_run, &request)?;
-        self.meshes.push(mesh.into());
-        Ok(())
+        obj::assemble(&checked, &material_of_run, request)
     }
 
     fn materials_of_runs(&mut self, checked: &CheckedObj, file: &Path) -> Result<Vec<u32>> {

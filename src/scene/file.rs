@@ -1,5 +1,6 @@
 //! The scene file, version 1.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use glam::DMat3;
@@ -85,9 +86,17 @@ impl Scene {
         let own: Vec<String> = assets.materials.iter().map(|m| m.name.clone()).collect();
         let mut transforms = Vec::new();
         let mut of_files = Vec::new();
+        let mut requests = Vec::new();
         for mesh in keys.tables("mesh")? {
             let at = mesh.at.clone();
-            let request = mesh_request(mesh, folder, &own)?;
+            requests.push((at, mesh_request(mesh, folder, &own)?));
+        }
+        let mut counts = HashMap::new();
+        for (_, request) in &requests {
+            *counts.entry(request.key(0)).or_insert(0) += 1;
+        }
+        for (at, mut request) in requests {
+            request.is_repeated = counts[&request.key(0)] > 1;
             let transform = request.transform;
             of_files.extend(assets.load_mesh(request)?);
             // A file may be several meshes.
@@ -168,6 +177,7 @@ fn mesh_request(mut keys: Keys, folder: &Path, own: &[String]) -> Result<MeshReq
         material_override: keys.optional("material", |value| named_material(value, own))?,
         transform: transform(&mut keys)?,
         flat: keys.optional("flat", Value::flag)?.unwrap_or(false),
+        is_repeated: false,
     })
 }
 

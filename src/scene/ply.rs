@@ -89,7 +89,7 @@ fn corners(property: Property) -> Option<Vec<i64>> {
 
 impl Assets {
     /// Loads a PLY file as one mesh; polygons become fans of triangles.
-    pub(super) fn load_ply(&mut self, request: &MeshRequest) -> Result<()> {
+    pub(super) fn load_ply(&mut self, request: &MeshRequest) -> Result<Mesh> {
         let path = &request.path;
         let refuse = |problem: String, hint: &str| {
             Err(Error::scene(path.display().to_string(), problem, hint))
@@ -162,7 +162,6 @@ impl Assets {
             }
         }
         mesh.triangle_materials = vec![material; mesh.triangles.len()];
-        self.meshes.push(mesh.into());
-        Ok(())
+        Ok(mesh)
     }
 }

@@ -109,6 +109,35 @@ pub fn write_knot(triangle_count: usize, folder: &Path) -> io::Result<()> {
     fs::write(folder.join("knot_room.mtl"), room_mtl)
 }
 
+/// So many small instances of that knot, turned each its own way, in the same room: knots_N.toml.
+pub fn write_knots(count: usize, triangle_count: usize, folder: &Path) -> io::Result<()> {
+    write_knot(triangle_count, folder)?;
+    let name = format!("knot_{triangle_count}");
+    let toml = include_str!("knot.toml").replace("NAME", &name);
+    let (head, tail) = toml
+        .rsplit_once("[[mesh]]")
+        .unwrap_or((toml.as_str(), ""));
+    let (_, materials) = tail.split_once("[material").unwrap_or(("", tail));
+    let edge = (count as f64).cbrt().ceil().max(1.0);
+    let cell_m = 2.0 / edge;
+    let mut text = head.to_owned();
+    for index in 0..count {
+        let place = |divisor: f64| (index as f64 / divisor).floor() % edge;
+        let [x, y, z] = [place(1.0), place(edge), place(edge * edge)].map(|cell| (cell + 0.5) * cell_m);
+        let turns = [37.0, 61.0, 17.0].map(|degrees| degrees * index as f64 % 360.0);
+        writeln!(
+            text,
+            "[[mesh]]\npath = \"{name}.obj\"\nmaterial = \"ivory\"\nscale = {:e}\nrotate_deg = {turns:?}\ntranslate = [{:.4}, {y:.4}, {:.4}]\n",
+            0.8e-5 * cell_m,
+            x - 1.0,
+            z - 1.0,
+        )
+        .expect(NEVER_FAILS);
+    }
+    writeln!(text, "[material{materials}").expect(NEVER_FAILS);
+    fs::write(folder.join(format!("knots_{count}.toml")), text)
+}
+
 const NEVER_FAILS: &str = "a String takes all that is written to it";
 
 fn obj(name: &str, parts: &[Part]) -> String {

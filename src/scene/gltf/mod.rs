@@ -7,14 +7,14 @@ mod material;
 
 use std::path::Path;
 
-use glam::{DMat3, DMat4, DQuat, DVec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
 use gltf::mesh::Mode;
 use gltf::scene::Transform as NodeTransform;
 use gltf::{Node, Primitive, Semantic};
 
 use super::assets::{Assets, MeshRequest, Transform};
-use super::instance::unit_normal;
-use super::{Camera, Lens, Light, Mesh};
+use super::instance::{normal_matrix, unit_normal};
+use super::{Camera, Instance, Lens, Light, Mesh, Shared};
 use crate::keys::did_you_mean;
 use crate::{Error, Result};
 use file::{GltfFile, KNOWN_EXTENSIONS};
@@ -31,11 +31,17 @@ impl Assets {
         }
         let mut loader = Loader {
             material_of_index: vec![None; file.document.materials().len() + 1],
+            placed_count: vec![0; file.document.meshes().len()],
             lights: Vec::new(),
             assets: self,
             file: &file,
             request,
         };
+        file.for_each_node(&mut |node, _| {
+            let of_node = node.mesh().map(|mesh| mesh.index());
+            of_node.map(|mesh| loader.placed_count[mesh] += 1);
+            Ok(())
+        })?;
         file.for_each_node(&mut |node, to_world| loader.add_node(node, to_world))?;
         Ok(loader.lights)
     }
@@ -137,6 +143,8 @@ struct Loader<'l> {
     request: &'l MeshRequest,
     /// Of the scene, by the index in the file; the last is the standard material.
     material_of_index: Vec<Option<u32>>,
+    /// How many nodes have each mesh.
+    placed_count: Vec<usize>,
     lights: Vec<Light>,
 }
 
@@ -149,17 +157,47 @@ impl Loader<'_> {
         let Some(of_node) = node.mesh() else {
             return Ok(());
         };
-        let name = node.name().or(of_node.name());
-        let mut mesh = Mesh {
-            name: match name {
-                Some(name) => format!("{}#{name}", self.request.name),
-                None => format!("{}#node{}", self.request.name, node.index()),
-            },
-            ..Mesh::default()
+        let name = match node.name().or(of_node.name()) {
+            Some(name) => format!("{}#{name}", self.request.name),
+            None => format!("{}#node{}", self.request.name, node.index()),
         };
         if node.skin().is_some() || node.weights().is_some() {
             self.leave_out("skins and morph targets: meshes are in the pose of their vertices");
         }
+        let request = self.request;
+        if !request.is_repeated && self.placed_count[of_node.index()] == 1 {
+            let mesh = self.mesh(name, &of_node, (to_file, &request.transform))?;
+            self.assets.meshes.push(mesh.into());
+            return Ok(());
+        }
+        let key = request.key(of_node.index());
+        let mesh = match self.assets.shared_meshes.get(&key) {
+            Some(mesh) => mesh.clone(),
+            None => {
+                let in_own_space = (DMat4::IDENTITY, &Transform::IDENTITY);
+                Shared::from(self.mesh(name.clone(), &of_node, in_own_space)?)
+            }
+        };
+        self.assets.shared_meshes.insert(key, mesh.clone());
+        self.assets.meshes.push(Instance {
+            name,
+            mesh,
+            to_world: DAffine3::from_mat4(request.transform.matrix() * to_file),
+        });
+        Ok(())
+    }
+
+    /// The mesh of a node, placed by what takes it to the file's space, and by the scene file.
+    fn mesh(
+        &mut self,
+        name: String,
+        of_node: &gltf::Mesh,
+        place: (DMat4, &Transform),
+    ) -> Result<Mesh> {
+        let mut mesh = Mesh {
+            name,
+            ..Mesh::default()
+        };
         let parts = of_node
             .primitives()
             .map(|part| Part::read(self.file, &part));
@@ -181,16 +219,9 @@ impl Loader<'_> {
                 false => (part, triangles),
             };
             let has = [any_normals, any_texcoords];
-            append(
-                &mut mesh,
-                part,
-                material,
-                (to_file, &self.request.transform),
-                has,
-            );
+            append(&mut mesh, part, material, place, has);
         }
-        self.assets.meshes.push(mesh.into());
-        Ok(())
+        Ok(mesh)
     }
 
     /// The index in the scene of a material of the file.
@@ -333,13 +364,7 @@ fn append(
     let placed = |position| transform.place(to_file.transform_point3(position));
     mesh.positions_m.extend(positions.map(placed));
     if any_normals {
-        let linear = DMat3::from_mat4(to_file);
-        // Of a matrix that flattens, any will do.
-        let turned = match linear.determinant() {
-            0.0 => linear,
-            _ => linear.inverse().transpose(),
-        };
-        let turned = transform.rotation * turned;
+        let turned = transform.rotation * normal_matrix(DMat3::from_mat4(to_file));
         let normals = part
             .normals
             .iter()
