@@ -47,7 +47,7 @@ fn triangle_at(hit_triangle: u32) -> Triangle {
 #if SMOOTH BUMPED
 #if INSTANCED SHADE
     for (var i = 0u; i < min(found.instance, 1u); i++) {
-        let placement = placement_of(found.instance);
+        let placement = to_mesh(found.instance);
         triangle.corners[0].normal = placed_normal(placement, triangle.corners[0].normal);
         triangle.corners[1].normal = placed_normal(placement, triangle.corners[1].normal);
         triangle.corners[2].normal = placed_normal(placement, triangle.corners[2].normal);

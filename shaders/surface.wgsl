@@ -55,10 +55,9 @@ fn corner(instance: u32, index: u32) -> Corner {
 #endif
     // A loop that other surfaces do not enter: drivers that compute both sides of a branch would have them pay.
     for (var i = 0u; i < min(instance, 1u); i++) {
-        let placement = placement_of(instance);
-        corner.position = placed_point(placement, corner.position);
+        corner.position = placed_point(to_scene(instance), corner.position);
 #if SMOOTH BUMPED
-        corner.normal = placed_normal(placement, corner.normal);
+        corner.normal = placed_normal(to_mesh(instance), corner.normal);
 #endif
     }
 #if TEXTURED BUMPED

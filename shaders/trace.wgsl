@@ -401,14 +401,14 @@ struct Traversal {
     // A leaf that waits; 0: none.
     leaf: u32,
 #if INSTANCED
-    // Whose tree it goes through; 0: that of the scene. The ray is in the space of that tree.
+    // Whose tree it goes through; 0: that of the scene. And where that tree ends.
     instance: u32,
-    // Where the tree ends.
     node_end: u32,
-    // The common origin, or the light, in that space; and how long a local unit of the scene is there.
-    end: vec4<f32>,
+    // The ray and the common origin, or the light, in the space of the tree; how long a local unit of the scene is there, at most; and what tells
+    // hits there from others.
+    own_vector: vec3<f32>,
+    own_end: vec4<f32>,
     unit: f32,
-    // What tells hits on this instance from those on others.
     hit_offset: u32,
 #endif
 }
@@ -417,15 +417,23 @@ struct Traversal {
 const TRAVERSALS: u32 = 2u;
 var<private> traversals: array<Traversal, TRAVERSALS>;
 
-// Of the tree that a ray goes through: where it ends; the common origin, or the light, in its space; how long a local unit of the scene is there; and
-// what one of its triangles is as a hit.
+// Of the tree that a ray goes through: where it ends; the ray and the common origin, or the light, in its space; how long a local unit of the scene is
+// there; and what one of its triangles is as a hit.
 #if INSTANCED
 fn tree_end(w: u32, node_count: u32) -> u32 {
     return traversals[w].node_end;
 }
 
+fn is_in_scene(w: u32) -> bool {
+    return traversals[w].instance == 0u;
+}
+
+fn vector_in_tree(w: u32) -> vec3<f32> {
+    return traversals[w].own_vector;
+}
+
 fn end_in_tree(w: u32, end: vec4<f32>) -> vec4<f32> {
-    return traversals[w].end;
+    return traversals[w].own_end;
 }
 
 fn unit_in_tree(w: u32) -> f32 {
@@ -435,9 +443,44 @@ fn unit_in_tree(w: u32) -> f32 {
 fn hit_in_tree(w: u32, triangle: u32) -> u32 {
     return triangle + traversals[w].hit_offset;
 }
+
+// Takes a ray to the tree where it goes on: that of an instance whose box it has met, or that of the scene where it has come to the end of such a tree. And
+// into the space of its tree. Returns where its grid begins in ray_boxes.
+fn enter_tree(w: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
+    let traversal = traversals[w];
+    let is_entry = (traversal.leaf & LEAF_INSTANCE) != 0u;
+    let is_exit = (traversal.instance != 0u) & (traversal.node >= traversal.node_end) & (traversal.leaf == 0u);
+    let instance = select(select(traversal.instance, 0u, is_exit), 1u + (traversal.leaf & ~LEAF_FLAGS), is_entry);
+    let tree = instance_texel(instance, 6u);
+    let grid = whole_number(tree.x);
+    let next = whole_number(instance_texel(traversal.instance, 6u).z);
+    let back = to_mesh(instance);
+    // Of a direction nothing is taken off.
+    let is_end_point = select(1.0, end.w, is_to_light);
+    let own_end = placed_direction(back, end.xyz) + is_end_point * vec3<f32>(back.x.w, back.y.w, back.z.w);
+    let is_vector_point = select(0.0, 1.0, is_to_light);
+    traversals[w].own_vector = placed_direction(back, traversal.vector) + is_vector_point * vec3<f32>(back.x.w, back.y.w, back.z.w);
+    traversals[w].own_end = vec4<f32>(own_end, end.w);
+    traversals[w].unit = sqrt(max(max(dot(back.x.xyz, back.x.xyz), dot(back.y.xyz, back.y.xyz)), dot(back.z.xyz, back.z.xyz)));
+    traversals[w].hit_offset = whole_number(tree.w);
+    traversals[w].instance = instance;
+    traversals[w].node_end = whole_number(tree.y);
+    // Nodes count from the first one of the scene's tree.
+    traversals[w].node = select(select(traversal.node, next, is_exit), grid + 2u - HEADER_TEXELS, is_entry);
+    traversals[w].leaf = select(traversal.leaf, 0u, is_entry);
+    return grid;
+}
 #else
 fn tree_end(w: u32, node_count: u32) -> u32 {
     return node_count;
+}
+
+fn is_in_scene(w: u32) -> bool {
+    return true;
+}
+
+fn vector_in_tree(w: u32) -> vec3<f32> {
+    return traversals[w].vector;
 }
 
 fn end_in_tree(w: u32, end: vec4<f32>) -> vec4<f32> {
@@ -451,12 +494,16 @@ fn unit_in_tree(w: u32) -> f32 {
 fn hit_in_tree(w: u32, triangle: u32) -> u32 {
     return triangle;
 }
+
+fn enter_tree(w: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
+    return 1u;
+}
 #endif
 
 // Puts away what a ray that is done has found, and takes the lane's next. Returns the rays left to do.
 fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     let traversal = traversals[w];
-    let is_done = (traversal.node >= tree_end(w, node_count)) & (traversal.leaf == 0u);
+    let is_done = (traversal.node >= tree_end(w, node_count)) & (traversal.leaf == 0u) & is_in_scene(w);
     let next = select(0u, todo & (~todo + 1u), is_done);
     var vector = traversal.vector;
     var inverse_t = traversal.inverse_t;
@@ -470,23 +517,19 @@ fn take_ray(w: u32, todo: u32, node_count: u32, end: vec4<f32>, is_to_light: boo
         inverse_t = select(inverse_t, ray_inverse_t[i], is_this);
         hit = select(hit, ray_hit[i], is_this);
     }
-    let origin = select(end.xyz, vector, is_to_light);
-    let inverse = inverse_of(select(vector, direction_to_light(vector, end), is_to_light));
     traversals[w].ray = select(traversal.ray, next, is_done);
     traversals[w].vector = vector;
     traversals[w].inverse_t = inverse_t;
     traversals[w].hit = hit;
     traversals[w].t_max = 1.0 / inverse_t;
-#if INSTANCED
-    traversals[w].end = select(traversal.end, end, is_done);
-    traversals[w].unit = select(traversal.unit, 1.0, is_done);
-    traversals[w].scale = select(traversal.scale, box_texel(2u).xyz * inverse, is_done);
-    traversals[w].start = select(traversal.start, (box_texel(1u).xyz - origin) * inverse, is_done);
-#else
-    traversals[w].scale = box_texel(2u).xyz * inverse;
-    traversals[w].start = (box_texel(1u).xyz - origin) * inverse;
-#endif
     traversals[w].node = select(traversal.node, 0u, next != 0u);
+    let grid = enter_tree(w, end, is_to_light);
+    let own_vector = vector_in_tree(w);
+    let own_end = end_in_tree(w, end);
+    let origin = select(own_end.xyz, own_vector, is_to_light);
+    let inverse = inverse_of(select(own_vector, direction_to_light(own_vector, own_end), is_to_light));
+    traversals[w].scale = box_texel(grid + 1u).xyz * inverse;
+    traversals[w].start = (box_texel(grid).xyz - origin) * inverse;
     return todo & ~next;
 }
 
@@ -534,49 +577,6 @@ fn take_hit(w: u32, triangle: u32, inverse_t: f32, is_nearer: bool) {
     traversals[w].t_max = 1.0 / traversals[w].inverse_t;
 }
 
-#if INSTANCED
-// Whether a ray has met the box of an instance, or come to the end of the tree of one.
-fn leaves_tree(w: u32, entered: u32) -> bool {
-    return (entered != 0u) | ((traversals[w].instance != 0u) & (traversals[w].node >= traversals[w].node_end));
-}
-
-// Takes such a ray to the tree where it goes on: that of the instance that it enters, or of the scene.
-fn change_tree(w: u32, entered: u32, node_count: u32, scene_end: vec4<f32>, is_to_light: bool) {
-    let traversal = traversals[w];
-    let is_change = leaves_tree(w, entered);
-    let is_entry = entered != 0u;
-    let instance = max(select(traversal.instance, entered, is_entry), 1u);
-    let placement = placement_of(instance);
-    let low = instance_texel(instance, 6u);
-    let grid_step = instance_texel(instance, 7u);
-    let more = instance_texel(instance, 8u);
-    var vector: vec3<f32>;
-#repeat SLOT RAYS
-    vector = select(vector, ray_vector[SLOT], traversal.ray == 1u << SLOTu);
-#endrepeat
-    var end = scene_end;
-    if (is_entry) {
-        // Of a direction, nothing is taken off.
-        let offset = placement_offset(placement);
-        end = vec4<f32>(unplaced_direction(placement, end.xyz - select(1.0, end.w, is_to_light) * offset), end.w);
-        vector = unplaced_direction(placement, vector - select(0.0, 1.0, is_to_light) * offset);
-    }
-    let origin = select(end.xyz, vector, is_to_light);
-    let inverse = inverse_of(select(vector, direction_to_light(vector, end), is_to_light));
-    let scale = select(box_texel(2u).xyz, grid_step.xyz, is_entry) * inverse;
-    let start = (select(box_texel(1u).xyz, low.xyz, is_entry) - origin) * inverse;
-    traversals[w].vector = select(traversal.vector, vector, is_change);
-    traversals[w].end = select(traversal.end, end, is_change);
-    traversals[w].unit = select(traversal.unit, select(1.0, more.z, is_entry), is_change);
-    traversals[w].scale = select(traversal.scale, scale, is_change);
-    traversals[w].start = select(traversal.start, start, is_change);
-    traversals[w].node = select(traversal.node, whole_number(select(more.x, low.w, is_entry)), is_change);
-    traversals[w].node_end = select(traversal.node_end, select(node_count, whole_number(grid_step.w), is_entry), is_change);
-    traversals[w].instance = select(traversal.instance, entered, is_change);
-    traversals[w].hit_offset = select(traversal.hit_offset, select(0u, hit_offset(instance), is_entry), is_change);
-}
-#endif
-
 // Takes each ray of the lane that is not yet done through the tree: `end` is the common origin, or the light. Lanes need
 // nothing of one another.
 fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
@@ -593,7 +593,6 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
 #if INSTANCED
         traversals[w].instance = 0u;
         traversals[w].node_end = node_count;
-        traversals[w].hit_offset = 0u;
 #endif
     }
     loop {
@@ -616,25 +615,17 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
         var doubtful: array<f32, TRAVERSALS>;
         var doubtful_triangle: array<u32, TRAVERSALS>;
 #endif
-#if INSTANCED
-        // Whose box a ray has met; 0: none.
-        var entered: array<u32, TRAVERSALS>;
-#endif
         for (var w = 0u; w < TRAVERSALS; w++) {
             let triangle = traversals[w].leaf & ~LEAF_FLAGS;
-            var is_triangle = traversals[w].leaf != 0u;
+            // That of an instance stays.
+            let is_triangle = (traversals[w].leaf != 0u) & ((traversals[w].leaf & LEAF_INSTANCE) == 0u);
             let corners = corners_at(triangle);
             var inverse_t: f32;
             if (is_to_light) {
-                inverse_t = blocking(planes_to_light(corners, end_in_tree(w, end), unit_in_tree(w)), traversals[w].vector);
+                inverse_t = blocking(planes_to_light(corners, end_in_tree(w, end), unit_in_tree(w)), vector_in_tree(w));
             } else {
-                inverse_t = inverse_t_of(planes_from_origin(corners, end_in_tree(w, end).xyz, unit_in_tree(w)), traversals[w].vector);
+                inverse_t = inverse_t_of(planes_from_origin(corners, end_in_tree(w, end).xyz, unit_in_tree(w)), vector_in_tree(w));
             }
-#if INSTANCED
-            let is_instance = (traversals[w].leaf & LEAF_INSTANCE) != 0u;
-            entered[w] = select(0u, 1u + triangle, is_instance);
-            is_triangle &= !is_instance;
-#endif
             let is_nearer = (inverse_t > traversals[w].inverse_t) & is_triangle;
 #if CUTOUT
             let is_doubtful = is_nearer & ((traversals[w].leaf & LEAF_CUTOUT) != 0u);
@@ -644,25 +635,18 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
 #else
             take_hit(w, triangle, inverse_t, is_nearer);
 #endif
-            traversals[w].leaf = 0u;
+            traversals[w].leaf = select(traversals[w].leaf, 0u, is_triangle);
         }
 #if CUTOUT
         // A loop that most rays do not enter: drivers that compute both sides of a branch would have all of them pay.
         for (var i = 0u; i < select(0u, 1u, doubtful[0] > 0.0) + select(0u, 1u, doubtful[1] > 0.0); i++) {
             let is_first = (i == 0u) & (doubtful[0] > 0.0);
             let triangle = select(doubtful_triangle[1], doubtful_triangle[0], is_first);
-            let vector = select(traversals[1].vector, traversals[0].vector, is_first);
+            let vector = select(vector_in_tree(1u), vector_in_tree(0u), is_first);
             let own_end = select(end_in_tree(1u, end), end_in_tree(0u, end), is_first);
             let is_there = !is_hole(cutout_of(triangle), weights_of(corners_at(triangle), vector, own_end, is_to_light));
             take_hit(0u, triangle, doubtful[0], is_there & is_first);
             take_hit(1u, triangle, doubtful[1], is_there & !is_first);
-        }
-#endif
-#if INSTANCED
-        // And another one.
-        for (var i = 0u; i < select(0u, 1u, leaves_tree(0u, entered[0]) | leaves_tree(1u, entered[1])); i++) {
-            change_tree(0u, entered[0], node_count, end, is_to_light);
-            change_tree(1u, entered[1], node_count, end, is_to_light);
         }
 #endif
         var is_done = todo == 0u;
@@ -672,9 +656,10 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
 #if INSTANCED
             traversals[w].instance = select(traversals[w].instance, 0u, is_blocked);
             traversals[w].node_end = select(traversals[w].node_end, node_count, is_blocked);
-            traversals[w].hit_offset = select(traversals[w].hit_offset, 0u, is_blocked);
+            traversals[w].leaf = select(traversals[w].leaf, 0u, is_blocked);
+            is_done &= traversals[w].leaf == 0u;
 #endif
-            is_done &= traversals[w].node >= tree_end(w, node_count);
+            is_done &= (traversals[w].node >= tree_end(w, node_count)) & is_in_scene(w);
         }
         continuing {
             break if is_done;
@@ -801,7 +786,7 @@ struct Located {
 fn located(hit: u32) -> Located {
     // Instances whose first hit is not behind this.
     var low = 0u;
-    var high = whole_number(textureLoad(instances, vec2<u32>(0u), 0).x);
+    var high = instance_count();
     while (low < high) {
         let middle = (low + high) / 2u;
         let is_behind = first_hit(1u + middle) > hit;
@@ -829,8 +814,8 @@ fn corners_of(found: Located) -> Corners {
 #if INSTANCED SHADE
     // A loop that other triangles do not enter: drivers that compute both sides of a branch would have all of them pay.
     for (var i = 0u; i < min(found.instance, 1u); i++) {
-        let placement = placement_of(found.instance);
-        let normal = placed_triangle_normal(placement, vec3<f32>(corners.a.w, corners.b.w, corners.c.w));
+        let placement = to_scene(found.instance);
+        let normal = placed_triangle_normal(found.instance, vec3<f32>(corners.a.w, corners.b.w, corners.c.w));
         corners.a = vec4<f32>(placed_point(placement, corners.a.xyz), normal.x);
         corners.b = vec4<f32>(placed_point(placement, corners.b.xyz), normal.y);
         corners.c = vec4<f32>(placed_point(placement, corners.c.xyz), normal.z);

@@ -118,11 +118,11 @@ fn are_shared(scene: &Scene) -> Vec<bool> {
     for instance in &scene.meshes {
         *counts.entry(instance.mesh.id()).or_insert(0) += 1;
     }
-    // A texel of a shadow map names a triangle, and not its instance.
-    let has_maps = scene.direct.shadow == Some(Shadow::Map);
+    // A texel of a shadow map names a triangle, and not its instance. And no kernel has both instances and cut-outs.
+    let is_possible = scene.direct.shadow != Some(Shadow::Map) && !scene.has_cutouts();
     let is_shared = |instance: &Instance| {
         let is_at_home = counts[&instance.mesh.id()] == 1 && instance.is_in_world_space();
-        !has_maps
+        is_possible
             && !is_at_home
             && instance.triangles.len() >= LEAST_SHARED_TRIANGLES
             && is_even(instance.to_world.matrix3)

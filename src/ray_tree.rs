@@ -74,9 +74,9 @@ pub(crate) struct MeshTree {
 
 /// To which boxes are rounded: the low corner, and the steps.
 #[derive(Debug, Default, Clone, Copy, PartialEq)]
-pub(crate) struct Grid {
-    pub low: Vec3,
-    pub step: Vec3,
+struct Grid {
+    low: Vec3,
+    step: Vec3,
 }
 
 /// A shared mesh in the order in which a ray tree has them.
@@ -92,7 +92,7 @@ pub(crate) struct SharedTree<'t> {
 #[derive(Debug, Default)]
 pub(crate) struct RayTree {
     /// First the groups of triangles that stand alone and the number of nodes of the scene's own tree, as [`whole_number`]; its grid's low
-    /// corner; its steps. Then the nodes of that tree, at its end those over instances; then those of shared meshes.
+    /// corner; its steps. Then the nodes of that tree, at its end those over instances; then for each shared mesh its grid and its nodes.
     pub boxes: Vec<Texel>,
     /// As in [`MeshTree`], mesh after mesh.
     pub triangles: Vec<Texel>,
@@ -109,10 +109,11 @@ pub(crate) struct TreeInstance {
     /// Of its mesh, among all.
     pub first_triangle: u32,
     pub triangle_count: u32,
-    pub grid: Grid,
-    /// Of its mesh: the first one, and the one behind the last.
-    pub nodes: [u32; 2],
-    /// The node behind its own.
+    /// Of its mesh's tree in the list of boxes.
+    pub first_texel: u32,
+    /// The node behind the last of that tree.
+    pub node_end: u32,
+    /// The node of the scene's tree behind its own.
     pub next_node: u32,
 }
 
@@ -129,22 +130,27 @@ impl MeshTree {
             triangles,
             ..MeshTree::default()
         };
-        let grid = has_instances.then(|| Grid::around(Aabb::from_points(&[
-            Vec3::NEG_ONE.into(),
-            Vec3::ONE.into(),
-        ]), BOX_SLACK));
+        let grid = has_instances.then(|| {
+            Grid::around(
+                Aabb::from_points(&[Vec3::NEG_ONE.into(), Vec3::ONE.into()]),
+                BOX_SLACK,
+            )
+        });
         tree.grow(corners, cutouts, &others, BOX_SLACK, grid);
         tree
     }
 
     /// Over the triangles of a mesh in its own space, for the instances that are placed by these.
-    pub fn of_mesh(corners: &[[Vec3; 3]], cutouts: &[u32], to_local: &[DAffine3]) -> MeshTree {
-        let unit = to_local.iter().map(unit_length).fold(f64::MIN_POSITIVE, f64::max);
+    pub fn of_mesh(corners: &[[Vec3; 3]], to_local: &[DAffine3]) -> MeshTree {
+        let unit = to_local
+            .iter()
+            .map(unit_length)
+            .fold(f64::MIN_POSITIVE, f64::max);
         // A power of two, so that the tree stays as it is where instances grow and shrink a little.
         let slack = (f64::from(BOX_SLACK_OF_SHARED) * unit.log2().ceil().exp2()) as f32;
         let mut tree = MeshTree::default();
         let all: Vec<u32> = (0..corners.len() as u32).collect();
-        tree.grow(corners, cutouts, &all, slack, None);
+        tree.grow(corners, &vec![0; corners.len()], &all, slack, None);
         tree
     }
 
@@ -170,7 +176,8 @@ impl MeshTree {
         let first = (self.triangles.len() / TRIANGLE_TEXELS) as u32;
         let in_order = tree.primitive_indices.iter();
         let in_order: Vec<u32> = in_order.map(|&index| places[index as usize]).collect();
-        self.triangles.extend(triangle_texels_in(&in_order, corners, cutouts));
+        self.triangles
+            .extend(triangle_texels_in(&in_order, corners, cutouts));
         self.grid = grid.unwrap_or_else(|| Grid::around(tree.nodes[0].aabb, slack));
         let leaf = |node: &Bvh2Node| {
             let cutout = match cutouts[in_order[node.first_index as usize] as usize] {
@@ -194,7 +201,11 @@ impl MeshTree {
             }
             // The second child is what follows the first one's subtree.
             let first = self.nodes[node + 1][3].to_bits();
-            let second = if first & LEAF != 0 { node + 2 } else { first as usize };
+            let second = if first & LEAF != 0 {
+                node + 2
+            } else {
+                first as usize
+            };
             open.extend([(node + 1, levels - 1), (second, levels - 1)]);
         }
         boxes
@@ -215,15 +226,14 @@ impl RayTree {
         let next_nodes = tree.add_instances(scene, shared);
         tree.node_count = (tree.boxes.len() - HEADER_TEXELS) as u32;
         let [groups, nodes] = [tree.group_count, tree.node_count].map(whole_number);
-        let Grid { low, step } = scene.grid;
         tree.boxes[0] = [groups, nodes, 0.0, 0.0];
-        tree.boxes[1] = low.extend(0.0).to_array();
-        tree.boxes[2] = step.extend(0.0).to_array();
+        tree.boxes[1..HEADER_TEXELS].copy_from_slice(&scene.grid.texels());
         let mut next_nodes = next_nodes.into_iter();
         for mesh in shared {
             let added = tree.add_mesh(mesh);
             let placed = next_nodes.by_ref().take(mesh.to_local.len());
-            tree.instances.extend(placed.map(|next_node| TreeInstance { next_node, ..added }));
+            tree.instances
+                .extend(placed.map(|next_node| TreeInstance { next_node, ..added }));
         }
         tree
     }
@@ -234,7 +244,10 @@ impl RayTree {
             let cover = mesh.tree.cover();
             let bounds = move |to_local: &DAffine3| {
                 let mut bounds = Aabb::empty();
-                for corner in cover.iter().flat_map(|&[low, high]| corners_of_box(low, high)) {
+                for corner in cover
+                    .iter()
+                    .flat_map(|&[low, high]| corners_of_box(low, high))
+                {
                     bounds.extend(to_local.transform_point3(corner.as_dvec3()).as_vec3a());
                 }
                 bounds
@@ -251,9 +264,16 @@ impl RayTree {
         };
         let first = self.boxes.len() - HEADER_TEXELS;
         let nodes = flatten(&tree, leaf, &scene.grid, BOX_SLACK);
-        self.boxes.extend(nodes.into_iter().map(|node| moved(node, first, 0)));
+        self.boxes
+            .extend(nodes.into_iter().map(|node| moved(node, first, 0)));
         let mut next_nodes = vec![0; bounds.len()];
-        for (node, texel) in self.boxes.iter().skip(HEADER_TEXELS).enumerate().skip(first) {
+        for (node, texel) in self
+            .boxes
+            .iter()
+            .skip(HEADER_TEXELS)
+            .enumerate()
+            .skip(first)
+        {
             let word = texel[3].to_bits();
             if word & LEAF != 0 {
                 next_nodes[(word & !(LEAF | LEAF_INSTANCE)) as usize] = node as u32 + 1;
@@ -265,9 +285,12 @@ impl RayTree {
     /// Adds the tree of a shared mesh.
     fn add_mesh(&mut self, mesh: &SharedTree) -> TreeInstance {
         let first_triangle = self.triangles.len() / TRIANGLE_TEXELS;
+        let first_texel = self.boxes.len();
+        self.boxes.extend(mesh.tree.grid.texels());
         let first_node = self.boxes.len() - HEADER_TEXELS;
         let nodes = mesh.tree.nodes.iter();
-        self.boxes.extend(nodes.map(|&node| moved(node, first_node, first_triangle)));
+        self.boxes
+            .extend(nodes.map(|&node| moved(node, first_node, first_triangle)));
         for triangle in mesh.tree.triangles.as_chunks::<TRIANGLE_TEXELS>().0 {
             let [corners @ .., [place, more @ ..]] = triangle;
             let place = place + mesh.first_place as f32;
@@ -278,15 +301,15 @@ impl RayTree {
         TreeInstance {
             first_triangle: first_triangle as u32,
             triangle_count: (mesh.tree.triangles.len() / TRIANGLE_TEXELS) as u32,
-            grid: mesh.tree.grid,
-            nodes: [first_node, first_node + mesh.tree.nodes.len()].map(|node| node as u32),
+            first_texel: first_texel as u32,
+            node_end: (first_node + mesh.tree.nodes.len()) as u32,
             next_node: 0,
         }
     }
 }
 
 /// How long a length of 1 in the scene is in the space of a mesh, at most.
-pub(crate) fn unit_length(to_local: &DAffine3) -> f64 {
+fn unit_length(to_local: &DAffine3) -> f64 {
     let back = to_local.matrix3.inverse().transpose();
     let rows = [back.x_axis, back.y_axis, back.z_axis];
     rows.map(DVec3::length).into_iter().fold(0.0, f64::max)
@@ -339,6 +362,10 @@ impl Grid {
         std::array::from_fn(|axis| f32::from_bits(on_grid(from[axis]) | on_grid(to[axis]) << 16))
     }
 
+    fn texels(&self) -> [Texel; 2] {
+        [self.low, self.step].map(|corner| corner.extend(0.0).to_array())
+    }
+
     fn box_of(&self, node: &Texel) -> [Vec3; 2] {
         let words = [0, 1, 2].map(|axis| node[axis].to_bits());
         [0, 16].map(|shift| {
@@ -367,17 +394,16 @@ fn facets_and_others(corners: &[[Vec3; 3]], cutouts: &[u32]) -> (Vec<u32>, Vec<u
     let area = |place: u32| bounds(&corners[place as usize]);
     places.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
     let is_large = |&&place: &&u32| area(place) > FACET_SHARE * scene_area;
-    let count = places.iter().take(MAX_FACETS as usize).take_while(is_large).count();
+    let count = places
+        .iter()
+        .take(MAX_FACETS as usize)
+        .take_while(is_large)
+        .count();
     with_cutouts.extend(places.split_off(count));
     (places, with_cutouts)
 }
 
-fn flatten(
-    tree: &Bvh2,
-    leaf: impl Fn(&Bvh2Node) -> u32,
-    grid: &Grid,
-    slack: f32,
-) -> Vec<Texel> {
+fn flatten(tree: &Bvh2, leaf: impl Fn(&Bvh2Node) -> u32, grid: &Grid, slack: f32) -> Vec<Texel> {
     let mut depth_first = Vec::with_capacity(tree.nodes.len());
     // Not by recursion: a tree may be as deep as it has triangles.
     let mut open = vec![0];
@@ -439,8 +465,6 @@ mod tests {
     use super::*;
     use glam::vec3;
 
-    const HEADER: usize = 3;
-
     /// Small triangles in a row, and a large one.
     fn corners() -> Vec<[Vec3; 3]> {
         let small = |i: usize| {
@@ -451,27 +475,32 @@ mod tests {
         (0..100).map(small).chain([large]).collect()
     }
 
-    fn tree_over(corners: &[[Vec3; 3]]) -> RayTree {
-        RayTree::over(corners, &vec![0; corners.len()])
+    fn tree_with_cutouts(corners: &[[Vec3; 3]], cutouts: &[u32]) -> RayTree {
+        RayTree::over(&MeshTree::of_scene(corners, cutouts, false), &[])
     }
 
-    fn grid_box(tree: &RayTree, node: usize) -> [Vec3; 2] {
-        let [low, step] = [1, 2].map(|texel| Vec3::from_slice(&tree.boxes[texel][..3]));
-        let words = [0, 1, 2].map(|axis| tree.boxes[HEADER + node][axis].to_bits());
-        [0, 16].map(|shift| {
-            let on_grid = words.map(|word| (word >> shift & 0xffff) as f32);
-            low + step * Vec3::from_array(on_grid)
-        })
+    fn tree_over(corners: &[[Vec3; 3]]) -> RayTree {
+        tree_with_cutouts(corners, &vec![0; corners.len()])
+    }
+
+    /// Of a node by the grid that begins at a texel.
+    fn grid_box(tree: &RayTree, grid: usize, node: usize) -> [Vec3; 2] {
+        let [low, step] = [0, 1].map(|i| Vec3::from_slice(&tree.boxes[grid + i][..3]));
+        Grid { low, step }.box_of(&tree.boxes[HEADER_TEXELS + node])
+    }
+
+    fn word(tree: &RayTree, node: usize) -> u32 {
+        tree.boxes[HEADER_TEXELS + node][3].to_bits()
     }
 
     #[test]
     fn boxes_hold_the_triangles_below_them() {
         let tree = tree_over(&corners());
-        let node_count = tree.boxes.len() - HEADER;
-        assert_eq!(tree.boxes[0][..2], [1.0, node_count as f32]);
+        let node_count = tree.boxes.len() - HEADER_TEXELS;
+        assert_eq!(tree.boxes[0][..2], [1, node_count as u32].map(whole_number));
         // A tree of one triangle a leaf.
         assert_eq!(node_count, 2 * 100 - 1);
-        let word = |node: usize| tree.boxes[HEADER + node][3].to_bits();
+        let word = |node: usize| word(&tree, node);
         let mut leaves = 0;
         for node in 0..node_count {
             let is_leaf = word(node) & LEAF != 0;
@@ -481,7 +510,7 @@ mod tests {
                 word(node) as usize
             };
             assert!(end > node && end <= node_count);
-            let [low, high] = grid_box(&tree, node);
+            let [low, high] = grid_box(&tree, 1, node);
             for leaf in (node..end).filter(|&below| word(below) & LEAF != 0) {
                 leaves += usize::from(leaf == node);
                 let first = TRIANGLE_TEXELS * (word(leaf) & !LEAF) as usize;
@@ -502,7 +531,7 @@ mod tests {
         let filled_up = &tree.triangles[TRIANGLE_TEXELS..GROUP * TRIANGLE_TEXELS];
         assert_eq!(filled_up, [[0.0; 4]; 28]);
         let few = tree_over(&corners()[..9]);
-        assert_eq!(few.boxes[0][..2], [2.0, 0.0]);
+        assert_eq!(few.boxes[0][..2], [2, 0].map(whole_number));
         assert_eq!(few.triangles.len(), 2 * GROUP * TRIANGLE_TEXELS);
         let none = tree_over(&[]);
         assert_eq!(none.triangles, [[0.0; 4]; GROUP * TRIANGLE_TEXELS]);
@@ -512,15 +541,65 @@ mod tests {
     fn triangles_with_cutouts_are_in_the_tree() {
         let mut cutouts = vec![0; 101];
         (cutouts[3], cutouts[100]) = (1, 2);
-        let tree = RayTree::over(&corners(), &cutouts);
-        assert_eq!(tree.node_count(), 2 * 101 - 1);
+        let tree = tree_with_cutouts(&corners(), &cutouts);
+        assert_eq!(tree.node_count, 2 * 101 - 1);
         let numbers = tree.triangles.iter().skip(3).step_by(TRIANGLE_TEXELS);
         let of_cutouts = numbers.filter(|texel| texel[1] > 0.0);
         let mut of_cutouts: Vec<_> = of_cutouts.map(|texel| [texel[0], texel[1]]).collect();
         of_cutouts.sort_by(|a, b| a[0].total_cmp(&b[0]));
         assert_eq!(of_cutouts, [[3.0, 1.0], [100.0, 2.0]]);
-        let few = RayTree::over(&corners()[..9], &cutouts[..9]);
-        assert_eq!((few.group_count(), few.node_count()), (1, 1));
+        let few = tree_with_cutouts(&corners()[..9], &cutouts[..9]);
+        assert_eq!((few.group_count, few.node_count), (1, 1));
+    }
+
+    #[test]
+    fn instances_share_a_tree_and_lie_in_their_boxes() {
+        let to_local: Vec<DAffine3> = (0..5)
+            .map(|i| {
+                let turn = DAffine3::from_rotation_y(f64::from(i))
+                    * DAffine3::from_scale(DVec3::splat(0.1));
+                DAffine3::from_translation(DVec3::splat(0.1 * f64::from(i))) * turn
+            })
+            .collect();
+        let own = corners();
+        let mesh = MeshTree::of_mesh(&own, &to_local);
+        let scene = MeshTree::of_scene(&corners(), &[0; 101], true);
+        let shared = SharedTree {
+            tree: &mesh,
+            first_place: 101,
+            to_local: to_local.clone(),
+        };
+        let tree = RayTree::over(&scene, &[shared]);
+        let own_nodes = 2 * 101 - 1;
+        assert_eq!(tree.node_count, 2 * 100 - 1 + 2 * 5 - 1);
+        let nodes = tree.node_count + 2 + own_nodes;
+        assert_eq!(tree.boxes.len(), HEADER_TEXELS + nodes as usize);
+        for (i, (instance, to_local)) in tree.instances.iter().zip(&to_local).enumerate() {
+            let leaf = instance.next_node as usize - 1;
+            assert_eq!(word(&tree, leaf), LEAF | LEAF_INSTANCE | i as u32);
+            let [low, high] = grid_box(&tree, 1, leaf);
+            for corner in own.as_flattened() {
+                let placed = to_local.transform_point3(corner.as_dvec3()).as_vec3();
+                assert!(placed.cmpgt(low).all() && placed.cmplt(high).all());
+            }
+            assert_eq!(
+                instance.first_texel as usize,
+                HEADER_TEXELS + tree.node_count as usize
+            );
+            assert_eq!(instance.node_end, nodes);
+            assert_eq!(instance.triangle_count, 101);
+            // Its nodes lead to its own triangles, which know their places.
+            let first_node = instance.first_texel as usize + 2 - HEADER_TEXELS;
+            assert_eq!(word(&tree, first_node), nodes);
+            let leaves = (first_node..nodes as usize).map(|node| word(&tree, node));
+            let leaves = leaves.filter(|word| word & LEAF != 0);
+            let mut places: Vec<f32> = leaves
+                .map(|word| tree.triangles[TRIANGLE_TEXELS * (word & !LEAF) as usize + 3][0])
+                .collect();
+            places.sort_by(f32::total_cmp);
+            let all: Vec<f32> = (101..202).map(|place| place as f32).collect();
+            assert_eq!(places, all);
+        }
     }
 
     /// No box's words are the bits of a NaN, which a driver might change.
@@ -535,6 +614,6 @@ mod tests {
     #[test]
     fn equal_triangles_have_a_tree() {
         let tree = tree_over(&vec![[Vec3::ZERO, 0.01 * Vec3::X, 0.01 * Vec3::Y]; 1000]);
-        assert_eq!(tree.boxes.len(), HEADER + 2 * (1000 - 64) - 1);
+        assert_eq!(tree.boxes.len(), HEADER_TEXELS + 2 * (1000 - 64) - 1);
     }
 }

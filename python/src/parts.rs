@@ -2,9 +2,10 @@
 
 use std::f64::consts::TAU;
 use std::path::PathBuf;
+use std::sync::OnceLock;
 
 use camlux::glam::{DQuat, DVec3};
-use camlux::scene::{self, Encoding, Intrinsics, Shared, Texels};
+use camlux::scene::{self, Encoding, Instance, Intrinsics, Shared, Texels};
 use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -14,7 +15,7 @@ use crate::errors::{SceneError, raised};
 const NUMBERS: &str = "numbers";
 const INDICES: &str = "whole numbers from 0 to 4294967295";
 
-/// A triangle mesh in world space. It never changes: `posed` makes another one.
+/// A triangle mesh in world space. It never changes: `posed` makes another one, which shares what it is made of.
 ///
 /// Shape, unit:
 ///     positions_m: (vertices, 3), m.
@@ -23,7 +24,24 @@ const INDICES: &str = "whole numbers from 0 to 4294967295";
 ///     normals: (vertices, 3), of any length but zero; None: flat shading.
 ///     texcoords: (vertices, 2), u and v, v up; None: no texture can be seen.
 #[pyclass(module = "camlux", frozen)]
-pub struct Mesh(pub Shared<scene::Mesh>);
+pub struct Mesh {
+    pub instance: Instance,
+    /// Made where its arrays are looked at.
+    placed: OnceLock<Shared<scene::Mesh>>,
+}
+
+impl From<Instance> for Mesh {
+    fn from(instance: Instance) -> Self {
+        let placed = OnceLock::new();
+        Mesh { instance, placed }
+    }
+}
+
+impl Mesh {
+    fn placed(&self) -> &scene::Mesh {
+        self.placed.get_or_init(|| self.instance.placed())
+    }
+}
 
 #[pymethods]
 impl Mesh {
@@ -60,52 +78,52 @@ impl Mesh {
             triangle_materials,
             name,
         };
-        Ok(Mesh(mesh.into()))
+        Ok(Instance::from(mesh).into())
     }
 
     #[getter]
     fn name(&self) -> &str {
-        &self.0.name
+        &self.instance.name
     }
 
     #[getter]
     fn vertex_count(&self) -> usize {
-        self.0.positions_m.len()
+        self.instance.positions_m.len()
     }
 
     #[getter]
     fn triangle_count(&self) -> usize {
-        self.0.triangles.len()
+        self.instance.triangles.len()
     }
 
     /// World positions, (vertices, 3), m.
     #[getter]
     fn positions_m<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &slf.get().0.positions_m)
+        vectors(slf, &slf.get().placed().positions_m)
     }
 
     /// Shading normals, (vertices, 3); (0, 3): flat shading.
     #[getter]
     fn normals<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        vectors(slf, &slf.get().0.normals)
+        vectors(slf, &slf.get().placed().normals)
     }
 
     /// u and v, (vertices, 2); (0, 2): there are none.
     #[getter]
     fn texcoords<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        elements(slf, slf.get().0.texcoords.as_flattened(), 2)
+        elements(slf, slf.get().placed().texcoords.as_flattened(), 2)
     }
 
     /// Indices of vertices, (triangles, 3).
     #[getter]
     fn triangles<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        elements(slf, slf.get().0.triangles.as_flattened(), 3)
+        elements(slf, slf.get().placed().triangles.as_flattened(), 3)
     }
 
     /// The index of each triangle's material, (triangles,).
     #[getter]
     fn triangle_materials<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
-        let materials = &slf.get().0.triangle_materials;
+        let materials = &slf.get().placed().triangle_materials;
         Ok(view(materials, &[materials.len()], slf.clone().into_any())?.into_any())
     }
 
@@ -120,12 +138,12 @@ impl Mesh {
                 "orientation_xyzw is {orientation_xyzw:?}, of length {length}; give a unit quaternion, x y z w"
             )));
         }
-        let posed = self.0.posed(orientation.normalize(), position_m.into());
-        Ok(Mesh(posed.into()))
+        let orientation = orientation.normalize();
+        Ok(self.instance.posed(orientation, position_m.into()).into())
     }
 
     fn __repr__(&self) -> String {
-        let (triangles, name) = (self.triangle_count(), &self.0.name);
+        let (triangles, name) = (self.triangle_count(), &self.instance.name);
         format!("<camlux.Mesh {name:?}, {triangles} triangles>")
     }
 }

@@ -34,7 +34,7 @@ pub fn scene_from(object: &Bound<'_, PyAny>) -> PyResult<camlux::Scene> {
     let meshes = meshes.iter().map(|mesh| {
         let known = mesh.object.cast::<Mesh>();
         let known = known.map_err(|_| mesh.error("is no camlux.Mesh", "give one"))?;
-        Ok(known.get().0.clone())
+        Ok(known.get().instance.clone())
     });
     let mut scene = camlux::Scene {
         camera,
@@ -379,7 +379,7 @@ impl<'py> Classes<'py> {
         let meshes = scene
             .meshes
             .iter()
-            .map(|mesh| Bound::new(py, Mesh(mesh.clone())));
+            .map(|mesh| Bound::new(py, Mesh::from(mesh.clone())));
         let carried = scene.carried_lights.iter();
         let carried = carried.filter(|(_, by)| *by == Carrier::Camera);
         let carried: Vec<usize> = carried.map(|&(light, _)| light).collect();

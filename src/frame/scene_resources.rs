@@ -78,9 +78,8 @@ struct SameMeshes(Vec<Instance>);
 
 impl PartialEq for SameMeshes {
     fn eq(&self, other: &Self) -> bool {
-        let is_same = |(a, b): (&Instance, &Instance)| {
-            a.mesh.ptr_eq(&b.mesh) && a.to_world == b.to_world
-        };
+        let is_same =
+            |(a, b): (&Instance, &Instance)| a.mesh.ptr_eq(&b.mesh) && a.to_world == b.to_world;
         self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(is_same)
     }
 }
@@ -140,16 +139,17 @@ impl SceneResources {
             }))
         })?;
         let geometry = || Ok(Geometry::of(scene));
-        let (geometry, _) = self.geometry.get_or_make(surfaces_key.meshes.clone(), geometry)?;
+        let (geometry, _) = self
+            .geometry
+            .get_or_make(surfaces_key.meshes.clone(), geometry)?;
         let instances = match kernel {
             Some(kernel) => {
-                let tree =
-                    || RayTriangles::of(commands, scene, geometry, space, textures, kernel);
+                let tree = || RayTriangles::of(commands, scene, geometry, space, textures, kernel);
                 let (tree, _) = self.ray_tree.get_or_make(ray_tree_key, tree)?;
                 tree.instances.clone()
             }
             // Without rays no mesh is shared.
-            None => Arc::new(Instances::upload(commands, geometry, space, &[])?),
+            None => Arc::new(Instances::upload(commands, geometry, space, (&[], 0))?),
         };
         let (_, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
             let instanced = (&*geometry, &instances);

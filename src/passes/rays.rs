@@ -2,20 +2,23 @@
 
 use std::{iter, sync::Arc};
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, Vec3};
 
-use super::instances::Instances;
+use super::instances::{Instances, rows_of};
 use super::textures::{Textures, halves_of_first_word};
 use crate::{
     RayKernel, Result, Scene,
-    geometry::{Geometry, GeometrySize},
+    geometry::{Geometry, GeometrySize, PlacedMesh},
     local_space::LocalSpace,
     ray_tree::{
-        HEADER_TEXELS, MeshTree, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance, corners_of, max_box_texels,
-        max_triangle_texels, triangle_texels_in,
+        HEADER_TEXELS, MeshTree, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance,
+        corners_of, max_box_texels, max_triangle_texels, triangle_texels_in,
     },
     scene::Mesh,
-    vulkan::{AccelerationStructure, Allocate, BufferUse, CommandPool, InstancedTriangles, Resource, TexelList},
+    vulkan::{
+        AccelerationStructure, Allocate, BufferUse, CommandPool, InstancedTriangles, Resource,
+        TexelList,
+    },
 };
 
 /// Iterations of its loops in which a packet goes through a tree, for each halving of its nodes: about seven times what knot takes, by an
@@ -66,7 +69,11 @@ pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, kernel: RayKernel
         allocate.buffer(what, triangles * STRUCTURE_BYTES, BufferUse::Staging)?;
         return Ok(());
     }
-    TexelList::declare(allocate, "boxes for rays", max_box_texels(triangles, size.shared_instances))
+    TexelList::declare(
+        allocate,
+        "boxes for rays",
+        max_box_texels(triangles, size.shared_instances),
+    )
 }
 
 /// That of each triangle of a mesh. A mesh without texture coordinates has no cut-outs.
@@ -79,15 +86,15 @@ fn alpha_textures<'s>(
     materials.map(move |material| alpha(material).filter(|_| !mesh.texcoords.is_empty()))
 }
 
-/// For each triangle of each mesh 1 + its place among those with cut-outs, or 0; and these as the list of `shaders/trace.wgsl`.
+/// For each triangle in the scene's space 1 + its place among those with cut-outs, or 0; and these as the list of `shaders/trace.wgsl`.
 fn cutouts_of(
     scene: &Scene,
     geometry: &Geometry,
     textures: &Textures,
-) -> (Vec<Vec<u32>>, Vec<[f32; 4]>) {
+) -> (Vec<u32>, Vec<[f32; 4]>) {
+    let mut numbers = Vec::new();
     let mut texels = Vec::new();
-    let numbers = geometry.meshes().map(|mesh| {
-        let mut numbers = Vec::with_capacity(mesh.triangles.len());
+    for PlacedMesh { mesh, .. } in &geometry.placed {
         for (corners, alpha) in mesh.triangles.iter().zip(alpha_textures(scene, mesh)) {
             if alpha.is_some() {
                 let [a, b, c] =
@@ -103,15 +110,13 @@ fn cutouts_of(
             }
             numbers.push(alpha.map_or(0, |_| (texels.len() as u64 / CUTOUT_TEXELS) as u32));
         }
-        numbers
-    });
-    (numbers.collect(), texels)
+    }
+    (numbers, texels)
 }
 
 /// The triangles of a shared mesh, in its own space.
-struct SharedTriangles<'c> {
+struct SharedTriangles {
     corners: Vec<[Vec3; 3]>,
-    cutouts: &'c [u32],
     /// The place of its first triangle in the geometry.
     first_place: u32,
     to_local: Vec<DAffine3>,
@@ -122,6 +127,8 @@ struct Made {
     found_by: Finder,
     triangles: Vec<Texel>,
     instances: Vec<TreeInstance>,
+    /// Of the scene's own tree.
+    node_count: u32,
 }
 
 fn by_tree(
@@ -133,7 +140,7 @@ fn by_tree(
     let scene = MeshTree::of_scene(placed, cutouts, !shared.is_empty());
     let trees = shared.iter();
     let trees: Vec<MeshTree> = trees
-        .map(|mesh| MeshTree::of_mesh(&mesh.corners, mesh.cutouts, &mesh.to_local))
+        .map(|mesh| MeshTree::of_mesh(&mesh.corners, &mesh.to_local))
         .collect();
     let shared = shared.into_iter().zip(&trees);
     let shared: Vec<SharedTree> = shared
@@ -152,6 +159,7 @@ fn by_tree(
         },
         triangles: tree.triangles,
         instances: tree.instances,
+        node_count: tree.node_count,
     })
 }
 
@@ -163,15 +171,15 @@ fn by_device(
     shared: &[SharedTriangles],
 ) -> Result<Made> {
     let identity = [DAffine3::IDENTITY];
-    let placed_mesh = (placed, cutouts, 0, &identity[..]);
+    let placed_mesh = (placed, cutouts.to_vec(), 0, &identity[..]);
     let meshes = shared.iter().map(|mesh| {
-        let SharedTriangles {
-            corners,
-            cutouts,
-            first_place,
-            to_local,
-        } = mesh;
-        (&corners[..], *cutouts, *first_place, &to_local[..])
+        let without_cutouts = vec![0; mesh.corners.len()];
+        (
+            &mesh.corners[..],
+            without_cutouts,
+            mesh.first_place,
+            &mesh.to_local[..],
+        )
     });
     let (mut triangles, mut instances, mut levels) = (Vec::new(), Vec::new(), Vec::new());
     for (corners, cutouts, first_place, to_local) in iter::once(placed_mesh).chain(meshes) {
@@ -181,7 +189,7 @@ fn by_device(
         let whole_count = order.len();
         order.extend(with_cutouts);
         let first_triangle = triangles.len() / TRIANGLE_TEXELS;
-        triangles.extend(triangle_texels_in(&order, corners, cutouts));
+        triangles.extend(triangle_texels_in(&order, corners, &cutouts));
         for triangle in (first_triangle..).take(order.len()) {
             triangles[TRIANGLE_TEXELS * triangle + 3][0] += first_place as f32;
         }
@@ -211,18 +219,8 @@ fn by_device(
         found_by: Finder::Device(Box::new(AccelerationStructure::over(commands, &levels)?)),
         triangles,
         instances: instances.collect(),
+        node_count: 0,
     })
-}
-
-fn rows_of(to_local: DAffine3) -> [[f32; 4]; 3] {
-    let rows = to_local.matrix3.transpose();
-    let offset = to_local.translation;
-    let row = |row: DVec3, offset: f64| row.as_vec3().extend(offset as f32).to_array();
-    [
-        row(rows.x_axis, offset.x),
-        row(rows.y_axis, offset.y),
-        row(rows.z_axis, offset.z),
-    ]
 }
 
 impl RayTriangles {
@@ -236,16 +234,14 @@ impl RayTriangles {
     ) -> Result<RayTriangles> {
         let (cutouts, cutout_texels) = cutouts_of(scene, geometry, textures);
         let alpha_textures = (!cutout_texels.is_empty()).then(|| textures.clone());
-        let (placed_cutouts, shared_cutouts) = cutouts.split_at(geometry.placed.len());
-        let placed_cutouts = placed_cutouts.concat();
         let placed = geometry.placed.iter();
         let placed: Vec<_> = placed
             .flat_map(|placed| corners_of(&placed.mesh, space))
             .collect();
         let mut first_place = placed.len() as u32;
-        let shared = geometry.shared.iter().zip(shared_cutouts);
+        let shared = geometry.shared.iter();
         let shared: Vec<SharedTriangles> = shared
-            .map(|(mesh, cutouts)| {
+            .map(|mesh| {
                 let instances = mesh.instances.iter();
                 let to_local = instances.map(|instance| mesh.to_local(instance, space));
                 let corners = corners_of(&mesh.mesh, &mesh.space);
@@ -253,15 +249,14 @@ impl RayTriangles {
                 first_place += corners.len() as u32;
                 SharedTriangles {
                     corners,
-                    cutouts,
                     first_place: first,
                     to_local: to_local.collect(),
                 }
             })
             .collect();
         let mut made = match kernel {
-            RayKernel::Query => by_device(commands, &placed, &placed_cutouts, &shared)?,
-            _ => by_tree(commands, &placed, &placed_cutouts, shared)?,
+            RayKernel::Query => by_device(commands, &placed, &cutouts, &shared)?,
+            _ => by_tree(commands, &placed, &cutouts, shared)?,
         };
         let triangle_count = made.triangles.len() / TRIANGLE_TEXELS;
         if let Some(numbers) = made.triangles.get_mut(3) {
@@ -269,8 +264,9 @@ impl RayTriangles {
         }
         made.triangles.extend(cutout_texels);
         let instances = &made.instances;
+        let trees = (&instances[..], made.node_count);
         Ok(RayTriangles {
-            instances: Arc::new(Instances::upload(commands, geometry, space, instances)?),
+            instances: Arc::new(Instances::upload(commands, geometry, space, trees)?),
             triangles: TexelList::new(commands, "triangles for rays", made.triangles)?,
             is_instanced: !instances.is_empty(),
             triangle_count: triangle_count as u32,

@@ -5,7 +5,9 @@ use std::fmt::Display;
 
 use glam::DVec3;
 
-use super::{BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene, Sensor, Shadow};
+use super::{
+    BoundingBox, Camera, Distortion, Intrinsics, Lens, Light, PixelSampling, Scene, Sensor, Shadow,
+};
 use crate::{Error, Result};
 
 /// Farther from 0 than this, f64 positions no longer hold a tenth of a millimetre.

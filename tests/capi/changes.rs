@@ -231,7 +231,7 @@ fn what_is_hidden_or_removed_is_not_there() {
     dark.lights.remove(0);
     assert_same_frames(&device, scene, &dark);
     ok(camlux_scene_remove(scene, CAMLUX_PART_INSTANCE, 1));
-    *dark.meshes[1] = Mesh::default();
+    dark.meshes[1] = Mesh::default().into();
     assert_same_frames(&device, scene, &dark);
 
     // What is gone cannot be used, and its index is the next one's.
@@ -286,7 +286,7 @@ fn a_mesh_and_a_texture_are_replaced() {
     let set = |index, mesh: &camlux_mesh| unsafe { camlux_scene_set_mesh(scene, index, mesh) };
     ok(set(1, &mesh));
     let corners_m = positions_m.map(|corner| corner.map(f64::from));
-    *expected.meshes[1] = Mesh::from_slices("deformed", &corners_m, &triangles, 2);
+    expected.meshes[1] = Mesh::from_slices("deformed", &corners_m, &triangles, 2).into();
     assert_same_frames(&device, scene, &expected);
     fails(set(9, &mesh), ARGUMENT, "there is no mesh 9 among 3");
     mesh.material = 99;

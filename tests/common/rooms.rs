@@ -4,7 +4,7 @@ pub use camlux::doctor::scenes::{moved, quad};
 use camlux::{
     Scene,
     internals::SurfacePoint,
-    scene::{Bands, Camera, Direct, Lens, Light, Material, Mesh, Instance, Texture},
+    scene::{Bands, Camera, Direct, Instance, Lens, Light, Material, Mesh, Texture},
 };
 use glam::DVec3;
 

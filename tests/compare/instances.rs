@@ -6,10 +6,7 @@ use crate::common::rmse::relative_rmse_where;
 use camlux::{
     Scene,
     output::{Frame, Layer},
-    scene::{
-        Distortion, Encoding, IndirectLight, Lens, Material, Mesh, Shared, Texels,
-        Texture,
-    },
+    scene::{Distortion, Encoding, IndirectLight, Lens, Material, Mesh, Shared, Texels, Texture},
 };
 
 /// Blocks whose texture, map of normals and alpha texture, where it is wanted, differ across a face.
@@ -24,9 +21,13 @@ fn patterned(has_cutouts: bool) -> Scene {
     };
     let first = scene.textures.len();
     scene.textures.extend([
-        texture("checks", |i| [[60, 120, 250], [240, 200, 90]][(i + i / 4) % 2]),
+        texture("checks", |i| {
+            [[60, 120, 250], [240, 200, 90]][(i + i / 4) % 2]
+        }),
         texture("bumps", |i| [[90, 128, 240], [128, 170, 240]][i % 2]),
-        texture("holes", |i| [[255; 3], [0; 3]][usize::from(i % 4 == 1 && i / 4 == 2)]),
+        texture("holes", |i| {
+            [[255; 3], [0; 3]][usize::from(i % 4 == 1 && i / 4 == 2)]
+        }),
     ]);
     let material = scene.materials.len() as u32;
     scene.materials.push(Material {
@@ -35,7 +36,10 @@ fn patterned(has_cutouts: bool) -> Scene {
         alpha_texture: has_cutouts.then_some(first + 2),
         ..Material::lambert("patterned", [0.8; 3])
     });
-    let block = scene.meshes.iter().find(|mesh| mesh.name.starts_with("block"));
+    let block = scene
+        .meshes
+        .iter()
+        .find(|mesh| mesh.name.starts_with("block"));
     let block = block.expect("a block").mesh.clone();
     let mut patterned = Mesh::clone(&block);
     patterned.triangle_materials.fill(material);
@@ -65,7 +69,10 @@ fn assert_same(gpu: &mut Gpu, what: &str, scene: &Scene) {
     let own = gpu.render_by_each_ray_kernel(&scene.flattened());
     for (shared, own) in shared.iter().zip(&own) {
         let ids = [shared, own].map(|frame| frame.ids(Layer::InstanceId).expect("it is there"));
-        assert!(ids[1].iter().any(|&id| id > 4), "{what}: instances are seen");
+        assert!(
+            ids[1].iter().any(|&id| id > 4),
+            "{what}: instances are seen"
+        );
         let other = ids[0].iter().zip(ids[1]).filter(|(a, b)| a != b).count();
         assert!(other <= 4, "{what}: {other} pixels show another mesh");
         for (layer, bound, share) in [
@@ -77,7 +84,8 @@ fn assert_same(gpu: &mut Gpu, what: &str, scene: &Scene) {
             println!("{what}, {layer:?}: {found}");
             assert!(found <= share, "{what}, {layer:?}: {found}");
         }
-        let bounced = [shared, own].map(|frame| frame.values(Layer::Indirect).expect("it is there"));
+        let bounced =
+            [shared, own].map(|frame| frame.values(Layer::Indirect).expect("it is there"));
         // Both have noise of their own, where a ray meets something else beside an edge.
         let error = relative_rmse_where(bounced[0], bounced[1], |_| true);
         let [a, b] = bounced.map(|values| values.iter().map(|&v| f64::from(v)).sum::<f64>());
@@ -108,7 +116,7 @@ fn shared_meshes_keep_textures_bumps_and_cutouts() {
 #[test]
 fn shared_meshes_are_seen_through_lenses() {
     let mut gpu = Gpu::open();
-    let mut scene = patterned(true);
+    let mut scene = patterned(false);
     scene.indirect = Some(IndirectLight::final_gather(0.05));
     scene.camera.lens = Lens::Distorted {
         intrinsics: scene.camera.intrinsics_px(),

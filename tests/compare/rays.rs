@@ -1,8 +1,8 @@
 //! The kernels of `shaders/trace.wgsl` against rays in f64: right everywhere but within rounding of an edge.
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, ray_kernels};
-use crate::common::ray_caster::RayCaster;
 use crate::common::instances;
+use crate::common::ray_caster::RayCaster;
 use crate::common::rooms;
 use crate::common::shadows;
 use camlux::{

@@ -7,7 +7,7 @@ use camlux::{
     glam::DVec3,
     internals::{Intermediates, SurfacePoint},
     output::Layer,
-    scene::{Camera, Direct, IndirectLight, Lens, Material, Shared, VplSum},
+    scene::{Camera, Direct, IndirectLight, Instance, Lens, Material, VplSum},
 };
 
 use crate::common::gpu::Gpu;
@@ -42,7 +42,7 @@ fn room(light_m: DVec3) -> Scene {
         carried_lights: Vec::new(),
         lights: vec![point_light(light_m)],
         materials: vec![Material::lambert("grey", [0.7; 3])],
-        meshes: walls.map(Shared::from).to_vec(),
+        meshes: walls.map(Instance::from).to_vec(),
         textures: Vec::new(),
         direct: Direct::default(),
         left_out: Vec::new(),

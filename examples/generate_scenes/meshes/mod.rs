@@ -114,16 +114,15 @@ pub fn write_knots(count: usize, triangle_count: usize, folder: &Path) -> io::Re
     write_knot(triangle_count, folder)?;
     let name = format!("knot_{triangle_count}");
     let toml = include_str!("knot.toml").replace("NAME", &name);
-    let (head, tail) = toml
-        .rsplit_once("[[mesh]]")
-        .unwrap_or((toml.as_str(), ""));
+    let (head, tail) = toml.rsplit_once("[[mesh]]").unwrap_or((toml.as_str(), ""));
     let (_, materials) = tail.split_once("[material").unwrap_or(("", tail));
     let edge = (count as f64).cbrt().ceil().max(1.0);
     let cell_m = 2.0 / edge;
     let mut text = head.to_owned();
     for index in 0..count {
         let place = |divisor: f64| (index as f64 / divisor).floor() % edge;
-        let [x, y, z] = [place(1.0), place(edge), place(edge * edge)].map(|cell| (cell + 0.5) * cell_m);
+        let [x, y, z] =
+            [place(1.0), place(edge), place(edge * edge)].map(|cell| (cell + 0.5) * cell_m);
         let turns = [37.0, 61.0, 17.0].map(|degrees| degrees * index as f64 % 360.0);
         writeln!(
             text,

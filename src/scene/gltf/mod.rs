@@ -38,8 +38,9 @@ impl Assets {
             request,
         };
         file.for_each_node(&mut |node, _| {
-            let of_node = node.mesh().map(|mesh| mesh.index());
-            of_node.map(|mesh| loader.placed_count[mesh] += 1);
+            if let Some(mesh) = node.mesh() {
+                loader.placed_count[mesh.index()] += 1;
+            }
             Ok(())
         })?;
         file.for_each_node(&mut |node, to_world| loader.add_node(node, to_world))?;
