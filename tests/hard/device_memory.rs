@@ -3,14 +3,16 @@
 use std::time::Instant;
 
 use crate::common::gpu::{DEMO_SCENES, Gpu, demo_scene, plain_sum};
+use crate::common::instances::crowd;
 use camlux::{
     DeviceInfo, DeviceKind, Error, Plan, RenderOptions, Scene,
     output::Layer,
     scene::{
-        ChargeUnit, IndirectLight, Light, Mesh, Photodetector, PixelFilter, PixelSampling, Sensor,
-        Shadow, Texels, TimeOfFlight, VplSum,
+        ChargeUnit, IndirectLight, Instance, Light, Mesh, Photodetector, PixelFilter,
+        PixelSampling, Sensor, Shadow, Texels, TimeOfFlight, VplSum,
     },
 };
+use glam::{DAffine3, DVec3, dvec3};
 
 /// By how much the figure may be over what was held: there are fewer boxes for rays where triangles stand alone, and the list of all
 /// tiles of the RSMs is counted at the length that it has where every tile lights a surface.
@@ -123,7 +125,50 @@ fn scenes(size_px: [u32; 2]) -> Vec<(String, Scene)> {
             add(what, scene);
         }
     }
+    let shared = with(&crowd(size_px), |scene| scene.indirect = FINAL_GATHER);
+    scenes.push(("instances".into(), shared));
     scenes
+}
+
+/// But for where they are.
+#[test]
+fn a_thousand_instances_take_the_memory_of_one() {
+    let mut gpu = Gpu::open();
+    let mut held = Vec::new();
+    for count in [2, 1000] {
+        let scene = with(&crowd([64, 64]), |scene| {
+            let knot = scene.meshes[1].clone();
+            scene.meshes.truncate(1);
+            for index in 0..count {
+                let cell = [1, 10, 100].map(|step| f64::from(index / step % 10));
+                let [x, y, z] = cell.map(|cell| 0.2 * cell + 0.1);
+                scene.meshes.push(Instance {
+                    to_world: DAffine3::from_translation(dvec3(x - 1.0, y, z - 1.0))
+                        * DAffine3::from_scale(DVec3::splat(0.1)),
+                    ..knot.clone()
+                });
+            }
+            scene.indirect = FINAL_GATHER;
+        });
+        assert!(scene.meshes[1].triangles.len() > 10_000);
+        let plan = Plan::new(&scene, gpu.device.info()).expect("the scene is valid");
+        gpu.device.inject(None);
+        let frame = gpu.render(&scene);
+        let ids = frame.ids(Layer::InstanceId).expect("every frame has it");
+        let last = u32::try_from(scene.meshes.len()).expect("a small number");
+        assert!(count == 2 || ids.iter().any(|&id| id > last / 2));
+        gpu.renderer.forget();
+        let peak_bytes = gpu.device.memory_use().peak_bytes;
+        let said = plan.device_memory_bytes(&scene);
+        println!("{count} instances: {said} said, {peak_bytes} held");
+        assert!(said >= peak_bytes);
+        held.push(peak_bytes);
+    }
+    // 128 bytes of an instance and two boxes, and as much on the way to the device.
+    assert!(
+        held[1] - held[0] < 2 * 1000 * (128 + 32) + (64 << 10),
+        "{held:?}"
+    );
 }
 
 #[test]

@@ -194,6 +194,27 @@ fn the_knot_has_as_many_triangles_as_asked() {
     }
 }
 
+/// What a scene file names again is loaded once, and placed.
+#[test]
+fn a_hundred_knots_share_a_mesh() {
+    let folder = tempfile::tempdir().expect("there is room for temporary files");
+    meshes::write_knots(100, 1_000, folder.path()).expect("the folder can be written");
+    let scene = load(folder.path(), "knots_100");
+    let [room, knots @ ..] = &scene.meshes[..] else {
+        panic!("no meshes");
+    };
+    assert!(room.is_in_world_space());
+    assert_eq!(knots.len(), 100);
+    let bounds = scene.bounding_box().expect("it has triangles");
+    for knot in knots {
+        assert!(knot.mesh.ptr_eq(&knots[0].mesh) && !knot.is_in_world_space());
+        // Within the room.
+        let centre_m = knot.to_world.translation;
+        assert!(centre_m.cmpgt(bounds.min_m).all() && centre_m.cmplt(bounds.max_m).all());
+    }
+    assert_ne!(knots[0].to_world, knots[1].to_world);
+}
+
 fn load(folder: &Path, name: &str) -> Scene {
     Scene::load(&folder.join(format!("{name}.toml"))).unwrap_or_else(|error| panic!("{error}"))
 }
