@@ -30,7 +30,7 @@ impl Embree {
         let folder = tempfile::tempdir()?;
         let space = LocalSpace::of(scene.bounding_box());
         let mut triangles = Vec::new();
-        for mesh in &scene.meshes {
+        for mesh in &scene.flattened().meshes {
             for &corner in mesh.triangles.as_flattened() {
                 triangles.extend(space.to_local(mesh.positions_m[corner as usize]));
             }

@@ -17,7 +17,7 @@ const MOST_STEPS: f64 = 1e6;
 /// The triangles of a scene in local space, and where they came from.
 #[derive(Debug)]
 pub struct Surfaces {
-    /// Its meshes stay in world space; here for materials, normals and textures.
+    /// Each of its meshes in world space; here for materials, normals and textures.
     pub scene: Scene,
     pub triangles: Vec<[DVec3; 3]>,
     /// Mesh, and triangle within it.
@@ -60,6 +60,7 @@ impl Surface {
 
 impl Surfaces {
     pub fn new(scene: &Scene, to_local: impl Fn(DVec3) -> DVec3) -> Surfaces {
+        let scene = scene.flattened();
         let mut triangles = Vec::new();
         let mut sources = Vec::new();
         for (mesh_index, mesh) in scene.meshes.iter().enumerate() {
@@ -75,7 +76,7 @@ impl Surfaces {
             }
         }
         Surfaces {
-            scene: scene.clone(),
+            scene,
             triangles,
             sources,
         }

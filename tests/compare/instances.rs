@@ -2,6 +2,7 @@
 
 use crate::common::gpu::Gpu;
 use crate::common::instances::crowd;
+use crate::common::reference_frame::{error_off_edges, reference_frame};
 use crate::common::rmse::relative_rmse_where;
 use camlux::{
     Scene,
@@ -110,6 +111,30 @@ fn shared_meshes_keep_textures_bumps_and_cutouts() {
         let mut scene = patterned(has_cutouts);
         scene.indirect = Some(IndirectLight::final_gather(0.05));
         assert_same(&mut gpu, &format!("cut-outs: {has_cutouts}"), &scene);
+    }
+}
+
+#[test]
+fn the_reference_places_instances_alike() {
+    let mut gpu = Gpu::open();
+    let mut scene = patterned(false);
+    scene.camera.resolution_px = [48, 48];
+    scene.indirect = Some(IndirectLight::final_gather(0.03));
+    let truth = reference_frame(&scene, 256, 8);
+    let frames = [gpu.render(&scene), gpu.render(&scene.flattened())];
+    for (layer, bound) in [
+        (Layer::Position, 1e-5),
+        // Of pixels that show several triangles.
+        (Layer::Normal, 1e-2),
+        (Layer::Direct, 1e-4),
+        (Layer::Indirect, 0.05),
+    ] {
+        let [shared, own] = [0, 1].map(|i| error_off_edges(&frames[i], &truth, layer));
+        println!("{layer:?}: {shared:.1e} of shared meshes, {own:.1e} of copies");
+        assert!(
+            shared < bound && shared < 1.5 * own,
+            "{layer:?}: {shared}, {own}"
+        );
     }
 }
 
