@@ -25,11 +25,13 @@ pub(crate) struct Geometry {
 }
 
 /// A mesh in world space.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub(crate) struct PlacedMesh {
     /// Its instance in the scene.
     pub index: usize,
     pub mesh: Shared<Mesh>,
+    /// What it was made from.
+    instance: Instance,
 }
 
 /// A mesh with its instances.
@@ -60,7 +62,16 @@ pub(crate) struct GeometrySize {
 }
 
 impl Geometry {
-    pub fn of(scene: &Scene) -> Geometry {
+    /// That of a scene: what lies in the scene's space is that of the geometry before, where it is the same.
+    pub fn of(scene: &Scene, before: Option<&Geometry>) -> Geometry {
+        let placed = before.iter().flat_map(|before| &before.placed);
+        let before: HashMap<usize, &PlacedMesh> =
+            placed.map(|placed| (placed.index, placed)).collect();
+        let placed_before = |index: usize, instance: &Instance| {
+            let placed = before.get(&index)?;
+            let is_same = placed.instance.is_same(instance);
+            is_same.then(|| placed.mesh.clone())
+        };
         let mut geometry = Geometry {
             placed: Vec::new(),
             shared: Vec::new(),
@@ -69,8 +80,12 @@ impl Geometry {
         for (index, (instance, is_shared)) in scene.meshes.iter().zip(are_shared(scene)).enumerate()
         {
             if !is_shared {
-                let mesh = instance.placed();
-                geometry.placed.push(PlacedMesh { index, mesh });
+                let mesh = placed_before(index, instance).unwrap_or_else(|| instance.placed());
+                geometry.placed.push(PlacedMesh {
+                    index,
+                    mesh,
+                    instance: instance.clone(),
+                });
                 continue;
             }
             let place = *places.entry(instance.mesh.id()).or_insert_with(|| {
@@ -82,6 +97,21 @@ impl Geometry {
             instances.push(SharedInstance { index, to_world });
         }
         geometry
+    }
+
+    pub fn placed_triangle_count(&self) -> u32 {
+        let counts = self.placed.iter().map(|placed| placed.mesh.triangles.len());
+        counts.sum::<usize>() as u32
+    }
+
+    /// Whether the device holds the same, but for where shared meshes are.
+    pub fn holds_the_same(&self, other: &Geometry) -> bool {
+        let placed = |a: &PlacedMesh, b: &PlacedMesh| a.index == b.index && a.mesh.ptr_eq(&b.mesh);
+        let shared = |a: &SharedMesh, b: &SharedMesh| {
+            a.mesh.ptr_eq(&b.mesh) && a.instances.len() == b.instances.len()
+        };
+        are_alike(&self.placed, &other.placed, placed)
+            && are_alike(&self.shared, &other.shared, shared)
     }
 
     /// All meshes, those in world space first.
@@ -112,8 +142,12 @@ impl GeometrySize {
     }
 }
 
+fn are_alike<T>(a: &[T], b: &[T], is_alike: impl Fn(&T, &T) -> bool) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| is_alike(a, b))
+}
+
 /// Whether each instance shares its mesh on the device.
-fn are_shared(scene: &Scene) -> Vec<bool> {
+pub(crate) fn are_shared(scene: &Scene) -> Vec<bool> {
     let mut counts = HashMap::new();
     for instance in &scene.meshes {
         *counts.entry(instance.mesh.id()).or_insert(0) += 1;

@@ -140,18 +140,16 @@ impl MeshTree {
         tree
     }
 
-    /// Over the triangles of a mesh in its own space, for the instances that are placed by these.
-    pub fn of_mesh(corners: &[[Vec3; 3]], to_local: &[DAffine3]) -> MeshTree {
-        let unit = to_local
-            .iter()
-            .map(unit_length)
-            .fold(f64::MIN_POSITIVE, f64::max);
-        // A power of two, so that the tree stays as it is where instances grow and shrink a little.
-        let slack = (f64::from(BOX_SLACK_OF_SHARED) * unit.log2().ceil().exp2()) as f32;
+    /// Over the triangles of a mesh in its own space, with the slack that its instances need.
+    pub fn of_mesh(corners: &[[Vec3; 3]], slack: f32) -> MeshTree {
         let mut tree = MeshTree::default();
         let all: Vec<u32> = (0..corners.len() as u32).collect();
         tree.grow(corners, &vec![0; corners.len()], &all, slack, None);
         tree
+    }
+
+    pub fn triangle_count(&self) -> u32 {
+        (self.triangles.len() / TRIANGLE_TEXELS) as u32
     }
 
     /// Adds the tree over some triangles.
@@ -300,12 +298,20 @@ impl RayTree {
         }
         TreeInstance {
             first_triangle: first_triangle as u32,
-            triangle_count: (mesh.tree.triangles.len() / TRIANGLE_TEXELS) as u32,
+            triangle_count: mesh.tree.triangle_count(),
             first_texel: first_texel as u32,
             node_end: (first_node + mesh.tree.nodes.len()) as u32,
             next_node: 0,
         }
     }
+}
+
+/// By how much the boxes of a mesh that is placed like this are larger than what they hold.
+pub(crate) fn slack_of_shared(to_local: &[DAffine3]) -> f32 {
+    let unit = to_local.iter().map(unit_length);
+    let unit = unit.fold(f64::MIN_POSITIVE, f64::max);
+    // A power of two, so that the tree stays as it is where instances grow and shrink a little.
+    (f64::from(BOX_SLACK_OF_SHARED) * unit.log2().ceil().exp2()) as f32
 }
 
 /// How long a length of 1 in the scene is in the space of a mesh, at most.
@@ -562,7 +568,7 @@ mod tests {
             })
             .collect();
         let own = corners();
-        let mesh = MeshTree::of_mesh(&own, &to_local);
+        let mesh = MeshTree::of_mesh(&own, slack_of_shared(&to_local));
         let scene = MeshTree::of_scene(&corners(), &[0; 101], true);
         let shared = SharedTree {
             tree: &mesh,

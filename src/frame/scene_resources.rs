@@ -5,13 +5,13 @@ use std::sync::Arc;
 use super::cache::Cached;
 use crate::{
     Error, LocalSpace, RayKernel, Result,
-    geometry::Geometry,
+    geometry::{Geometry, are_shared},
     passes::{
         Context,
         hits::HitSurfaces,
         instances::Instances,
         primary_rays,
-        rays::RayTriangles,
+        rays::{MeshTrees, RayTriangles},
         surface::Surfaces,
         textures::{TextureUses, Textures, uses_of},
     },
@@ -23,10 +23,11 @@ use crate::{
 #[derive(Default)]
 pub(crate) struct SceneResources {
     textures: Cached<TexturesKey, Arc<Textures>>,
-    geometry: Cached<SameMeshes, Geometry>,
+    geometry: Cached<GeometryKey, Arc<Geometry>>,
     surfaces: Cached<SurfacesKey, Surfaces>,
     /// Only where something casts rays.
     ray_tree: Cached<RayTreeKey, RayTriangles>,
+    mesh_trees: MeshTrees,
     /// Only where what they hit is shaded.
     hit_surfaces: Cached<SurfacesKey, HitSurfaces>,
     /// Only where the camera's lens distorts the image.
@@ -47,7 +48,7 @@ struct SurfacesKey {
     space: LocalSpace,
     is_smooth: bool,
     materials: Vec<Material>,
-    meshes: SameMeshes,
+    meshes: HeldMeshes,
     textures: TexturesKey,
 }
 
@@ -55,7 +56,7 @@ struct SurfacesKey {
 struct RayTreeKey {
     kernel: Option<RayKernel>,
     space: LocalSpace,
-    meshes: SameMeshes,
+    geometry: SameGeometry,
     /// The alpha texture of each material, and the textures, where there are cut-outs.
     cutouts: Option<(Vec<Option<usize>>, TexturesKey)>,
 }
@@ -72,15 +73,37 @@ impl<T> PartialEq for SameValues<T> {
     }
 }
 
-/// Equal where the very same meshes lie at the same places, in the same order.
-#[derive(Clone)]
-struct SameMeshes(Vec<Instance>);
+/// Equal where the very same meshes lie at the same places, in the same order, and are shared alike.
+#[derive(PartialEq)]
+struct GeometryKey {
+    instances: Vec<SameInstance>,
+    are_shared: Vec<bool>,
+}
 
-impl PartialEq for SameMeshes {
+struct SameInstance(Instance);
+
+impl PartialEq for SameInstance {
     fn eq(&self, other: &Self) -> bool {
-        let is_same =
-            |(a, b): (&Instance, &Instance)| a.mesh.ptr_eq(&b.mesh) && a.to_world == b.to_world;
-        self.0.len() == other.0.len() && self.0.iter().zip(&other.0).all(is_same)
+        self.0.is_same(&other.0)
+    }
+}
+
+/// Equal where the device holds the same meshes, wherever those are that instances share.
+#[derive(Clone)]
+struct HeldMeshes(Arc<Geometry>);
+
+impl PartialEq for HeldMeshes {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.holds_the_same(&other.0)
+    }
+}
+
+/// Equal where all meshes are the same and lie at the same places.
+struct SameGeometry(Arc<Geometry>);
+
+impl PartialEq for SameGeometry {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
     }
 }
 
@@ -94,7 +117,16 @@ impl SceneResources {
             space,
             ..
         } = *context;
-        let meshes = SameMeshes(scene.meshes.clone());
+        let instances = scene.meshes.iter().cloned().map(SameInstance);
+        let geometry_key = GeometryKey {
+            instances: instances.collect(),
+            are_shared: are_shared(scene),
+        };
+        let before = self.geometry.get().cloned();
+        self.geometry.drop_unless(&geometry_key);
+        let geometry = || Ok(Geometry::of(scene, before.as_deref()).into());
+        let (geometry, _) = self.geometry.get_or_make(geometry_key, geometry)?;
+        let geometry = geometry.clone();
         let textures_key = TexturesKey {
             is_textured: plan.is_textured,
             uses: uses_of(scene),
@@ -104,14 +136,14 @@ impl SceneResources {
             space: *space,
             is_smooth: plan.is_smooth,
             materials: scene.materials.clone(),
-            meshes: meshes.clone(),
+            meshes: HeldMeshes(geometry.clone()),
             textures: textures_key.clone(),
         };
         let kernel = plan.ray_kernel();
         let ray_tree_key = RayTreeKey {
             kernel,
             space: *space,
-            meshes,
+            geometry: SameGeometry(geometry.clone()),
             cutouts: plan.has_cutouts.then(|| {
                 let materials = scene.materials.iter();
                 let alpha = materials.map(|material| material.alpha_texture).collect();
@@ -119,12 +151,12 @@ impl SceneResources {
             }),
         };
         self.textures.drop_unless(&textures_key);
-        self.geometry.drop_unless(&ray_tree_key.meshes);
         self.surfaces.drop_unless(&surfaces_key);
         self.ray_tree.drop_unless(&ray_tree_key);
         self.hit_surfaces.drop_unless(&surfaces_key);
         if kernel.is_none() {
             self.ray_tree.take();
+            self.mesh_trees = MeshTrees::default();
         }
         if !plan.shades_hits() {
             self.hit_surfaces.take();
@@ -138,30 +170,34 @@ impl SceneResources {
                 false => Textures::default(),
             }))
         })?;
-        let geometry = || Ok(Geometry::of(scene));
-        let (geometry, _) = self
-            .geometry
-            .get_or_make(surfaces_key.meshes.clone(), geometry)?;
-        let instances = match kernel {
+        let (instances, are_moved) = match kernel {
             Some(kernel) => {
-                let tree = || RayTriangles::of(commands, scene, geometry, space, textures, kernel);
-                let (tree, _) = self.ray_tree.get_or_make(ray_tree_key, tree)?;
-                tree.instances.clone()
+                let by = (kernel, &mut self.mesh_trees);
+                let tree = || RayTriangles::of(commands, scene, &geometry, space, textures, by);
+                let (tree, is_new) = self.ray_tree.get_or_make(ray_tree_key, tree)?;
+                (
+                    tree.instances.clone(),
+                    is_new && !geometry.shared.is_empty(),
+                )
             }
             // Without rays no mesh is shared.
-            None => Arc::new(Instances::upload(commands, geometry, space, (&[], 0))?),
+            None => {
+                let none = Instances::upload(commands, &geometry, space, (&[], 0))?;
+                (Arc::new(none), false)
+            }
         };
-        let (_, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
+        let (surfaces, is_new) = self.surfaces.get_or_make(surfaces_key.clone(), || {
             let instanced = (&*geometry, &instances);
             Surfaces::upload(commands, scene, plan, space, textures, instanced)
         })?;
-        self.generation += u64::from(is_new);
+        surfaces.instances = instances;
+        self.generation += u64::from(is_new || are_moved);
         if plan.has_distortion {
             let lens = || primary_rays::upload_lens(commands, &scene.camera);
             self.lens_rays.get_or_make(lens_key, lens)?;
         }
         if plan.shades_hits() {
-            let hits = || HitSurfaces::upload(commands, scene, geometry, textures);
+            let hits = || HitSurfaces::upload(commands, scene, &geometry, textures);
             self.hit_surfaces.get_or_make(surfaces_key, hits)?;
         }
         Ok(())

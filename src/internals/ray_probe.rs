@@ -7,7 +7,10 @@ use glam::DVec3;
 use crate::{
     Device, LocalSpace, RayKernel, Result, Scene,
     geometry::Geometry,
-    passes::{rays::RayTriangles, textures::Textures},
+    passes::{
+        rays::{MeshTrees, RayTriangles},
+        textures::Textures,
+    },
     vulkan::{Buffer, BufferUse, CommandPool, Pipelines, TexelList, shaders::RayProbeParameters},
 };
 
@@ -66,8 +69,9 @@ impl RayProbe {
             true => Textures::upload(&commands, scene)?,
             false => Textures::default(),
         });
-        let geometry = Geometry::of(scene);
-        let tree = RayTriangles::of(&commands, scene, &geometry, &space, &textures, kernel)?;
+        let by = (kernel, &mut MeshTrees::default());
+        let geometry = Geometry::of(scene, None);
+        let tree = RayTriangles::of(&commands, scene, &geometry, &space, &textures, by)?;
         Ok(RayProbe {
             device: device.clone(),
             pipelines: Pipelines::new(device),

@@ -99,10 +99,13 @@ impl HitSurfaces {
             }
         }
         let mut end = 0;
-        let mesh_ends = geometry.placed.iter().map(|PlacedMesh { index, mesh }| {
-            end += mesh.triangles.len() as u32;
-            [end, 1 + *index as u32]
-        });
+        let mesh_ends = geometry
+            .placed
+            .iter()
+            .map(|PlacedMesh { index, mesh, .. }| {
+                end += mesh.triangles.len() as u32;
+                [end, 1 + *index as u32]
+            });
         let mesh_ends: Vec<[u32; 2]> = mesh_ends.collect();
         let words = triangles.as_flattened();
         let triangles = words.as_chunks().0.to_vec();

@@ -8,13 +8,13 @@ use super::instances::{Instances, rows_of};
 use super::textures::{Textures, halves_of_first_word};
 use crate::{
     RayKernel, Result, Scene,
-    geometry::{Geometry, GeometrySize, PlacedMesh},
+    geometry::{Geometry, GeometrySize, PlacedMesh, SharedMesh},
     local_space::LocalSpace,
     ray_tree::{
         HEADER_TEXELS, MeshTree, RayTree, SharedTree, TRIANGLE_TEXELS, Texel, TreeInstance,
-        corners_of, max_box_texels, max_triangle_texels, triangle_texels_in,
+        corners_of, max_box_texels, max_triangle_texels, slack_of_shared, triangle_texels_in,
     },
-    scene::Mesh,
+    scene::{Mesh, Shared},
     vulkan::{
         AccelerationStructure, Allocate, BufferUse, CommandPool, InstancedTriangles, Resource,
         TexelList,
@@ -114,12 +114,60 @@ fn cutouts_of(
     (numbers, texels)
 }
 
-/// The triangles of a shared mesh, in its own space.
-struct SharedTriangles {
-    corners: Vec<[Vec3; 3]>,
-    /// The place of its first triangle in the geometry.
-    first_place: u32,
-    to_local: Vec<DAffine3>,
+/// The trees of the frame before, which stay as they are where instances alone have moved, come or gone.
+#[derive(Default)]
+pub(crate) struct MeshTrees {
+    /// Of what lies in the scene's space, where there are instances.
+    scene: Option<(LocalSpace, Vec<Shared<Mesh>>, Arc<MeshTree>)>,
+    /// With the slack of their boxes.
+    shared: Vec<(Shared<Mesh>, f32, Arc<MeshTree>)>,
+}
+
+impl MeshTrees {
+    fn of_scene(&mut self, geometry: &Geometry, space: &LocalSpace) -> Arc<MeshTree> {
+        let placed = geometry.placed.iter().map(|placed| placed.mesh.clone());
+        let placed: Vec<Shared<Mesh>> = placed.collect();
+        let kept = self.scene.take();
+        let kept = kept.filter(|(of_space, meshes, _)| of_space == space && *meshes == placed);
+        let (_, _, tree) = self.scene.insert(kept.unwrap_or_else(|| {
+            let corners = corners_of_placed(geometry, space);
+            let tree = MeshTree::of_scene(&corners, &vec![0; corners.len()], true);
+            (*space, placed, tree.into())
+        }));
+        tree.clone()
+    }
+
+    /// Those that are not asked for again are dropped.
+    fn of_shared(&mut self, meshes: Vec<(&SharedMesh, f32)>) -> Vec<Arc<MeshTree>> {
+        let before = std::mem::take(&mut self.shared);
+        let tree_of = |(shared, slack): (&SharedMesh, f32)| {
+            let is_same = |kept: &&(Shared<Mesh>, f32, Arc<MeshTree>)| {
+                kept.0.ptr_eq(&shared.mesh) && kept.1 == slack
+            };
+            let kept = before.iter().find(is_same).cloned();
+            kept.unwrap_or_else(|| {
+                let corners = corners_of(&shared.mesh, &shared.space);
+                let tree = MeshTree::of_mesh(&corners, slack);
+                (shared.mesh.clone(), slack, tree.into())
+            })
+        };
+        self.shared = meshes.into_iter().map(tree_of).collect();
+        self.shared.iter().map(|(.., tree)| tree.clone()).collect()
+    }
+}
+
+fn corners_of_placed(geometry: &Geometry, space: &LocalSpace) -> Vec<[Vec3; 3]> {
+    let placed = geometry.placed.iter();
+    placed
+        .flat_map(|placed| corners_of(&placed.mesh, space))
+        .collect()
+}
+
+fn placements(mesh: &SharedMesh, space: &LocalSpace) -> Vec<DAffine3> {
+    let instances = mesh.instances.iter();
+    instances
+        .map(|instance| mesh.to_local(instance, space))
+        .collect()
 }
 
 /// What finds triangles, and these in the order in which it knows them.
@@ -133,23 +181,35 @@ struct Made {
 
 fn by_tree(
     commands: &CommandPool,
-    placed: &[[Vec3; 3]],
+    geometry: &Geometry,
+    space: &LocalSpace,
     cutouts: &[u32],
-    shared: Vec<SharedTriangles>,
+    trees: &mut MeshTrees,
 ) -> Result<Made> {
-    let scene = MeshTree::of_scene(placed, cutouts, !shared.is_empty());
-    let trees = shared.iter();
-    let trees: Vec<MeshTree> = trees
-        .map(|mesh| MeshTree::of_mesh(&mesh.corners, &mesh.to_local))
-        .collect();
-    let shared = shared.into_iter().zip(&trees);
-    let shared: Vec<SharedTree> = shared
-        .map(|(mesh, tree)| SharedTree {
+    let to_local = geometry.shared.iter().map(|mesh| placements(mesh, space));
+    let to_local: Vec<Vec<DAffine3>> = to_local.collect();
+    let scene = match geometry.shared.is_empty() {
+        true => {
+            *trees = MeshTrees::default();
+            let corners = corners_of_placed(geometry, space);
+            MeshTree::of_scene(&corners, cutouts, false).into()
+        }
+        false => trees.of_scene(geometry, space),
+    };
+    let with_slack = geometry.shared.iter().zip(&to_local);
+    let with_slack = with_slack.map(|(mesh, to_local)| (mesh, slack_of_shared(to_local)));
+    let trees = trees.of_shared(with_slack.collect());
+    let mut first_place = geometry.placed_triangle_count();
+    let shared = trees.iter().zip(to_local).map(|(tree, to_local)| {
+        let of_mesh = SharedTree {
             tree,
-            first_place: mesh.first_place,
-            to_local: mesh.to_local,
-        })
-        .collect();
+            first_place,
+            to_local,
+        };
+        first_place += tree.triangle_count();
+        of_mesh
+    });
+    let shared: Vec<SharedTree> = shared.collect();
     let tree = RayTree::over(&scene, &shared);
     Ok(Made {
         found_by: Finder::Tree {
@@ -166,30 +226,29 @@ fn by_tree(
 /// In each mesh those with cut-outs come last.
 fn by_device(
     commands: &CommandPool,
-    placed: &[[Vec3; 3]],
+    geometry: &Geometry,
+    space: &LocalSpace,
     cutouts: &[u32],
-    shared: &[SharedTriangles],
 ) -> Result<Made> {
-    let identity = [DAffine3::IDENTITY];
-    let placed_mesh = (placed, cutouts.to_vec(), 0, &identity[..]);
-    let meshes = shared.iter().map(|mesh| {
-        let without_cutouts = vec![0; mesh.corners.len()];
-        (
-            &mesh.corners[..],
-            without_cutouts,
-            mesh.first_place,
-            &mesh.to_local[..],
-        )
+    let placed = corners_of_placed(geometry, space);
+    let mut first_place = placed.len() as u32;
+    let placed = (placed, cutouts.to_vec(), 0, vec![DAffine3::IDENTITY]);
+    let shared = geometry.shared.iter().map(|mesh| {
+        let corners = corners_of(&mesh.mesh, &mesh.space);
+        let without_cutouts = vec![0; corners.len()];
+        let place = first_place;
+        first_place += corners.len() as u32;
+        (corners, without_cutouts, place, placements(mesh, space))
     });
     let (mut triangles, mut instances, mut levels) = (Vec::new(), Vec::new(), Vec::new());
-    for (corners, cutouts, first_place, to_local) in iter::once(placed_mesh).chain(meshes) {
+    for (corners, cutouts, first_place, to_local) in iter::once(placed).chain(shared) {
         let all = 0..corners.len() as u32;
         let (mut order, with_cutouts): (Vec<u32>, Vec<u32>) =
             all.partition(|&place| cutouts[place as usize] == 0);
         let whole_count = order.len();
         order.extend(with_cutouts);
         let first_triangle = triangles.len() / TRIANGLE_TEXELS;
-        triangles.extend(triangle_texels_in(&order, corners, &cutouts));
+        triangles.extend(triangle_texels_in(&order, &corners, &cutouts));
         for triangle in (first_triangle..).take(order.len()) {
             triangles[TRIANGLE_TEXELS * triangle + 3][0] += first_place as f32;
         }
@@ -230,33 +289,13 @@ impl RayTriangles {
         geometry: &Geometry,
         space: &LocalSpace,
         textures: &Arc<Textures>,
-        kernel: RayKernel,
+        (kernel, trees): (RayKernel, &mut MeshTrees),
     ) -> Result<RayTriangles> {
         let (cutouts, cutout_texels) = cutouts_of(scene, geometry, textures);
         let alpha_textures = (!cutout_texels.is_empty()).then(|| textures.clone());
-        let placed = geometry.placed.iter();
-        let placed: Vec<_> = placed
-            .flat_map(|placed| corners_of(&placed.mesh, space))
-            .collect();
-        let mut first_place = placed.len() as u32;
-        let shared = geometry.shared.iter();
-        let shared: Vec<SharedTriangles> = shared
-            .map(|mesh| {
-                let instances = mesh.instances.iter();
-                let to_local = instances.map(|instance| mesh.to_local(instance, space));
-                let corners = corners_of(&mesh.mesh, &mesh.space);
-                let first = first_place;
-                first_place += corners.len() as u32;
-                SharedTriangles {
-                    corners,
-                    first_place: first,
-                    to_local: to_local.collect(),
-                }
-            })
-            .collect();
         let mut made = match kernel {
-            RayKernel::Query => by_device(commands, &placed, &cutouts, &shared)?,
-            _ => by_tree(commands, &placed, &cutouts, shared)?,
+            RayKernel::Query => by_device(commands, geometry, space, &cutouts)?,
+            _ => by_tree(commands, geometry, space, &cutouts, trees)?,
         };
         let triangle_count = made.triangles.len() / TRIANGLE_TEXELS;
         if let Some(numbers) = made.triangles.get_mut(3) {
@@ -264,9 +303,9 @@ impl RayTriangles {
         }
         made.triangles.extend(cutout_texels);
         let instances = &made.instances;
-        let trees = (&instances[..], made.node_count);
+        let in_trees = (&instances[..], made.node_count);
         Ok(RayTriangles {
-            instances: Arc::new(Instances::upload(commands, geometry, space, trees)?),
+            instances: Arc::new(Instances::upload(commands, geometry, space, in_trees)?),
             triangles: TexelList::new(commands, "triangles for rays", made.triangles)?,
             is_instanced: !instances.is_empty(),
             triangle_count: triangle_count as u32,

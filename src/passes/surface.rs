@@ -26,7 +26,8 @@ pub(crate) struct Surfaces {
     normals: Arc<Buffer>,
     texcoords: Arc<Buffer>,
     textures: Arc<Textures>,
-    instances: Arc<Instances>,
+    /// Where those that share a mesh are: this alone changes where they move.
+    pub instances: Arc<Instances>,
     ranges: Vec<Range>,
 }
 
@@ -84,7 +85,7 @@ impl Surfaces {
         (geometry, instances): (&Geometry, &Arc<Instances>),
     ) -> Result<Surfaces> {
         let mut lists = Lists::default();
-        for PlacedMesh { index, mesh } in &geometry.placed {
+        for PlacedMesh { index, mesh, .. } in &geometry.placed {
             lists.add(scene, plan, (space, textures), (*index, [0, 1]), mesh);
         }
         let mut first = 1;

@@ -24,6 +24,11 @@ impl Instance {
         self.to_world == DAffine3::IDENTITY
     }
 
+    /// Whether it is the very same mesh at the same place.
+    pub(crate) fn is_same(&self, other: &Instance) -> bool {
+        self.mesh.ptr_eq(&other.mesh) && self.to_world == other.to_world
+    }
+
     /// The mesh in world space: the same one where that is its own space, else a copy.
     pub fn placed(&self) -> Shared<Mesh> {
         if self.is_in_world_space() {

@@ -1,11 +1,12 @@
 //! What a renderer keeps from frame to frame shows in no image, and spares the passes whose input has not changed.
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
+use crate::common::instances::crowd;
 use camlux::{
     Device, DeviceOptions, Renderer, Scene,
-    glam::DVec3,
+    glam::{DAffine3, DVec3},
     output::{Frame, Layer},
-    scene::{IndirectLight, Light, Shadow, Shared, VplSum},
+    scene::{IndirectLight, Light, Mesh, Shadow, Shared, VplSum},
 };
 
 fn final_gather(mut scene: Scene) -> Scene {
@@ -196,6 +197,64 @@ fn what_is_kept_does_not_show() {
             let other = anew.render(&scene, &mut Default::default());
             assert_same(what, &frame, &other.expect("it renders"));
         }
+    }
+}
+
+/// Instances move, come and go, by rays and by maps, for which each has a copy of its mesh.
+#[test]
+fn what_is_kept_of_instances_does_not_show() {
+    let mut gpu = Gpu::open();
+    let mut anew = Renderer::new(&gpu.device).expect("a renderer");
+    let move_last: Change = |scene| {
+        let last = scene.meshes.last_mut().expect("instances");
+        last.to_world.translation += DVec3::new(0.05, 0.02, -0.03);
+    };
+    let changes: [(&str, Change); 11] = [
+        ("nothing", |_| {}),
+        ("moved", move_last),
+        ("turned and smaller", |scene| {
+            let turn = DAffine3::from_rotation_y(0.4) * DAffine3::from_scale(DVec3::splat(0.9));
+            scene.meshes[1].to_world = scene.meshes[1].to_world * turn;
+        }),
+        ("light", |scene| {
+            shift(&mut scene.lights[0], DVec3::new(0.03, -0.02, 0.0));
+        }),
+        ("removed", |scene| {
+            scene.meshes.remove(2);
+        }),
+        ("added", |scene| {
+            let mut again = scene.meshes[1].clone();
+            again.to_world.translation.x += 0.3;
+            scene.meshes.push(again);
+        }),
+        ("deformed", |scene| {
+            let before = scene.meshes[1].mesh.clone();
+            let mut deformed = Mesh::clone(&before);
+            deformed
+                .positions_m
+                .iter_mut()
+                .for_each(|at_m| at_m.y *= 1.1);
+            let deformed = Shared::from(deformed);
+            for instance in scene.meshes.iter_mut().filter(|i| i.mesh.ptr_eq(&before)) {
+                instance.mesh = deformed.clone();
+            }
+        }),
+        ("material", |scene| scene.materials[0].kd = [0.1, 0.7, 0.3]),
+        ("by maps", |scene| {
+            scene.indirect = None;
+            scene.direct.shadow = Some(Shadow::Map);
+        }),
+        ("moved by maps", move_last),
+        ("by rays", |scene| scene.direct.shadow = Some(Shadow::Rays)),
+    ];
+    let mut scene = final_gather(crowd([24, 24]));
+    for (what, change) in changes {
+        change(&mut scene);
+        let frame = gpu.render(&scene);
+        assert_is_lit(&frame, Layer::Direct);
+        anew.forget();
+        let other = anew.render(&scene, &mut Default::default());
+        assert_same(what, &frame, &other.expect("it renders"));
     }
 }
 
