@@ -1,5 +1,6 @@
 //! Box and sphere around the surfaces.
 
+use crate::common::instances::crowd;
 use crate::common::scene_folder::{CAMERA, LIGHT, MESH, SceneFolder, TRIANGLE};
 use camlux::scene::Scene;
 use glam::{DMat3, DVec3};
@@ -83,4 +84,17 @@ fn bounding_sphere_of_a_quad_and_of_no_area() {
     let sphere = load_obj(&line).bounding_sphere().unwrap();
     assert_near(sphere.centre_m, DVec3::X, ROUNDING);
     assert!((sphere.radius_m - 1.0).abs() < ROUNDING);
+}
+
+/// By what is known of their meshes where these are turned and scaled alike along all axes, and triangle by triangle where they are stretched.
+#[test]
+fn instances_have_the_bounds_of_their_copies() {
+    let scene = crowd([8, 8]);
+    let copies = scene.flattened();
+    let [bounds, expected] = [&scene, &copies].map(|scene| scene.bounding_box().unwrap());
+    assert_near(bounds.min_m, expected.min_m, ROUNDING);
+    assert_near(bounds.max_m, expected.max_m, ROUNDING);
+    let [sphere, expected] = [&scene, &copies].map(|scene| scene.bounding_sphere().unwrap());
+    assert_near(sphere.centre_m, expected.centre_m, 10.0 * ROUNDING);
+    assert!((sphere.radius_m - expected.radius_m).abs() < 10.0 * ROUNDING);
 }
