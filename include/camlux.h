@@ -1230,7 +1230,8 @@ camlux_status camlux_scene_get_pose(camlux_scene *scene,
 /**
  * Places a mesh in the scene. The layer CAMLUX_LAYER_INSTANCE_ID holds 1 + the instance's index.
  *
- * \param mesh the index of a mesh. It may be placed any number of times; without an instance it is not there.
+ * \param mesh the index of a mesh. It may be placed any number of times, and its instances share it in memory and on the device; without an
+ * instance it is not there.
  * \param pose NULL: where it is.
  * \param index receives the instance's index; may be NULL.
  * \errors CAMLUX_ERROR_INVALID_HANDLE; CAMLUX_ERROR_INVALID_ARGUMENT; CAMLUX_ERROR_SCENE for a pose that is none or takes the mesh

@@ -3,7 +3,7 @@
 //! What lies in the scene's space is found faster by rays. What is shared takes the memory of one mesh, and may be moved
 //! without being copied.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DMat3, DVec3};
 
@@ -14,8 +14,8 @@ use crate::{
 
 /// Smaller meshes are copied into the scene's space for each instance.
 const LEAST_SHARED_TRIANGLES: usize = 256;
-/// A shared mesh may be stretched by the square root of this, one axis against another: f32 has no digits for more.
-const MOST_STRETCH: f64 = 1e4;
+/// How much more than along another axis a shared mesh may be stretched along one: f32 has no digits for more.
+const MOST_STRETCH: f64 = 200.0;
 
 /// The meshes of a valid scene.
 #[derive(Debug)]
@@ -57,7 +57,6 @@ pub(crate) struct GeometrySize {
     pub triangles: u64,
     pub vertices: u64,
     pub meshes: u64,
-    pub shared_meshes: u64,
     pub shared_instances: u64,
 }
 
@@ -125,14 +124,11 @@ impl GeometrySize {
     /// Without making it.
     pub fn of(scene: &Scene) -> GeometrySize {
         let mut size = GeometrySize::default();
-        let mut seen = std::collections::HashSet::new();
+        let mut seen = HashSet::new();
         for (instance, is_shared) in scene.meshes.iter().zip(are_shared(scene)) {
             size.shared_instances += u64::from(is_shared);
-            if is_shared {
-                if !seen.insert(instance.mesh.id()) {
-                    continue;
-                }
-                size.shared_meshes += 1;
+            if is_shared && !seen.insert(instance.mesh.id()) {
+                continue;
             }
             size.meshes += 1;
             size.triangles += instance.triangles.len() as u64;
@@ -170,7 +166,8 @@ fn is_even(linear: DMat3) -> bool {
         let columns = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
         columns.map(DVec3::length_squared).iter().sum::<f64>()
     };
-    size(linear) * size(linear.inverse()) < 9.0 * MOST_STRETCH
+    // Of a matrix that stretches one axis by s, about 2s²; of one that flattens, NaN or more.
+    size(linear) * size(linear.inverse()) < 2.0 * MOST_STRETCH.powi(2)
 }
 
 /// Whether a scene has meshes that instances share on the device.

@@ -132,6 +132,10 @@ impl fmt::Display for Plan {
                 self.has_cutouts,
                 "cut-outs: no such material has an alpha texture",
             ),
+            (
+                self.has_shared_meshes,
+                "shared meshes: no larger mesh is placed several times, or away from its own space",
+            ),
             (has_maps, "shadow maps: rays find shadows"),
             (
                 self.ray_kernel().is_some(),

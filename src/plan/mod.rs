@@ -47,6 +47,8 @@ pub struct Plan {
     pub is_bumped: bool,
     /// Some visible material has an alpha texture; then all surfaces that rays hit are shaded as if they had maps of normals.
     pub has_cutouts: bool,
+    /// Whether instances share meshes on the device.
+    pub has_shared_meshes: bool,
     /// The camera's lens distorts the image.
     pub has_distortion: bool,
     /// How light is averaged over the pixels.
@@ -217,6 +219,7 @@ impl Plan {
         };
         let is_bumped = meshes().any(|mesh| has_material(mesh, |m| m.normal_texture.is_some()));
         let has_cutouts = scene.has_cutouts();
+        let has_shared_meshes = has_shared_meshes(scene);
         let bounds = scene.bounding_sphere_or_unit();
         // The faces do not depend on the texels.
         let faces = |light: &Light| EmissionDomain::new(light, 1, &bounds).faces.len();
@@ -234,8 +237,7 @@ impl Plan {
         // What is left of a triangle with cut-outs is no triangle, which the test by a map takes it for.
         // Nor is a light with an area a point, which a map has seen all from.
         // A map names a triangle, and not on which instance.
-        let has_rays =
-            has_rays || has_cutouts || scene.has_area_light() || has_shared_meshes(scene);
+        let has_rays = has_rays || has_cutouts || scene.has_area_light() || has_shared_meshes;
         let shadow = scene.direct.shadow.unwrap_or(match has_rays {
             true => Shadow::Rays,
             false => Shadow::Map,
@@ -265,6 +267,7 @@ impl Plan {
             is_textured: meshes().any(|mesh| has_material(mesh, Material::has_texture)),
             is_bumped,
             has_cutouts,
+            has_shared_meshes,
             has_distortion: scene.camera.distortion().is_some(),
             pixel_sampling: scene.camera.pixel_sampling,
             primary_rays,

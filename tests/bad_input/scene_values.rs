@@ -477,6 +477,18 @@ fn scenes_from_slices_are_validated() {
             "mesh 0 (\"floor\"): vertex 2 is [0, 1, inf]",
         ),
         (
+            Box::new(|s| s.meshes[0].to_world.translation.x = NAN),
+            "instance 0: position is [NaN, 0, 0]",
+        ),
+        (
+            Box::new(|s| s.meshes[0].to_world.matrix3.y_axis.z = f64::INFINITY),
+            "instance 0: to_world is",
+        ),
+        (
+            Box::new(|s| s.meshes[0].to_world.matrix3 *= 1e13),
+            "instance 0: a corner of its box is",
+        ),
+        (
             Box::new(|s| s.meshes[0].triangles[0][2] = 3),
             "mesh 0 (\"floor\"): triangle 0 has vertices [0, 1, 3] of 3",
         ),

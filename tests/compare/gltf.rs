@@ -210,6 +210,11 @@ fn nodes_place_meshes_lights_and_cameras() {
     let scene = load(&folder, "[[mesh]]\npath = \"room.glb\"\n");
     let names: Vec<&str> = scene.meshes.iter().map(|mesh| mesh.name.as_str()).collect();
     assert_eq!(names, ["room.glb#inner", "room.glb#node4"]);
+    assert!(
+        scene.meshes[0].ptr_eq(&scene.meshes[1]),
+        "they share a mesh"
+    );
+    let scene = scene.flattened();
     // x to -z and z to x, twice as large, and away.
     let turn = DQuat::from_rotation_y(std::f64::consts::FRAC_PI_2);
     let placed = |p: DVec3| turn * (2.0 * (p + DVec3::Z)) + DVec3::new(1.0, 2.0, 3.0);

@@ -64,7 +64,7 @@ fn one_texture_file_is_loaded_once() {
     );
     folder.write("mesh.obj", format!("{TRIANGLE}usemtl dark\nf 1 2 3\n"));
     let scene = folder
-        .load(&format!("{CAMERA}{LIGHT}{MESH}{MESH}"))
+        .load(&format!("{CAMERA}{LIGHT}{MESH}{MESH}flat = true\n"))
         .unwrap();
     assert_eq!(scene.textures.len(), 1);
     assert_eq!(scene.materials.len(), 4);
