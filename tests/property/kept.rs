@@ -214,7 +214,7 @@ fn what_is_kept_of_instances_does_not_show() {
         ("moved", move_last),
         ("turned and smaller", |scene| {
             let turn = DAffine3::from_rotation_y(0.4) * DAffine3::from_scale(DVec3::splat(0.9));
-            scene.meshes[1].to_world = scene.meshes[1].to_world * turn;
+            scene.meshes[1].to_world *= turn;
         }),
         ("light", |scene| {
             shift(&mut scene.lights[0], DVec3::new(0.03, -0.02, 0.0));
