@@ -125,14 +125,10 @@ fn compute_main(@builtin(global_invocation_id) global: vec3<u32>) {
 
 fn mesh_id_at(seen: u32) -> u32 {
     let instance = located(seen).instance;
-    var id: u32;
-    for (var i = 0u; i < min(instance, 1u); i++) {
-        id = mesh_id_of(instance);
+    if (instance > 0u) {
+        return mesh_id_of(instance);
     }
-    for (var i = min(instance, 1u); i < 1u; i++) {
-        id = mesh_ends[mesh_of(scene_triangle(seen))].y;
-    }
-    return id;
+    return mesh_ends[mesh_of(scene_triangle(seen))].y;
 }
 
 // The first mesh that ends behind the triangle.

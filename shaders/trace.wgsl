@@ -243,9 +243,7 @@ fn hit_of(intersection: RayIntersection) -> u32 {
 #endif
 #if CUTOUT
     // Triangles with cut-outs are the second geometry.
-    for (var i = 0u; i < intersection.geometry_index; i++) {
-        hit += u32(triangle_texel(4u * located(hit - intersection.primitive_index).triangle + 3u).z);
-    }
+    hit += select(0u, u32(triangle_texel(3u).z), intersection.geometry_index == 1u);
 #endif
     return hit;
 }
@@ -253,7 +251,7 @@ fn hit_of(intersection: RayIntersection) -> u32 {
 // Of a triangle that the ray meets.
 fn is_solid(intersection: RayIntersection) -> bool {
 #if CUTOUT
-    let cutout = cutout_of(located(hit_of(intersection)).triangle);
+    let cutout = cutout_of(hit_of(intersection));
     let b = intersection.barycentrics;
     return cutout == 0u || !is_hole(cutout, vec3<f32>(1.0 - b.x - b.y, b));
 #else
@@ -428,6 +426,11 @@ fn is_in_scene(w: u32) -> bool {
     return traversals[w].instance == 0u;
 }
 
+// Whether the leaf that waits is that of an instance.
+fn is_at_instance(w: u32) -> bool {
+    return (traversals[w].leaf & LEAF_INSTANCE) != 0u;
+}
+
 fn vector_in_tree(w: u32) -> vec3<f32> {
     return traversals[w].own_vector;
 }
@@ -448,7 +451,7 @@ fn hit_in_tree(w: u32, triangle: u32) -> u32 {
 // into the space of its tree. Returns where its grid begins in ray_boxes.
 fn enter_tree(w: u32, end: vec4<f32>, is_to_light: bool) -> u32 {
     let traversal = traversals[w];
-    let is_entry = (traversal.leaf & LEAF_INSTANCE) != 0u;
+    let is_entry = is_at_instance(w);
     let is_exit = (traversal.instance != 0u) & (traversal.node >= traversal.node_end) & (traversal.leaf == 0u);
     let instance = select(select(traversal.instance, 0u, is_exit), 1u + (traversal.leaf & ~LEAF_FLAGS), is_entry);
     let tree = instance_texel(instance, 6u);
@@ -477,6 +480,10 @@ fn tree_end(w: u32, node_count: u32) -> u32 {
 
 fn is_in_scene(w: u32) -> bool {
     return true;
+}
+
+fn is_at_instance(w: u32) -> bool {
+    return false;
 }
 
 fn vector_in_tree(w: u32) -> vec3<f32> {
@@ -618,7 +625,7 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
         for (var w = 0u; w < TRAVERSALS; w++) {
             let triangle = traversals[w].leaf & ~LEAF_FLAGS;
             // That of an instance stays.
-            let is_triangle = (traversals[w].leaf != 0u) & ((traversals[w].leaf & LEAF_INSTANCE) == 0u);
+            let is_triangle = (traversals[w].leaf != 0u) & !is_at_instance(w);
             let corners = corners_at(triangle);
             var inverse_t: f32;
             if (is_to_light) {
@@ -635,16 +642,15 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
 #else
             take_hit(w, triangle, inverse_t, is_nearer);
 #endif
-            traversals[w].leaf = select(traversals[w].leaf, 0u, is_triangle);
+            traversals[w].leaf = select(0u, traversals[w].leaf, is_at_instance(w));
         }
 #if CUTOUT
         // A loop that most rays do not enter: drivers that compute both sides of a branch would have all of them pay.
         for (var i = 0u; i < select(0u, 1u, doubtful[0] > 0.0) + select(0u, 1u, doubtful[1] > 0.0); i++) {
             let is_first = (i == 0u) & (doubtful[0] > 0.0);
             let triangle = select(doubtful_triangle[1], doubtful_triangle[0], is_first);
-            let vector = select(vector_in_tree(1u), vector_in_tree(0u), is_first);
-            let own_end = select(end_in_tree(1u, end), end_in_tree(0u, end), is_first);
-            let is_there = !is_hole(cutout_of(triangle), weights_of(corners_at(triangle), vector, own_end, is_to_light));
+            let vector = select(traversals[1].vector, traversals[0].vector, is_first);
+            let is_there = !is_hole(cutout_of(triangle), weights_of(corners_at(triangle), vector, end, is_to_light));
             take_hit(0u, triangle, doubtful[0], is_there & is_first);
             take_hit(1u, triangle, doubtful[1], is_there & !is_first);
         }

@@ -186,25 +186,28 @@ fn what_new_memory_holds_does_not_show() {
 #[test]
 fn what_is_kept_does_not_show() {
     let mut gpu = Gpu::open();
+    for scene in scenes() {
+        assert_changes_leave_nothing(&mut gpu, scene, &changes());
+    }
+}
+
+/// One change after the other, against a renderer that has kept nothing.
+fn assert_changes_leave_nothing(gpu: &mut Gpu, mut scene: Scene, changes: &[(&str, Change)]) {
     let mut anew = Renderer::new(&gpu.device).expect("a renderer");
-    for mut scene in scenes() {
-        for (what, change) in changes() {
-            change(&mut scene);
-            let frame = gpu.render(&scene);
-            assert_is_lit(&frame, Layer::Direct);
-            // All but its pipelines.
-            anew.forget();
-            let other = anew.render(&scene, &mut Default::default());
-            assert_same(what, &frame, &other.expect("it renders"));
-        }
+    for (what, change) in changes {
+        change(&mut scene);
+        let frame = gpu.render(&scene);
+        assert_is_lit(&frame, Layer::Direct);
+        // All but its pipelines.
+        anew.forget();
+        let other = anew.render(&scene, &mut Default::default());
+        assert_same(what, &frame, &other.expect("it renders"));
     }
 }
 
 /// Instances move, come and go, by rays and by maps, for which each has a copy of its mesh.
 #[test]
 fn what_is_kept_of_instances_does_not_show() {
-    let mut gpu = Gpu::open();
-    let mut anew = Renderer::new(&gpu.device).expect("a renderer");
     let move_last: Change = |scene| {
         let last = scene.meshes.last_mut().expect("instances");
         last.to_world.translation += DVec3::new(0.05, 0.02, -0.03);
@@ -247,15 +250,8 @@ fn what_is_kept_of_instances_does_not_show() {
         ("moved by maps", move_last),
         ("by rays", |scene| scene.direct.shadow = Some(Shadow::Rays)),
     ];
-    let mut scene = final_gather(crowd([24, 24]));
-    for (what, change) in changes {
-        change(&mut scene);
-        let frame = gpu.render(&scene);
-        assert_is_lit(&frame, Layer::Direct);
-        anew.forget();
-        let other = anew.render(&scene, &mut Default::default());
-        assert_same(what, &frame, &other.expect("it renders"));
-    }
+    let scene = final_gather(crowd([24, 24]));
+    assert_changes_leave_nothing(&mut Gpu::open(), scene, &changes);
 }
 
 fn passes(frame: &Frame) -> Vec<&'static str> {
