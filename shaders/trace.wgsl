@@ -578,6 +578,12 @@ fn greater1(a: f32, b: f32) -> f32 {
     return select(b, a, a > b);
 }
 
+// Of triangles at one distance a ray hits the first, whichever box it meets first: how a tree is built shows in no image.
+fn is_before(hit: u32, other: u32) -> bool {
+    // NOTHING_HIT is before all.
+    return bitcast<i32>(hit) < bitcast<i32>(other);
+}
+
 fn take_hit(w: u32, triangle: u32, inverse_t: f32, is_nearer: bool) {
     traversals[w].hit = select(traversals[w].hit, hit_in_tree(w, triangle), is_nearer);
     traversals[w].inverse_t = select(traversals[w].inverse_t, inverse_t, is_nearer);
@@ -633,7 +639,8 @@ fn traverse(end: vec4<f32>, is_to_light: bool, is_any: bool) {
             } else {
                 inverse_t = inverse_t_of(planes_from_origin(corners, end_in_tree(w, end).xyz, unit_in_tree(w)), vector_in_tree(w));
             }
-            let is_nearer = (inverse_t > traversals[w].inverse_t) & is_triangle;
+            let is_nearer = is_triangle & ((inverse_t > traversals[w].inverse_t)
+                | ((inverse_t == traversals[w].inverse_t) & is_before(hit_in_tree(w, triangle), traversals[w].hit)));
 #if CUTOUT
             let is_doubtful = is_nearer & ((traversals[w].leaf & LEAF_CUTOUT) != 0u);
             doubtful[w] = select(0.0, inverse_t, is_doubtful);

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use glam::{BVec3, DAffine3, DVec3, Vec3};
+use glam::{BVec3, DAffine3, DVec3, UVec3, Vec3, Vec3A};
 use obvhs::{
     BvhBuildParams,
     aabb::Aabb,
@@ -34,6 +34,8 @@ const LEAF_INSTANCE: u32 = 1 << 28;
 pub(crate) const HEADER_TEXELS: usize = 3;
 /// Levels of a shared mesh's tree whose boxes tell how far its instances reach.
 const COVER_LEVELS: u32 = 6;
+/// By how much the boxes of a tree may grow before it is built again, over that of the whole: rays go through it about as much longer.
+const MOST_GROWTH: f32 = 1.1;
 /// Steps of the grid that boxes are rounded to, along an axis. Below 2¹⁵, so that no pair of them is the bits of a NaN.
 const GRID_STEPS: f32 = 32_000.0;
 /// By how much a box is larger than what it holds, local units. The ray that the triangle test sees is off by up to 16
@@ -63,10 +65,16 @@ pub(crate) fn max_box_texels(triangle_count: u64, instance_count: u64) -> u64 {
 /// The triangles of the scene's space or of a shared mesh, and a tree over them.
 #[derive(Debug, Default)]
 pub(crate) struct MeshTree {
-    /// Groups of triangles that stand alone.
+    /// Triangles that stand alone.
+    facets: Vec<u32>,
     group_count: u32,
-    /// Those that stand alone, filled up with triangles without area; then those of the leaves.
+    /// Those that stand alone, filled up with triangles without area; then the others. Both in an order that does not depend on the tree, for of
+    /// triangles that a ray meets at one distance the first is hit.
     triangles: Vec<Texel>,
+    pub has_instances: bool,
+    slack: f32,
+    /// Of the boxes when the tree was built.
+    built_cost: f32,
     grid: Grid,
     /// Depth first: pairs of 16 bits for x, y and z, low corner | high corner << 16, and what follows the subtree, or a leaf's one triangle.
     nodes: Vec<Texel>,
@@ -125,66 +133,160 @@ impl MeshTree {
         let mut triangles = triangle_texels_in(&facets, corners, cutouts);
         let group_count = facets.len().div_ceil(GROUP).max(1);
         triangles.resize(group_count * GROUP * TRIANGLE_TEXELS, [0.0; 4]);
+        let whole = Aabb::from_points(&[Vec3A::NEG_ONE, Vec3A::ONE]);
         let mut tree = MeshTree {
+            facets,
             group_count: group_count as u32,
             triangles,
+            has_instances,
+            slack: BOX_SLACK,
+            grid: Grid::around(whole, BOX_SLACK),
             ..MeshTree::default()
         };
-        let grid = has_instances.then(|| {
-            Grid::around(
-                Aabb::from_points(&[Vec3::NEG_ONE.into(), Vec3::ONE.into()]),
-                BOX_SLACK,
-            )
-        });
-        tree.grow(corners, cutouts, &others, BOX_SLACK, grid);
+        tree.grow(corners, cutouts, &others);
         tree
     }
 
     /// Over the triangles of a mesh in its own space, with the slack that its instances need.
     pub fn of_mesh(corners: &[[Vec3; 3]], slack: f32) -> MeshTree {
-        let mut tree = MeshTree::default();
+        let mut tree = MeshTree {
+            slack,
+            ..MeshTree::default()
+        };
         let all: Vec<u32> = (0..corners.len() as u32).collect();
-        tree.grow(corners, &vec![0; corners.len()], &all, slack, None);
+        tree.grow(corners, &vec![0; corners.len()], &all);
         tree
+    }
+
+    /// Moves the triangles and fits the boxes to them. False where a new tree is better: the boxes have grown, or other triangles stand alone
+    /// or have cut-outs. Such a tree is to be dropped.
+    pub fn refit_scene(
+        &mut self,
+        corners: &[[Vec3; 3]],
+        cutouts: &[u32],
+        has_instances: bool,
+    ) -> bool {
+        if self.has_instances != has_instances {
+            return false;
+        }
+        let (facets, others) = facets_and_others(corners, cutouts);
+        facets == self.facets && self.refit(corners, cutouts, &others)
+    }
+
+    /// The same of [`of_mesh`](MeshTree::of_mesh).
+    pub fn refit_mesh(&mut self, corners: &[[Vec3; 3]], slack: f32) -> bool {
+        let all: Vec<u32> = (0..corners.len() as u32).collect();
+        self.slack == slack && self.refit(corners, &vec![0; corners.len()], &all)
     }
 
     pub fn triangle_count(&self) -> u32 {
         (self.triangles.len() / TRIANGLE_TEXELS) as u32
     }
 
+    /// Of those of the leaves.
+    fn first_triangle(&self) -> usize {
+        self.group_count as usize * GROUP
+    }
+
     /// Adds the tree over some triangles.
-    fn grow(
-        &mut self,
-        corners: &[[Vec3; 3]],
-        cutouts: &[u32],
-        places: &[u32],
-        slack: f32,
-        grid: Option<Grid>,
-    ) {
-        if places.is_empty() {
-            self.grid = grid.unwrap_or_default();
+    fn grow(&mut self, corners: &[[Vec3; 3]], cutouts: &[u32], others: &[u32]) {
+        let first = self.triangle_count();
+        self.triangles
+            .extend(triangle_texels_in(others, corners, cutouts));
+        if others.is_empty() {
             return;
         }
         let triangle = |&place: &u32| {
             let [v0, v1, v2] = corners[place as usize].map(Into::into);
             Triangle { v0, v1, v2 }
         };
-        let inputs: Vec<Triangle> = places.iter().map(triangle).collect();
+        let inputs: Vec<Triangle> = others.iter().map(triangle).collect();
         let tree = build_bvh2_from_tris(&inputs, build_parameters(), &mut Duration::default());
-        let first = (self.triangles.len() / TRIANGLE_TEXELS) as u32;
-        let in_order = tree.primitive_indices.iter();
-        let in_order: Vec<u32> = in_order.map(|&index| places[index as usize]).collect();
-        self.triangles
-            .extend(triangle_texels_in(&in_order, corners, cutouts));
-        self.grid = grid.unwrap_or_else(|| Grid::around(tree.nodes[0].aabb, slack));
+        self.fit_grid(tree.nodes[0].aabb);
         let leaf = |node: &Bvh2Node| {
-            let cutout = match cutouts[in_order[node.first_index as usize] as usize] {
+            let index = tree.primitive_indices[node.first_index as usize];
+            let cutout = match cutouts[others[index as usize] as usize] {
                 0 => 0,
                 _ => LEAF_CUTOUT,
             };
-            LEAF | cutout | (first + node.first_index)
+            LEAF | cutout | (first + index)
         };
-        self.nodes = flatten(&tree, leaf, &self.grid, slack);
+        self.nodes = flatten(&tree, leaf, &self.grid, self.slack);
+        let inner = tree.nodes.iter().filter(|node| !node.is_leaf());
+        self.built_cost = cost(inner.map(|node| node.aabb), &tree.nodes[0].aabb);
+    }
+
+    fn refit(&mut self, corners: &[[Vec3; 3]], cutouts: &[u32], others: &[u32]) -> bool {
+        let first = self.first_triangle();
+        let facets = (0..).zip(&self.facets);
+        let numbers = facets.chain((first..).zip(others));
+        let (triangles, _) = self.triangles.as_chunks_mut::<TRIANGLE_TEXELS>();
+        if first + others.len() != triangles.len() {
+            return false;
+        }
+        for (at, &place) in numbers {
+            let [of_corners @ .., numbers] = &triangles[at];
+            let had_cutouts = numbers[1] > 0.0;
+            let place_corners = corners[place as usize];
+            let cutout = cutouts[place as usize];
+            if had_cutouts != (cutout > 0) {
+                return false;
+            }
+            let is_there = of_corners
+                .iter()
+                .zip(&place_corners)
+                .all(|(texel, corner)| texel[..3] == corner.to_array());
+            if is_there && numbers[1] == cutout as f32 {
+                continue;
+            }
+            triangles[at] = triangle_texels(place_corners, [place, cutout]);
+        }
+        let Some(boxes) = self.fitted_boxes(corners, others) else {
+            return true;
+        };
+        let is_inner = |node: &usize| self.nodes[*node][3].to_bits() & LEAF == 0;
+        let inner = (0..boxes.len()).filter(is_inner);
+        let grown = cost(inner.map(|node| boxes[node]), &boxes[0]) / self.built_cost;
+        if grown > MOST_GROWTH {
+            return false;
+        }
+        self.fit_grid(boxes[0]);
+        for (texel, bounds) in self.nodes.iter_mut().zip(&boxes) {
+            let [x, y, z] = self.grid.words(bounds, self.slack);
+            *texel = [x, y, z, texel[3]];
+        }
+        true
+    }
+
+    /// Beside instances it stays that of the whole scene.
+    fn fit_grid(&mut self, bounds: Aabb) {
+        if !self.has_instances {
+            self.grid = Grid::around(bounds, self.slack);
+        }
+    }
+
+    /// The least box around the triangles below each node. None without nodes.
+    fn fitted_boxes(&self, corners: &[[Vec3; 3]], others: &[u32]) -> Option<Vec<Aabb>> {
+        let first = self.first_triangle();
+        let mut boxes = vec![Aabb::empty(); self.nodes.len()];
+        for node in (0..self.nodes.len()).rev() {
+            boxes[node] = match self.nodes[node][3].to_bits() {
+                word if word & LEAF != 0 => {
+                    let place = others[(word & !(LEAF | LEAF_CUTOUT)) as usize - first];
+                    Aabb::from_points(&corners[place as usize].map(Vec3A::from))
+                }
+                _ => boxes[node + 1].union(&boxes[self.second_child(node)]),
+            };
+        }
+        (!boxes.is_empty()).then_some(boxes)
+    }
+
+    /// Of a node with children. The first one follows the node, and the second one the first one's subtree.
+    fn second_child(&self, node: usize) -> usize {
+        match self.nodes[node + 1][3].to_bits() {
+            word if word & LEAF != 0 => node + 2,
+            next => next as usize,
+        }
     }
 
     /// Boxes that hold all of it: those of its first levels.
@@ -197,14 +299,8 @@ impl MeshTree {
                 boxes.push(self.grid.box_of(texel));
                 continue;
             }
-            // The second child is what follows the first one's subtree.
-            let first = self.nodes[node + 1][3].to_bits();
-            let second = if first & LEAF != 0 {
-                node + 2
-            } else {
-                first as usize
-            };
-            open.extend([(node + 1, levels - 1), (second, levels - 1)]);
+            let children = [node + 1, self.second_child(node)];
+            open.extend(children.map(|child| (child, levels - 1)));
         }
         boxes
     }
@@ -362,10 +458,15 @@ impl Grid {
         let (min, max): (Vec3, Vec3) = (bounds.min.into(), bounds.max.into());
         // An extent of nothing has no steps.
         let safe_step = self.step.max(Vec3::splat(1e-30));
-        let from = ((min - slack - self.low) / safe_step).floor();
-        let to = ((max + slack - self.low) / safe_step).ceil();
-        let on_grid = |v: f32| v.clamp(0.0, GRID_STEPS + 2.0) as u32;
-        std::array::from_fn(|axis| f32::from_bits(on_grid(from[axis]) | on_grid(to[axis]) << 16))
+        let on_grid = |v: Vec3| (v - self.low) / safe_step;
+        let last = Vec3::splat(GRID_STEPS + 2.0);
+        let from = on_grid(min - slack).clamp(Vec3::ZERO, last).as_uvec3();
+        let to = on_grid(max + slack).clamp(Vec3::ZERO, last);
+        let whole = to.as_uvec3();
+        let is_between = whole.as_vec3().cmplt(to);
+        let to = whole + UVec3::select(is_between, UVec3::ONE, UVec3::ZERO);
+        let words: UVec3 = from | to << 16;
+        words.to_array().map(f32::from_bits)
     }
 
     fn texels(&self) -> [Texel; 2] {
@@ -381,32 +482,40 @@ impl Grid {
     }
 }
 
-/// The triangles that stand alone, and the others.
+/// The triangles that stand alone, large ones first where there are others; and these in their own order.
 fn facets_and_others(corners: &[[Vec3; 3]], cutouts: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let is_whole = |&place: &u32| cutouts[place as usize] == 0;
     let places = 0..corners.len() as u32;
-    let (mut places, mut with_cutouts): (Vec<u32>, Vec<u32>) =
-        places.partition(|&place| cutouts[place as usize] == 0);
-    if places.len() as u64 <= MAX_FACETS {
-        return (places, with_cutouts);
-    }
-    let bounds = |corners: &[Vec3]| {
-        let mut bounds = Aabb::empty();
-        for &corner in corners {
-            bounds.extend(corner.into());
-        }
-        bounds.half_area()
+    let whole_count = places.clone().filter(is_whole).count();
+    let facets: Vec<u32> = if whole_count as u64 <= MAX_FACETS {
+        places.clone().filter(is_whole).collect()
+    } else {
+        let area = |corners: &[Vec3]| {
+            let mut bounds = Aabb::empty();
+            for &corner in corners {
+                bounds.extend(corner.into());
+            }
+            bounds.half_area()
+        };
+        let least_area = FACET_SHARE * area(corners.as_flattened());
+        let of_whole = places.clone().filter(is_whole);
+        let areas = of_whole.map(|place| (area(&corners[place as usize]), place));
+        let mut large: Vec<(f32, u32)> = areas.filter(|&(area, _)| area > least_area).collect();
+        large.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let large = large.into_iter().map(|(_, place)| place);
+        large.take(MAX_FACETS as usize).collect()
     };
-    let scene_area = bounds(corners.as_flattened());
-    let area = |place: u32| bounds(&corners[place as usize]);
-    places.sort_by(|&a, &b| area(b).total_cmp(&area(a)));
-    let is_large = |&&place: &&u32| area(place) > FACET_SHARE * scene_area;
-    let count = places
-        .iter()
-        .take(MAX_FACETS as usize)
-        .take_while(is_large)
-        .count();
-    with_cutouts.extend(places.split_off(count));
-    (places, with_cutouts)
+    let mut is_facet = vec![false; corners.len()];
+    for &place in &facets {
+        is_facet[place as usize] = true;
+    }
+    let others = places.filter(|&place| !is_facet[place as usize]);
+    (facets, others.collect())
+}
+
+/// What a ray through the whole has to test, but for a factor: the areas of the boxes over that of the whole.
+fn cost(boxes: impl Iterator<Item = Aabb>, whole: &Aabb) -> f32 {
+    boxes.map(|bounds| bounds.half_area()).sum::<f32>() / whole.half_area().max(f32::MIN_POSITIVE)
 }
 
 fn flatten(tree: &Bvh2, leaf: impl Fn(&Bvh2Node) -> u32, grid: &Grid, slack: f32) -> Vec<Texel> {

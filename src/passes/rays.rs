@@ -58,8 +58,8 @@ enum Finder {
 pub(crate) fn declare(allocate: &impl Allocate, scene: &Scene, kernel: RayKernel) -> Result<()> {
     let size = GeometrySize::of(scene);
     let triangles = size.triangles;
-    let alpha = scene.meshes.iter().map(|instance| &*instance.mesh);
-    let alpha = alpha.flat_map(|mesh| alpha_textures(scene, mesh));
+    let with_cutouts = scene.meshes.iter().filter(|_| scene.has_cutouts());
+    let alpha = with_cutouts.flat_map(|instance| alpha_textures(scene, instance));
     let of_cutouts = CUTOUT_TEXELS * alpha.flatten().count() as u64;
     let texels = max_triangle_texels(triangles) + of_cutouts;
     TexelList::declare(allocate, "triangles for rays", texels)?;
@@ -114,44 +114,76 @@ fn cutouts_of(
     (numbers, texels)
 }
 
-/// The trees of the frame before, which stay as they are where instances alone have moved, come or gone.
+/// The trees of the frame before. They stay as they are where instances alone have moved, come or gone, and are fitted to meshes that have
+/// changed their shape.
 #[derive(Default)]
 pub(crate) struct MeshTrees {
-    /// Of what lies in the scene's space, where there are instances.
+    /// Of what lies in the scene's space, as it is there where no mesh has cut-outs.
     scene: Option<(LocalSpace, Vec<Shared<Mesh>>, Arc<MeshTree>)>,
     /// With the slack of their boxes.
     shared: Vec<(Shared<Mesh>, f32, Arc<MeshTree>)>,
 }
 
 impl MeshTrees {
-    fn of_scene(&mut self, geometry: &Geometry, space: &LocalSpace) -> Arc<MeshTree> {
+    fn of_scene(
+        &mut self,
+        geometry: &Geometry,
+        space: &LocalSpace,
+        cutouts: &[u32],
+    ) -> Arc<MeshTree> {
+        let has_instances = !geometry.shared.is_empty();
         let placed = geometry.placed.iter().map(|placed| placed.mesh.clone());
         let placed: Vec<Shared<Mesh>> = placed.collect();
-        let kept = self.scene.take();
-        let kept = kept.filter(|(of_space, meshes, _)| of_space == space && *meshes == placed);
-        let (_, _, tree) = self.scene.insert(kept.unwrap_or_else(|| {
-            let corners = corners_of_placed(geometry, space);
-            let tree = MeshTree::of_scene(&corners, &vec![0; corners.len()], true);
-            (*space, placed, tree.into())
-        }));
-        tree.clone()
+        let tree = match self.scene.take() {
+            // Beside instances there are no cut-outs, which might have changed.
+            Some((of_space, meshes, tree))
+                if has_instances
+                    && tree.has_instances
+                    && of_space == *space
+                    && meshes == placed =>
+            {
+                tree
+            }
+            kept => {
+                let corners = corners_of_placed(geometry, space);
+                let refitted = kept.and_then(|(.., mut tree)| {
+                    let own = Arc::get_mut(&mut tree)?;
+                    let is_good = own.refit_scene(&corners, cutouts, has_instances);
+                    is_good.then_some(tree)
+                });
+                let build = || MeshTree::of_scene(&corners, cutouts, has_instances).into();
+                refitted.unwrap_or_else(build)
+            }
+        };
+        self.scene = Some((*space, placed, tree.clone()));
+        tree
     }
 
     /// Those that are not asked for again are dropped.
     fn of_shared(&mut self, meshes: Vec<(&SharedMesh, f32)>) -> Vec<Arc<MeshTree>> {
-        let before = std::mem::take(&mut self.shared);
-        let tree_of = |(shared, slack): (&SharedMesh, f32)| {
-            let is_same = |kept: &&(Shared<Mesh>, f32, Arc<MeshTree>)| {
-                kept.0.ptr_eq(&shared.mesh) && kept.1 == slack
-            };
-            let kept = before.iter().find(is_same).cloned();
-            kept.unwrap_or_else(|| {
-                let corners = corners_of(&shared.mesh, &shared.space);
-                let tree = MeshTree::of_mesh(&corners, slack);
-                (shared.mesh.clone(), slack, tree.into())
-            })
+        let mut before = std::mem::take(&mut self.shared);
+        let mut take = |is_wanted: &dyn Fn(&(Shared<Mesh>, f32, Arc<MeshTree>)) -> bool| {
+            let place = before.iter().position(is_wanted)?;
+            Some(before.swap_remove(place).2)
         };
-        self.shared = meshes.into_iter().map(tree_of).collect();
+        let same = meshes.iter().map(|(shared, slack)| {
+            take(&|(mesh, of_slack, _)| mesh.ptr_eq(&shared.mesh) && of_slack == slack)
+        });
+        let same: Vec<Option<Arc<MeshTree>>> = same.collect();
+        for ((shared, slack), same) in meshes.into_iter().zip(same) {
+            let triangle_count = shared.mesh.triangles.len();
+            let tree = same.unwrap_or_else(|| {
+                let corners = corners_of(&shared.mesh, &shared.space);
+                // Of all meshes of so many triangles the first: that which has changed its shape, most often.
+                let kept = take(&|(mesh, ..)| mesh.triangles.len() == triangle_count);
+                let refitted = kept.and_then(|mut tree| {
+                    let own = Arc::get_mut(&mut tree)?;
+                    own.refit_mesh(&corners, slack).then_some(tree)
+                });
+                refitted.unwrap_or_else(|| MeshTree::of_mesh(&corners, slack).into())
+            });
+            self.shared.push((shared.mesh.clone(), slack, tree));
+        }
         self.shared.iter().map(|(.., tree)| tree.clone()).collect()
     }
 }
@@ -188,14 +220,7 @@ fn by_tree(
 ) -> Result<Made> {
     let to_local = geometry.shared.iter().map(|mesh| placements(mesh, space));
     let to_local: Vec<Vec<DAffine3>> = to_local.collect();
-    let scene = match geometry.shared.is_empty() {
-        true => {
-            *trees = MeshTrees::default();
-            let corners = corners_of_placed(geometry, space);
-            MeshTree::of_scene(&corners, cutouts, false).into()
-        }
-        false => trees.of_scene(geometry, space),
-    };
+    let scene = trees.of_scene(geometry, space, cutouts);
     let with_slack = geometry.shared.iter().zip(&to_local);
     let with_slack = with_slack.map(|(mesh, to_local)| (mesh, slack_of_shared(to_local)));
     let trees = trees.of_shared(with_slack.collect());

@@ -213,9 +213,9 @@ impl Plan {
         let is_modulated = |light| scene.tof.as_ref().is_some_and(|t| t.is_modulated(light));
         let distinct_meshes = scene.distinct_meshes();
         let meshes = || distinct_meshes.iter();
-        let is_specular = |mesh: &Mesh| scene.materials_of(mesh).any(Material::is_specular);
+        let is_specular = |mesh: &Mesh| scene.has_material(mesh, Material::is_specular);
         let has_material = |mesh: &Mesh, is_it: fn(&Material) -> bool| {
-            !mesh.texcoords.is_empty() && scene.materials_of(mesh).any(is_it)
+            !mesh.texcoords.is_empty() && scene.has_material(mesh, is_it)
         };
         let is_bumped = meshes().any(|mesh| has_material(mesh, |m| m.normal_texture.is_some()));
         let has_cutouts = scene.has_cutouts();

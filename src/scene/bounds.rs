@@ -1,7 +1,5 @@
 //! How far the surfaces of a scene reach.
 
-use std::collections::HashMap;
-
 use glam::{BVec3, DMat3, DVec3};
 
 use super::{Instance, Mesh, Scene};
@@ -20,10 +18,20 @@ impl BoundingBox {
             min_m: point_m,
             max_m: point_m,
         });
-        boxes.reduce(|a, b| BoundingBox {
-            min_m: a.min_m.min(b.min_m),
-            max_m: a.max_m.max(b.max_m),
-        })
+        boxes.reduce(BoundingBox::union)
+    }
+
+    fn union(self, other: BoundingBox) -> BoundingBox {
+        BoundingBox {
+            min_m: self.min_m.min(other.min_m),
+            max_m: self.max_m.max(other.max_m),
+        }
+    }
+
+    /// The largest distance from a point to one of the box.
+    fn reach_from(&self, point_m: DVec3) -> f64 {
+        let [below, above] = [self.min_m, self.max_m].map(|corner_m| (corner_m - point_m).abs());
+        below.max(above).length()
     }
 
     pub fn centre_m(&self) -> DVec3 {
@@ -52,7 +60,24 @@ impl Scene {
 
     /// The box around every vertex that a triangle uses; None without triangles. For a validated scene.
     pub fn bounding_box(&self) -> Option<BoundingBox> {
-        self.bounding_box_of(&self.extents())
+        let mut bounds = None;
+        for instance in &self.meshes {
+            let Some(around) = instance.box_around() else {
+                continue;
+            };
+            let with_around = bounds.map_or(around, |bounds: BoundingBox| bounds.union(around));
+            // Most instances lie within what is known already, and need no look at their vertices.
+            if instance.is_in_world_space() || bounds == Some(with_around) {
+                bounds = Some(with_around);
+                continue;
+            }
+            let vertices = BoundingBox::around(instance.used_vertices_m());
+            bounds = bounds
+                .into_iter()
+                .chain(vertices)
+                .reduce(BoundingBox::union);
+        }
+        bounds
     }
 
     /// A sphere around every vertex that a triangle uses; None without triangles. For a validated scene.
@@ -62,22 +87,21 @@ impl Scene {
     /// does not, and depends neither on the order of the meshes nor on how finely a surface is tessellated: a shadow map
     /// fitted to it has the same texels however the scene is turned or cut. It is not the smallest such sphere.
     pub fn bounding_sphere(&self) -> Option<BoundingSphere> {
-        let extents = self.extents();
         // Sums are taken about a point of the scene: at 10⁷ m from 0, sums about 0 would lose the detail.
-        let origin_m = self.bounding_box_of(&extents)?.centre_m();
+        let origin_m = self.bounding_box()?.centre_m();
         let (mut sum, mut area_m2) = (DVec3::ZERO, 0.0);
         for instance in &self.meshes {
-            let of_mesh = extents.get(&instance.mesh.id());
-            if let (Some(extent), Some(scale)) = (of_mesh, similarity(instance.to_world.matrix3)) {
-                let own_area_m2 = scale.powi(2) * extent.area_m2;
-                let centroid_m = instance.to_world.transform_point3(extent.centroid_m);
-                sum += own_area_m2 * (centroid_m - origin_m);
-                area_m2 += own_area_m2;
-            } else {
-                let (own_sum, own_area_m2) = area_moment(instance.corners_m(), origin_m);
-                sum += own_sum;
-                area_m2 += own_area_m2;
-            }
+            let (own_sum, own_area_m2) = match similarity(instance.to_world.matrix3) {
+                Some(scale) => {
+                    let extent = instance.extent();
+                    let own_area_m2 = scale.powi(2) * extent.area_m2;
+                    let centroid_m = instance.to_world.transform_point3(extent.centroid_m);
+                    (own_area_m2 * (centroid_m - origin_m), own_area_m2)
+                }
+                None => area_moment(instance.corners_m(), origin_m),
+            };
+            sum += own_sum;
+            area_m2 += own_area_m2;
         }
         let centre_m = if area_m2 > 0.0 {
             origin_m + sum / area_m2
@@ -87,9 +111,16 @@ impl Scene {
             origin_m + offsets.sum::<DVec3>() / corners_m().count() as f64
         };
         let mut radius_m: f64 = 0.0;
-        self.for_each_vertex_m(&extents, |vertex_m| {
-            radius_m = radius_m.max(vertex_m.distance(centre_m));
-        });
+        for instance in &self.meshes {
+            let reach_m = instance
+                .box_around()
+                .map(|around| around.reach_from(centre_m));
+            if reach_m.is_some_and(|reach_m| reach_m > radius_m) {
+                let vertices_m = instance.used_vertices_m();
+                let distances_m = vertices_m.map(|vertex_m| vertex_m.distance(centre_m));
+                radius_m = distances_m.fold(radius_m, f64::max);
+            }
+        }
         Some(BoundingSphere { centre_m, radius_m })
     }
 
@@ -102,67 +133,47 @@ impl Scene {
             radius_m: if radius_m > 0.0 { radius_m } else { 1.0 },
         }
     }
+}
 
-    /// Of the meshes that are not where their positions say, each once however often it is placed.
-    fn extents(&self) -> HashMap<usize, Extent> {
-        let mut extents = HashMap::new();
-        for instance in &self.meshes {
-            if !instance.is_in_world_space() {
-                let extent = extents.entry(instance.mesh.id());
-                extent.or_insert_with(|| Extent::of(&instance.mesh));
-            }
-        }
-        extents
+impl Instance {
+    /// A box in the world around that of the mesh in its own space.
+    fn box_around(&self) -> Option<BoundingBox> {
+        let corners_m = self.extent().bounds?.corners_m().into_iter();
+        BoundingBox::around(corners_m.map(|corner_m| self.to_world.transform_point3(corner_m)))
     }
 
-    fn bounding_box_of(&self, extents: &HashMap<usize, Extent>) -> Option<BoundingBox> {
-        let mut bounds: Option<BoundingBox> = None;
-        self.for_each_vertex_m(extents, |vertex_m| {
-            let (min_m, max_m) = (vertex_m, vertex_m);
-            let grown = bounds.map_or(BoundingBox { min_m, max_m }, |b| BoundingBox {
-                min_m: b.min_m.min(vertex_m),
-                max_m: b.max_m.max(vertex_m),
-            });
-            bounds = Some(grown);
-        });
-        bounds
-    }
-
-    /// Every vertex that a triangle uses, once or more.
-    fn for_each_vertex_m(&self, extents: &HashMap<usize, Extent>, mut visit: impl FnMut(DVec3)) {
-        for instance in &self.meshes {
-            match extents.get(&instance.mesh.id()) {
-                Some(extent) => {
-                    let used = extent.used_vertices_m.iter();
-                    used.for_each(|&at_m| visit(instance.to_world.transform_point3(at_m)));
-                }
-                None => instance.corners_m().flatten().for_each(&mut visit),
-            }
-        }
+    /// Every vertex that a triangle uses, in world space.
+    fn used_vertices_m(&self) -> impl Iterator<Item = DVec3> {
+        let vertices = self.positions_m.iter().zip(&self.extent().is_used);
+        let used = vertices.filter_map(|(&at_m, &is_used)| is_used.then_some(at_m));
+        used.map(|at_m| self.to_world.transform_point3(at_m))
     }
 }
 
 /// How far a mesh reaches in its own space.
-struct Extent {
-    used_vertices_m: Vec<DVec3>,
+#[derive(Debug, Clone)]
+pub(super) struct Extent {
+    /// Whether a triangle uses a vertex.
+    is_used: Vec<bool>,
+    bounds: Option<BoundingBox>,
     area_m2: f64,
     centroid_m: DVec3,
 }
 
 impl Extent {
-    fn of(mesh: &Mesh) -> Extent {
+    pub fn of(mesh: &Mesh) -> Extent {
         let mut is_used = vec![false; mesh.positions_m.len()];
         for &corner in mesh.triangles.as_flattened() {
             is_used[corner as usize] = true;
         }
-        let vertices = mesh.positions_m.iter().zip(is_used);
-        let used = vertices.filter_map(|(&at_m, is_used)| is_used.then_some(at_m));
-        let used_vertices_m: Vec<DVec3> = used.collect();
-        let bounds = BoundingBox::around(used_vertices_m.iter().copied());
+        let used = mesh.positions_m.iter().zip(&is_used);
+        let used = used.filter_map(|(&at_m, &is_used)| is_used.then_some(at_m));
+        let bounds = BoundingBox::around(used);
         let origin_m = bounds.map_or(DVec3::ZERO, |bounds| bounds.centre_m());
         let (sum, area_m2) = area_moment(mesh.corners_m(), origin_m);
         Extent {
-            used_vertices_m,
+            is_used,
+            bounds,
             area_m2,
             centroid_m: origin_m + sum / area_m2.max(f64::MIN_POSITIVE),
         }

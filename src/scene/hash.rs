@@ -28,7 +28,7 @@ impl Scene {
             left_out: _,
         } = self;
         let mut bytes = Bytes::default();
-        bytes.0.update(FORM);
+        bytes.update(FORM);
         bytes.camera(camera);
         bytes.list(sensor.as_slice(), |sensor| {
             let Sensor {
@@ -67,11 +67,11 @@ impl Scene {
             .for_each(|material| bytes.material(material));
         bytes.length(textures);
         for texture in textures {
-            bytes.0.update(&texture.digest(digest_of_texture));
+            bytes.update(&texture.digest(digest_of_texture));
         }
         bytes.length(meshes);
         for mesh in meshes {
-            bytes.0.update(&mesh.digest(digest_of_mesh));
+            bytes.update(&mesh.digest(digest_of_mesh));
         }
         // Scenes without time of flight keep the hash that they had before there was any.
         if let Some(tof) = tof {
@@ -110,21 +110,40 @@ impl Scene {
                 bytes.numbers(instance.to_world.to_cols_array());
             }
         }
-        bytes.0.finalize().to_hex().to_string()
+        bytes.finalize().to_hex().to_string()
     }
 }
 
 /// Lists and names begin with their length, so that no two scenes give the same bytes.
 /// Structs are taken apart without `..`, so that a new field cannot be forgotten.
 #[derive(Default)]
-struct Bytes(blake3::Hasher);
+struct Bytes {
+    hasher: blake3::Hasher,
+    /// To be hashed together, which is several times as fast as one number after the other.
+    pending: Vec<u8>,
+}
+
+/// Bytes that are hashed at once.
+const BLOCK_BYTES: usize = 64 << 10;
 
 impl Bytes {
-    fn numbers<const N: usize>(&mut self, numbers: [f64; N]) {
-        for number in numbers {
-            // -0 and 0 render the same; the sum is 0 for both.
-            self.0.update(&(number + 0.0).to_le_bytes());
+    fn update(&mut self, bytes: &[u8]) {
+        self.pending.extend_from_slice(bytes);
+        if self.pending.len() >= BLOCK_BYTES {
+            self.hasher.update(&self.pending);
+            self.pending.clear();
         }
+    }
+
+    fn finalize(mut self) -> blake3::Hash {
+        self.hasher.update(&self.pending);
+        self.hasher.finalize()
+    }
+
+    fn numbers<const N: usize>(&mut self, numbers: [f64; N]) {
+        // -0 and 0 render the same; the sum is 0 for both.
+        let bytes = numbers.map(|number| (number + 0.0).to_le_bytes());
+        self.update(bytes.as_flattened());
     }
 
     fn length<T>(&mut self, items: &[T]) {
@@ -138,7 +157,7 @@ impl Bytes {
 
     fn name(&mut self, name: &str) {
         self.length(name.as_bytes());
-        self.0.update(name.as_bytes());
+        self.update(name.as_bytes());
     }
 
     fn camera(&mut self, camera: &Camera) {
@@ -200,7 +219,7 @@ impl Bytes {
                 black_level_dn,
                 bits,
             } = *noise;
-            self.0.update(&seed.to_le_bytes());
+            self.update(&seed.to_le_bytes());
             self.numbers([dark_e_per_s, read_noise_e, full_well_e, gain_dn_per_e]);
             self.numbers([black_level_dn, f64::from(bits)]);
         }
@@ -217,7 +236,7 @@ impl Bytes {
             self.name(shape.name());
         }
         if let Light::Pattern { pattern, .. } = light {
-            self.0.update(&match pattern {
+            self.update(&match pattern {
                 RadiationPattern::Measured(pattern) => pattern.digest(digest_of_pattern),
                 RadiationPattern::Projected(image) => image.digest(digest_of_image),
             });
@@ -253,7 +272,7 @@ fn digest_of_pattern(pattern: &Pattern) -> [u8; 32] {
     for numbers in [gammas_rad, planes_rad, intensities] {
         bytes.list(numbers, |&number| [number]);
     }
-    *bytes.0.finalize().as_bytes()
+    *bytes.finalize().as_bytes()
 }
 
 fn digest_of_image(image: &ProjectedImage) -> [u8; 32] {
@@ -266,7 +285,7 @@ fn digest_of_image(image: &ProjectedImage) -> [u8; 32] {
     bytes.numbers(size_px.map(f64::from));
     bytes.numbers([*fx, *fy, *cx, *cy]);
     bytes.list(values, |&value| [value.into()]);
-    *bytes.0.finalize().as_bytes()
+    *bytes.finalize().as_bytes()
 }
 
 fn digest_of_texture(texture: &Texture) -> [u8; 32] {
@@ -281,7 +300,7 @@ fn digest_of_texture(texture: &Texture) -> [u8; 32] {
     texels
         .reflectances()
         .for_each(|texel| bytes.numbers(texel.map(f64::from)));
-    bytes.0.finalize().into()
+    bytes.finalize().into()
 }
 
 fn digest_of_mesh(mesh: &Mesh) -> [u8; 32] {
@@ -299,5 +318,5 @@ fn digest_of_mesh(mesh: &Mesh) -> [u8; 32] {
     bytes.list(texcoords, |uv| *uv);
     bytes.list(triangles, |vertices| vertices.map(f64::from));
     bytes.list(triangle_materials, |&material| [f64::from(material)]);
-    bytes.0.finalize().into()
+    bytes.finalize().into()
 }

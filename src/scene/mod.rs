@@ -111,10 +111,12 @@ impl Scene {
         flattened
     }
 
-    /// The material of each triangle of one of its meshes. For a validated scene.
-    pub(crate) fn materials_of<'s>(&'s self, mesh: &'s Mesh) -> impl Iterator<Item = &'s Material> {
-        let materials = mesh.triangle_materials.iter();
-        materials.map(|&material| &self.materials[material as usize])
+    /// Whether some triangle of a mesh has such a material. For a validated scene.
+    pub(crate) fn has_material(&self, mesh: &Mesh, is_such: impl Fn(&Material) -> bool) -> bool {
+        let are_such: Vec<bool> = self.materials.iter().map(is_such).collect();
+        let mut of_triangles = mesh.triangle_materials.iter();
+        // Most scenes have none, which is known without a look at their triangles.
+        are_such.contains(&true) && of_triangles.any(|&material| are_such[material as usize])
     }
 
     /// Whether some light shines from an area.
@@ -126,8 +128,7 @@ impl Scene {
     /// Whether there is a surface with cut-outs. For a validated scene.
     pub(crate) fn has_cutouts(&self) -> bool {
         self.distinct_meshes().iter().any(|mesh| {
-            let mut materials = self.materials_of(mesh);
-            !mesh.texcoords.is_empty() && materials.any(|m| m.alpha_texture.is_some())
+            !mesh.texcoords.is_empty() && self.has_material(mesh, |m| m.alpha_texture.is_some())
         })
     }
 }

@@ -5,6 +5,8 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
+use super::{Mesh, bounds::Extent};
+
 /// A value that its clones share until one of them is changed, which copies it first.
 ///
 /// So a clone of a scene costs next to nothing, and a [`Renderer`](crate::Renderer) that keeps one knows without looking
@@ -12,11 +14,14 @@ use std::{
 #[derive(Debug, Default)]
 pub struct Shared<T>(Arc<Kept<T>>);
 
+/// With what would take longer than a small frame to find out again.
 #[derive(Debug, Clone, Default)]
 struct Kept<T> {
     value: T,
-    /// For [`Scene::hash`](super::Scene::hash), which would take longer than a small frame.
+    /// For [`Scene::hash`](super::Scene::hash).
     digest: OnceLock<[u8; 32]>,
+    /// Of a mesh.
+    extent: OnceLock<Extent>,
 }
 
 impl<T> Shared<T> {
@@ -36,6 +41,13 @@ impl<T> Shared<T> {
     }
 }
 
+impl Shared<Mesh> {
+    /// Of a mesh of a validated scene.
+    pub(super) fn extent(&self) -> &Extent {
+        self.0.extent.get_or_init(|| Extent::of(&self.0.value))
+    }
+}
+
 impl<T: PartialEq> PartialEq for Shared<T> {
     fn eq(&self, other: &Self) -> bool {
         self.ptr_eq(other) || **self == **other
@@ -50,8 +62,11 @@ impl<T> Clone for Shared<T> {
 
 impl<T> From<T> for Shared<T> {
     fn from(value: T) -> Self {
-        let digest = OnceLock::new();
-        Shared(Arc::new(Kept { value, digest }))
+        Shared(Arc::new(Kept {
+            value,
+            digest: OnceLock::new(),
+            extent: OnceLock::new(),
+        }))
     }
 }
 
@@ -66,7 +81,7 @@ impl<T> Deref for Shared<T> {
 impl<T: Clone> DerefMut for Shared<T> {
     fn deref_mut(&mut self) -> &mut T {
         let kept = Arc::make_mut(&mut self.0);
-        kept.digest = OnceLock::new();
+        (kept.digest, kept.extent) = (OnceLock::new(), OnceLock::new());
         &mut kept.value
     }
 }

@@ -33,7 +33,8 @@ impl Scene {
             warnings.push("there is no mesh, so every frame is black".into());
         }
         for mesh in &self.meshes {
-            let mut materials = self.materials_of(mesh);
+            let materials = mesh.triangle_materials.iter();
+            let mut materials = materials.map(|&material| &self.materials[material as usize]);
             if mesh.texcoords.is_empty()
                 && let Some(material) = materials.find(|m| m.has_texture())
             {
