@@ -1,7 +1,7 @@
 //! What a renderer keeps from frame to frame shows in no image, and spares the passes whose input has not changed.
 
 use crate::common::gpu::{Gpu, assert_is_lit, demo_scene, plain_sum};
-use crate::common::instances::crowd;
+use crate::common::instances::{crowd, slabs};
 use camlux::{
     Device, DeviceOptions, Renderer, Scene,
     glam::{DAffine3, DVec3},
@@ -251,6 +251,48 @@ fn what_is_kept_of_instances_does_not_show() {
         ("by rays", |scene| scene.direct.shadow = Some(Shadow::Rays)),
     ];
     let scene = final_gather(crowd([24, 24]));
+    assert_changes_leave_nothing(&mut Gpu::open(), scene, &changes);
+}
+
+/// A tree is refitted or built; and of two surfaces at one place a ray hits the same one, whatever its way through the tree.
+#[test]
+fn what_is_kept_of_meshes_that_change_their_shape_does_not_show() {
+    let bend: Change = |scene| {
+        for mesh in scene.meshes.iter_mut().skip(2) {
+            for at_m in &mut mesh.positions_m {
+                at_m.x += 0.03 * (3.0 * at_m.y).sin();
+            }
+        }
+    };
+    let changes: [(&str, Change); 8] = [
+        ("nothing", |_| {}),
+        ("bent", bend),
+        ("bent again", bend),
+        ("as flat as before", |scene| {
+            scene.meshes[2]
+                .positions_m
+                .iter_mut()
+                .for_each(|at_m| at_m.x = 0.2);
+        }),
+        ("triangles in the opposite order", |scene| {
+            scene.meshes[3].triangles.reverse();
+        }),
+        ("bent in that order", bend),
+        ("removed", |scene| {
+            scene.meshes.remove(1);
+        }),
+        ("bent after that", |scene| {
+            scene.meshes[1]
+                .positions_m
+                .iter_mut()
+                .for_each(|at_m| at_m.z *= 1.02);
+        }),
+    ];
+    let mut scene = slabs([24, 24]).flattened();
+    let mut twin = Mesh::clone(&scene.meshes[2]);
+    twin.triangle_materials.fill(1);
+    scene.meshes.push(twin.into());
+    let scene = final_gather(scene);
     assert_changes_leave_nothing(&mut Gpu::open(), scene, &changes);
 }
 

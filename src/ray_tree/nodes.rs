@@ -1,0 +1,112 @@
+//! The nodes of a tree of boxes.
+
+use glam::{UVec3, Vec3};
+use obvhs::{
+    BvhBuildParams,
+    aabb::Aabb,
+    bvh2::{Bvh2, node::Bvh2Node},
+};
+
+use super::Texel;
+
+/// What the word of a leaf has beside its triangle.
+pub(super) const LEAF: u32 = 1 << 30;
+/// And where that has cut-outs.
+pub(super) const LEAF_CUTOUT: u32 = 1 << 29;
+/// That of an instance.
+pub(super) const LEAF_INSTANCE: u32 = 1 << 28;
+/// Steps of the grid that boxes are rounded to, along an axis. Below 2¹⁵, so that no pair of them is the bits of a NaN.
+const GRID_STEPS: f32 = 32_000.0;
+
+/// To which boxes are rounded: the low corner, and the steps.
+#[derive(Debug, Default, Clone, Copy, PartialEq)]
+pub(super) struct Grid {
+    pub(super) low: Vec3,
+    pub(super) step: Vec3,
+}
+
+impl Grid {
+    pub(super) fn around(bounds: Aabb, slack: f32) -> Grid {
+        let extent: Vec3 = (bounds.max - bounds.min + 4.0 * slack).into();
+        Grid {
+            low: (bounds.min - 2.0 * slack).into(),
+            step: extent / GRID_STEPS,
+        }
+    }
+
+    /// A box rounded outwards.
+    pub(super) fn words(&self, bounds: &Aabb, slack: f32) -> [f32; 3] {
+        let (min, max): (Vec3, Vec3) = (bounds.min.into(), bounds.max.into());
+        // An extent of nothing has no steps.
+        let safe_step = self.step.max(Vec3::splat(1e-30));
+        let on_grid = |v: Vec3| (v - self.low) / safe_step;
+        let last = Vec3::splat(GRID_STEPS + 2.0);
+        let from = on_grid(min - slack).clamp(Vec3::ZERO, last).as_uvec3();
+        let to = on_grid(max + slack).clamp(Vec3::ZERO, last);
+        let whole = to.as_uvec3();
+        let is_between = whole.as_vec3().cmplt(to);
+        let to = whole + UVec3::select(is_between, UVec3::ONE, UVec3::ZERO);
+        let words: UVec3 = from | to << 16;
+        words.to_array().map(f32::from_bits)
+    }
+
+    pub(super) fn texels(&self) -> [Texel; 2] {
+        [self.low, self.step].map(|corner| corner.extend(0.0).to_array())
+    }
+
+    pub(super) fn box_of(&self, node: &Texel) -> [Vec3; 2] {
+        let words = [0, 1, 2].map(|axis| node[axis].to_bits());
+        [0, 16].map(|shift| {
+            let on_grid = words.map(|word| (word >> shift & 0xffff) as f32);
+            self.low + self.step * Vec3::from_array(on_grid)
+        })
+    }
+}
+
+pub(super) fn build_parameters() -> BvhBuildParams {
+    BvhBuildParams {
+        max_prims_per_leaf: 1,
+        ..BvhBuildParams::medium_build()
+    }
+}
+
+/// How much larger the boxes above are than those of leaves, each with whether it is one: what a ray has to test for what it may hit.
+pub(super) fn spread<'b>(boxes: impl Iterator<Item = (bool, &'b Aabb)>) -> f32 {
+    let mut areas = [0.0, 0.0];
+    for (is_leaf, bounds) in boxes {
+        areas[usize::from(is_leaf)] += bounds.half_area();
+    }
+    areas[0] / f32::max(areas[1], f32::MIN_POSITIVE)
+}
+
+pub(super) fn flatten(
+    tree: &Bvh2,
+    leaf: impl Fn(&Bvh2Node) -> u32,
+    grid: &Grid,
+    slack: f32,
+) -> Vec<Texel> {
+    let mut depth_first = Vec::with_capacity(tree.nodes.len());
+    // Not by recursion: a tree may be as deep as it has triangles.
+    let mut open = vec![0];
+    while let Some(index) = open.pop() {
+        let node = &tree.nodes[index as usize];
+        depth_first.push(node);
+        if !node.is_leaf() {
+            open.extend([node.first_index + 1, node.first_index]);
+        }
+    }
+    let mut texels = vec![[0.0; 4]; depth_first.len()];
+    let mut next: Vec<usize> = (1..=depth_first.len()).collect();
+    for (i, node) in depth_first.into_iter().enumerate().rev() {
+        let [x, y, z] = grid.words(&node.aabb, slack);
+        let word = if node.is_leaf() {
+            leaf(node)
+        } else {
+            // The first child comes next; behind its subtree lies the second, and behind that one's what follows both.
+            next[i] = next[next[i + 1]];
+            next[i] as u32
+        };
+        texels[i] = [x, y, z, f32::from_bits(word)];
+    }
+    texels
+}
